@@ -1,0 +1,2 @@
+//! `phiz-fit`: the offline program.
+fn main() {}

@@ -1,0 +1,36 @@
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// Why an offline step could not be done: one line with the file and the cause.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// A file could not be read, written or understood.
+    #[error("{}: {cause}", path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong with it, with the line or record where that is known.
+        cause: String,
+    },
+    /// The inputs do not allow the step (too few faces, another topology, a bad setting).
+    #[error("{0}")]
+    Input(String),
+    /// An error of the core (a bad blob, an unknown name).
+    #[error(transparent)]
+    Core(#[from] crate::Error),
+}
+
+impl FitError {
+    /// A [`FitError::File`].
+    pub fn file(path: &Path, cause: impl std::fmt::Display) -> Self {
+        FitError::File {
+            path: path.to_owned(),
+            cause: cause.to_string(),
+        }
+    }
+}
+
+/// A result whose error is a [`FitError`].
+pub type FitResult<T> = std::result::Result<T, FitError>;

@@ -1,0 +1,11 @@
+//! The offline half: from the base mesh and scans to a model blob (feature `fit`, native only).
+//!
+//! `base_mesh` and `subdivide` make the generic head, [`template`] names its points and regions,
+//! `population` samples registered faces, `align`, `pca`, `smooth`, `surround` and `learn` turn
+//! them into a model, `render` draws any of it without a GPU.
+
+pub mod template;
+
+pub use error::{FitError, FitResult};
+
+mod error;
