@@ -2,25 +2,7 @@
 
 use glam::DVec3;
 
-/// A named triangle group of the template (`skin`, `mouth cavity`, `left eyeball` ...).
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Part {
-    /// The part's name.
-    pub name: String,
-    /// Its first triangle.
-    pub first: u32,
-    /// How many triangles it has.
-    pub count: u32,
-}
-
-/// A named point of the template's surface, as weights on vertices that sum to 1.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Landmark {
-    /// `ibug_00` to `ibug_67`, or an anatomical name.
-    pub name: String,
-    /// `(vertex, weight)` pairs; the weights sum to 1.
-    pub stencil: Vec<(u32, f64)>,
-}
+pub use crate::anatomy::{Landmark, Part};
 
 /// A linear map from the base mesh's vertices to the template's, one sparse row a vertex.
 #[derive(Debug, Clone, PartialEq, Default)]
