@@ -11,7 +11,7 @@
 //! | 20..24 | u32 length of the JSON header in bytes |
 //! | 24..28 | u32 number of sections |
 //! | 28..32 | zero |
-//! | 32..40 | u64 checksum of bytes 40 to the end ([`checksum`]) |
+//! | 32..40 | u64 checksum of all other bytes (`checksum`) |
 //! | 40.. | the section table, 32 bytes a section |
 //! | then | the JSON header, UTF-8 |
 //! | then | the sections, each starting at a multiple of 16, zeros between |
@@ -95,16 +95,17 @@ element!(u32, 4);
 element!(f32, 5);
 element!(f64, 6);
 
-/// FNV-1a over little-endian 64-bit words, the last one padded with zeros.
+/// FNV-1a over the little-endian 64-bit words of a blob but for its checksum (bytes 32..40), the
+/// last word padded with zeros. `bytes` holds at least a preamble.
 ///
 /// Each step is a bijection of the running value, so any single changed word, and so any flipped
 /// bit, changes the result.
-pub fn checksum(bytes: &[u8]) -> u64 {
+fn checksum(bytes: &[u8]) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     let mut mix = |word: u64| hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
-    let words = bytes.chunks_exact(8);
+    let words = bytes[PREAMBLE..].chunks_exact(8);
     let rest = words.remainder();
-    for word in words {
+    for word in bytes[..PREAMBLE - 8].chunks_exact(8).chain(words) {
         mix(u64::from_le_bytes([
             word[0], word[1], word[2], word[3], word[4], word[5], word[6], word[7],
         ]));
@@ -188,7 +189,7 @@ impl BlobWriter {
         }
         let total = out.len() as u32;
         out[16..20].copy_from_slice(&total.to_le_bytes());
-        let sum = checksum(&out[PREAMBLE..]);
+        let sum = checksum(&out);
         out[32..40].copy_from_slice(&sum.to_le_bytes());
         out
     }
@@ -247,7 +248,7 @@ impl<'a> Blob<'a> {
             ));
         }
         let expected = u64::from_le_bytes(bytes[32..40].try_into().unwrap_or_default());
-        let found = checksum(&bytes[PREAMBLE..]);
+        let found = checksum(bytes);
         if found != expected {
             return bad("its checksum does not match: the bytes were damaged".into());
         }

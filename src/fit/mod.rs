@@ -4,6 +4,13 @@
 //! `population` samples registered faces, `align`, `pca`, `smooth`, `surround` and `learn` turn
 //! them into a model, `render` draws any of it without a GPU.
 
+pub mod align;
+pub mod crease;
+pub mod geodesic;
+pub mod learn;
+pub mod pca;
+pub mod smooth;
+pub mod surround;
 pub mod template;
 
 pub use error::{FitError, FitResult};

@@ -53,11 +53,35 @@ pub struct Surround {
     pub weights: Vec<u16>,
 }
 
-/// The fall-off of blending at `t` = distance / alpha: (1 + t) exp(-t).
+/// Where the fall-off reaches zero, in units of alpha.
+pub const FALLOFF_REACH: f32 = 3.0;
+
+/// The fall-off of blending at `t` = distance / alpha: (1 - r)^4 (4 r + 1) with r = t / 3, and 0
+/// from r = 1 on (Wendland 1995).
 ///
-/// Eq. 12 has exp(-t), whose slope of -1/alpha at the border is itself a crease. This one has
-/// slope 0 there, is exp(-t) times a straight line, and reaches half its height at t = 1.68
-/// (exp at 0.69).
+/// Eq. 12 has exp(-t), whose slope of -1/alpha at the border is itself a crease, and which never
+/// ends. This one starts without slope and ends smoothly at 3 alpha, so that what is farther away
+/// never moves; the area under the two is the same, so alpha means the same.
 pub fn falloff(t: f32) -> f32 {
-    (1.0 + t) * (-t).exp()
+    let r = (t / FALLOFF_REACH).min(1.0);
+    (1.0 - r).powi(4) * (4.0 * r + 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fall_off_is_flat_at_both_ends_and_has_the_area_of_exp() {
+        assert_eq!(falloff(0.0), 1.0);
+        assert_eq!(falloff(3.0), 0.0);
+        assert_eq!(falloff(50.0), 0.0);
+        // Slopes by differences of 0.001: second order in it, so below 0.01.
+        assert!((falloff(0.001) - 1.0).abs() < 1e-5);
+        assert!(falloff(2.999) < 1e-5);
+        let area: f32 = (0..3000)
+            .map(|i| falloff((i as f32 + 0.5) / 1000.0) / 1000.0)
+            .sum();
+        assert!((area - 1.0).abs() < 1e-3, "{area}");
+    }
 }

@@ -35,7 +35,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use nalgebra::DMatrix;
 
-pub use block::{Block, Surround, falloff};
+pub use block::{Block, FALLOFF_REACH, Surround, falloff};
 pub use control::Control;
 pub use header::{About, Blending, Licence};
 
