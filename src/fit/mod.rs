@@ -6,6 +6,7 @@
 
 pub mod align;
 pub mod crease;
+pub mod files;
 pub mod geodesic;
 pub mod learn;
 pub mod pca;
