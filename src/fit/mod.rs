@@ -6,9 +6,11 @@
 
 pub mod align;
 pub mod crease;
+pub mod describe;
 pub mod files;
 pub mod geodesic;
 pub mod learn;
+pub mod measures;
 pub mod pca;
 pub mod smooth;
 pub mod surround;
