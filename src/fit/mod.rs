@@ -4,6 +4,14 @@
 //! `population` samples registered faces, `align`, `pca`, `smooth`, `surround` and `learn` turn
 //! them into a model, `render` draws any of it without a GPU.
 
+pub mod base_mesh;
+pub mod colour;
+pub mod eyeball;
+pub mod generic_head;
+pub mod ply;
+pub mod population;
+pub mod region;
+pub mod subdivide;
 pub mod template;
 
 pub use error::{FitError, FitResult};
