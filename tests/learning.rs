@@ -7,13 +7,13 @@ mod base_mesh;
 use std::sync::LazyLock;
 
 use glam::DVec3;
+use phiz::Random;
 use phiz::fit::crease::BorderBand;
 use phiz::fit::geodesic::Geodesic;
 use phiz::fit::learn::{FEATURES, Learned, Settings, learn};
 use phiz::fit::pca::Pca;
 use phiz::fit::template::Template;
 use phiz::fit::{generic_head, population};
-use phiz::random::Random;
 use phiz::{FaceModel, Randomize};
 
 /// As `./build.sh model` has them.
@@ -31,9 +31,19 @@ static TRAINED: LazyLock<Option<Trained>> = LazyLock::new(|| {
     let folder = base_mesh::folder()?;
     let template = generic_head::build(&folder).unwrap();
     let people = population::sample(&template, &folder, COUNT, SEED).unwrap();
-    let learned = learn(&template, people.faces, people.about, &Settings::default()).unwrap();
+    let learned = learn(
+        &template,
+        people.faces,
+        population::about(),
+        &Settings::default(),
+    )
+    .unwrap();
     let model = FaceModel::parse(&learned.parts.write().unwrap()).unwrap();
-    Some(Trained { template, learned, model })
+    Some(Trained {
+        template,
+        learned,
+        model,
+    })
 });
 
 fn wide(positions: &[glam::Vec3]) -> Vec<DVec3> {
@@ -45,7 +55,14 @@ fn wide(positions: &[glam::Vec3]) -> Vec<DVec3> {
 /// angle within 15 mm of the border.
 #[test]
 fn seams_are_as_clean_as_whole_faces() {
-    let Some(Trained { template, learned, model }) = &*TRAINED else { return };
+    let Some(Trained {
+        template,
+        learned,
+        model,
+    }) = &*TRAINED
+    else {
+        return;
+    };
     let mean = wide(&model.parts().mean);
     let n = mean.len();
     let triangles = template.triangles();
@@ -56,7 +73,12 @@ fn seams_are_as_clean_as_whole_faces() {
     let samples: Vec<Vec<f64>> = learned
         .aligned
         .iter()
-        .map(|face| face.iter().zip(&mean).flat_map(|(p, m)| (*p - *m).to_array()).collect())
+        .map(|face| {
+            face.iter()
+                .zip(&mean)
+                .flat_map(|(p, m)| (*p - *m).to_array())
+                .collect()
+        })
         .collect();
     let whole = Pca::learn(&samples, 0.95).unwrap();
     let whole_face = |coefficients: &[f64]| -> Vec<DVec3> {
@@ -69,7 +91,9 @@ fn seams_are_as_clean_as_whole_faces() {
         face
     };
     let one = |k: usize, sign: f64, count: usize| -> Vec<f64> {
-        (0..count).map(|i| if i == k { 2.0 * sign } else { 0.0 }).collect()
+        (0..count)
+            .map(|i| if i == k { 2.0 * sign } else { 0.0 })
+            .collect()
     };
     let region_face = |coefficients: &[f64]| -> Vec<DVec3> {
         let mut face = model.face();
@@ -82,7 +106,9 @@ fn seams_are_as_clean_as_whole_faces() {
     let mut failed = false;
     for ((name, regions), block) in FEATURES.iter().zip(&model.parts().blocks) {
         let inside: Vec<bool> = (0..n)
-            .map(|v| regions.contains(&template.region_names[template.regions[v] as usize].as_str()))
+            .map(|v| {
+                regions.contains(&template.region_names[template.regions[v] as usize].as_str())
+            })
             .collect();
         let band = BorderBand::new(&mean, skin, &graph, &inside, 15.0);
         let signs = [-1.0, 1.0];
@@ -99,8 +125,9 @@ fn seams_are_as_clean_as_whole_faces() {
         // Random faces: every coefficient of the region, or of the whole face, from N(0, 1).
         let mut random = Random::new(2024);
         let mut median = |faces: &mut dyn FnMut(&mut Random) -> Vec<DVec3>| -> f64 {
-            let mut changes: Vec<f64> =
-                (0..31).map(|_| band.largest_change(&faces(&mut random))).collect();
+            let mut changes: Vec<f64> = (0..31)
+                .map(|_| band.largest_change(&faces(&mut random)))
+                .collect();
             changes.sort_by(f64::total_cmp);
             changes[15]
         };
@@ -129,7 +156,9 @@ fn seams_are_as_clean_as_whole_faces() {
 /// faces within 1 micrometre RMS.
 #[test]
 fn the_committed_model_is_made_from_its_sources() {
-    let Some(Trained { model, .. }) = &*TRAINED else { return };
+    let Some(Trained { model, .. }) = &*TRAINED else {
+        return;
+    };
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/model.phiz");
     let committed = FaceModel::parse(&std::fs::read(path).unwrap()).unwrap();
     let names = |m: &FaceModel| -> Vec<String> {
@@ -138,7 +167,10 @@ fn the_committed_model_is_made_from_its_sources() {
     assert_eq!(names(&committed), names(model));
     let (mut sum, mut count) = (0.0, 0);
     for seed in 0..100 {
-        let options = Randomize { seed: Some(seed), ..Default::default() };
+        let options = Randomize {
+            seed: Some(seed),
+            ..Default::default()
+        };
         let mut a = committed.face();
         a.randomize(&options).unwrap();
         let mut b = model.face();
@@ -156,7 +188,9 @@ fn the_committed_model_is_made_from_its_sources() {
 /// The f32 evaluation of the quantised model against the f64 sum of its own parts' definition.
 #[test]
 fn random_faces_look_like_the_training_faces_in_size() {
-    let Some(Trained { learned, model, .. }) = &*TRAINED else { return };
+    let Some(Trained { learned, model, .. }) = &*TRAINED else {
+        return;
+    };
     let width = |name: &str, face: &phiz::Face| face.measure(name).unwrap();
     for name in ["nose width", "mouth width", "face height"] {
         let trained: Vec<f64> = learned
@@ -172,7 +206,11 @@ fn random_faces_look_like_the_training_faces_in_size() {
         let drawn: Vec<f64> = (0..400)
             .map(|seed| {
                 let mut face = model.face();
-                face.randomize(&Randomize { seed: Some(seed), ..Default::default() }).unwrap();
+                face.randomize(&Randomize {
+                    seed: Some(seed),
+                    ..Default::default()
+                })
+                .unwrap();
                 width(name, &face)
             })
             .collect();

@@ -22,7 +22,10 @@ pub fn describe(parts: &mut ModelParts, coefficients: &[Vec<f64>]) -> FitResult<
     let mut face = model.face();
     let mut measured = |coefficients: &[f32]| -> FitResult<Vec<f64>> {
         face.set_coefficients(coefficients)?;
-        Ok(MEASURES.iter().map(|m| face.measure(m.name)).collect::<Result<_, _>>()?)
+        Ok(MEASURES
+            .iter()
+            .map(|m| face.measure(m.name))
+            .collect::<Result<_, _>>()?)
     };
     let population = coefficients
         .iter()
@@ -31,13 +34,21 @@ pub fn describe(parts: &mut ModelParts, coefficients: &[Vec<f64>]) -> FitResult<
     let deviation = |m: usize| {
         let n = population.len() as f64;
         let mean = population.iter().map(|row| row[m]).sum::<f64>() / n;
-        (population.iter().map(|row| (row[m] - mean).powi(2)).sum::<f64>() / n).sqrt()
+        (population
+            .iter()
+            .map(|row| (row[m] - mean).powi(2))
+            .sum::<f64>()
+            / n)
+            .sqrt()
     };
     let deviations: Vec<f64> = (0..MEASURES.len()).map(deviation).collect();
     for control in &mut parts.controls {
         let mut at = |amount: f32| {
             let mut c = vec![0.0; coefficients[0].len()];
-            control.direction.iter().for_each(|&(i, change)| c[i as usize] = amount * change);
+            control
+                .direction
+                .iter()
+                .for_each(|&(i, change)| c[i as usize] = amount * change);
             measured(&c)
         };
         // Over two sigmas to both sides: what a person sees, not the slope at the mean.

@@ -24,6 +24,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> FitResult<()> {
         let everyone = std::fs::Permissions::from_mode(0o644);
         file.as_file().set_permissions(everyone).map_err(fail)?;
     }
-    file.persist(path).map_err(|e| FitError::file(path, e.error))?;
+    file.persist(path)
+        .map_err(|e| FitError::file(path, e.error))?;
     Ok(())
 }

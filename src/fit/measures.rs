@@ -22,7 +22,12 @@ const fn length(
     ends: [&'static str; 2],
     more_and_less: [&'static str; 2],
 ) -> Definition {
-    Definition { name, description, ends, more_and_less }
+    Definition {
+        name,
+        description,
+        ends,
+        more_and_less,
+    }
 }
 
 /// All measures of a model, all of them distances between two landmarks.
@@ -54,9 +59,9 @@ pub const MEASURES: [Definition; 17] = [
 pub fn measures(template: &Template) -> FitResult<Vec<Measure>> {
     let index = |name: &str| {
         let found = template.landmarks.iter().position(|l| l.name == name);
-        found.map(|i| i as u32).ok_or_else(|| {
-            FitError::Input(format!("the template has no landmark called {name:?}"))
-        })
+        found
+            .map(|i| i as u32)
+            .ok_or_else(|| FitError::Input(format!("the template has no landmark called {name:?}")))
     };
     MEASURES
         .iter()

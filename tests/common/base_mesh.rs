@@ -13,7 +13,10 @@ pub fn folder() -> Option<PathBuf> {
     if found.join("mpfb2").is_dir() {
         return Some(found);
     }
-    let why = format!("skipped: no base mesh at {} (run ./build.sh test)", found.display());
+    let why = format!(
+        "skipped: no base mesh at {} (run ./build.sh test)",
+        found.display()
+    );
     assert!(std::env::var_os("CI").is_none(), "{why}");
     println!("{why}");
     None

@@ -9,7 +9,7 @@ use phiz::FaceModel;
 use phiz::fit::files::write_atomically;
 use phiz::fit::learn::{Learned, Settings, learn};
 use phiz::fit::template::Template;
-use phiz::fit::{FitError, FitResult, generic_head, pictures, ply, population};
+use phiz::fit::{FitError, FitResult, generic_head, ply, population};
 use phiz::model::About;
 
 /// Builds generic heads, populations and face models. Lengths are millimetres.
@@ -30,8 +30,6 @@ enum Verb {
     Train(TrainArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
-    /// Draw a template or a model: regions and points, modes at +-3 sigma, random faces.
-    Pictures(PicturesArgs),
 }
 
 #[derive(Args)]
@@ -88,22 +86,12 @@ struct InspectArgs {
     json: bool,
 }
 
-#[derive(Args)]
-struct PicturesArgs {
-    /// The template or the model.
-    file: PathBuf,
-    /// The folder to write.
-    #[arg(short, value_name = "DIR")]
-    output: PathBuf,
-}
-
 fn main() -> ExitCode {
     let done = match Cli::parse().verb {
         Verb::Template(args) => template(&args),
         Verb::Population(args) => sample(&args),
         Verb::Train(args) => train(&args),
         Verb::Inspect(args) => inspect(&args),
-        Verb::Pictures(args) => draw(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -152,7 +140,10 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     let (_names, faces): (Vec<_>, Vec<_>) =
         ply::read_faces(&args.faces, &template)?.into_iter().unzip();
     let about = about(&args.faces)?;
-    let settings = Settings { tau: args.tau, ..Settings::default() };
+    let settings = Settings {
+        tau: args.tau,
+        ..Settings::default()
+    };
     let learned = learn(&template, faces, about, &settings)?;
     let bytes = learned.parts.write()?;
     // What is written is read once before it replaces anything.
@@ -217,9 +208,15 @@ fn inspect(args: &InspectArgs) -> FitResult<()> {
         println!("{report:#}");
         return Ok(());
     }
-    println!("{}\n{}\n{}", parts.about.title, parts.about.population, parts.about.caveat);
+    println!(
+        "{}\n{}\n{}",
+        parts.about.title, parts.about.population, parts.about.caveat
+    );
     for licence in &parts.about.licences {
-        println!("from {} by {}, {}", licence.source, licence.by, licence.licence);
+        println!(
+            "from {} by {}, {}",
+            licence.source, licence.by, licence.licence
+        );
     }
     println!(
         "learned from {} faces by {}; {} vertices, {} triangles, {} coefficients, {} controls",
@@ -241,16 +238,4 @@ fn inspect(args: &InspectArgs) -> FitResult<()> {
         );
     }
     Ok(())
-}
-
-fn draw(args: &PicturesArgs) -> FitResult<()> {
-    let bytes = read(&args.file)?;
-    std::fs::create_dir_all(&args.output).map_err(|e| FitError::file(&args.output, e))?;
-    match Template::from_bytes(&bytes) {
-        Ok(template) => pictures::of_template(&template, &args.output),
-        Err(_) => {
-            let model = FaceModel::parse(&bytes).map_err(|e| FitError::file(&args.file, e))?;
-            pictures::of_model(&model, &args.output)
-        }
-    }
 }
