@@ -38,8 +38,15 @@ impl BorderBand {
                 }
             }
         }
-        let mut band = Self { hinges, rest: Vec::new() };
-        band.rest = band.hinges.iter().map(|&hinge| dihedral(rest, hinge)).collect();
+        let mut band = Self {
+            hinges,
+            rest: Vec::new(),
+        };
+        band.rest = band
+            .hinges
+            .iter()
+            .map(|&hinge| dihedral(rest, hinge))
+            .collect();
         band
     }
 
