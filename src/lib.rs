@@ -37,10 +37,11 @@ pub mod fit;
 pub mod mesh;
 pub mod model;
 pub mod quantise;
-pub mod random;
+mod random;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 
 pub use error::{Error, Result};
 pub use face::{Face, Randomize};
 pub use model::FaceModel;
+pub use random::Random;

@@ -7,8 +7,8 @@ use std::ops::Range;
 
 use glam::Vec3;
 
+use crate::Random;
 use crate::model::{Block, FaceModel, LIMIT, falloff};
-use crate::random::Random;
 use crate::{Error, Result};
 
 /// Coefficients live on a grid of 1/65536 sigma, so that a face, its code and its undo history are

@@ -116,7 +116,7 @@ pub fn mean_of(faces: &[Vec<DVec3>]) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use crate::Random;
 
     fn cloud(random: &mut Random, n: usize) -> Vec<DVec3> {
         (0..n)

@@ -4,13 +4,14 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::align::{Rigid, procrustes, vertex_areas};
+use super::describe::describe;
 use super::geodesic::Geodesic;
+use super::measures::measures;
 use super::pca::Pca;
 use super::smooth::{Smoother, Smoothing};
 use super::surround::{self, border, spread};
 use super::template::Template;
 use super::{FitError, FitResult};
-use crate::anatomy::Measure;
 use crate::model::{About, Blending, Block, Control, FALLOFF_REACH, LIMIT, ModelParts};
 use crate::quantise::Quantised;
 
@@ -180,7 +181,7 @@ pub fn learn(
         surround: None,
     });
     // The features' coefficients have mean zero, so their part of the mean face is none.
-    let parts = ModelParts {
+    let mut parts = ModelParts {
         about: About {
             faces: aligned.len() as u32,
             ..about
@@ -197,6 +198,7 @@ pub fn learn(
         measures: measures(template)?,
         blending: settings.blending,
     };
+    describe(&mut parts, &coefficients)?;
     Ok(Learned {
         parts,
         blocks: reports,
@@ -474,111 +476,6 @@ fn correlation(coefficients: &[Vec<f64>]) -> Vec<f32> {
             } else {
                 (sample[at] * (1.0 - shrink)) as f32
             }
-        })
-        .collect()
-}
-
-/// The lengths that a face knows of itself: name, where, from landmark, to landmark.
-const MEASURES: [(&str, &str, &str, &str); 16] = [
-    (
-        "face height",
-        "from the nasion to the menton",
-        "ibug_27",
-        "ibug_08",
-    ),
-    ("jaw width", "from gonion to gonion", "gonion_R", "gonion_L"),
-    (
-        "tragion width",
-        "from tragion to tragion",
-        "tragion_R",
-        "tragion_L",
-    ),
-    (
-        "forehead height",
-        "from the trichion to the glabella",
-        "trichion",
-        "glabella",
-    ),
-    (
-        "brow distance",
-        "between the inner ends of the brows",
-        "ibug_21",
-        "ibug_22",
-    ),
-    (
-        "inner eye distance",
-        "between the inner corners of the eyes",
-        "ibug_39",
-        "ibug_42",
-    ),
-    (
-        "outer eye distance",
-        "between the outer corners of the eyes",
-        "ibug_36",
-        "ibug_45",
-    ),
-    (
-        "left eye length",
-        "from corner to corner",
-        "ibug_42",
-        "ibug_45",
-    ),
-    (
-        "right eye length",
-        "from corner to corner",
-        "ibug_36",
-        "ibug_39",
-    ),
-    (
-        "nose height",
-        "from the nasion to the subnasale",
-        "ibug_27",
-        "ibug_33",
-    ),
-    (
-        "nose length",
-        "from the nasion to the tip",
-        "ibug_27",
-        "ibug_30",
-    ),
-    ("nose width", "from ala to ala", "alare_R", "alare_L"),
-    ("mouth width", "from corner to corner", "ibug_48", "ibug_54"),
-    (
-        "lip height",
-        "from the upper to the lower edge of the lips",
-        "ibug_51",
-        "ibug_57",
-    ),
-    (
-        "upper lip height",
-        "from the subnasale to the edge of the lip",
-        "ibug_33",
-        "ibug_51",
-    ),
-    (
-        "chin height",
-        "from the lower edge of the lips to the menton",
-        "ibug_57",
-        "ibug_08",
-    ),
-];
-
-fn measures(template: &Template) -> FitResult<Vec<Measure>> {
-    let index = |name: &str| {
-        let found = template.landmarks.iter().position(|l| l.name == name);
-        found
-            .map(|i| i as u32)
-            .ok_or_else(|| FitError::Input(format!("the template has no landmark called {name:?}")))
-    };
-    MEASURES
-        .iter()
-        .map(|&(name, description, from, to)| {
-            Ok(Measure {
-                name: name.into(),
-                description: description.into(),
-                from: index(from)?,
-                to: index(to)?,
-            })
         })
         .collect()
 }

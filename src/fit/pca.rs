@@ -99,7 +99,7 @@ impl Pca {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use crate::Random;
 
     fn samples(f: usize, d: usize) -> Vec<Vec<f64>> {
         let mut random = Random::new(11);
