@@ -235,9 +235,12 @@ fn inconsistent_parts_are_refused() {
         let twice = p.controls[0].direction[0];
         p.controls[0].direction.push(twice);
     });
+    // The last control reads a thousandth of coefficient 0 and has its median at -0.675: the
+    // median person would have -675 sigmas of it.
     check("a median person out of all limits", &|p| {
-        p.controls[0].direction[0].1 = 1e3;
-        p.controls[0].direction.push((1, 1e6));
+        let last = p.controls.last_mut().expect("there are ten");
+        last.direction = vec![(0, 1.0)];
+        last.reading = vec![(0, 0.001)];
     });
     check("a blending distance below a micrometre", &|p| {
         p.blending.alpha = 1e-5;

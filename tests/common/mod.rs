@@ -120,7 +120,9 @@ pub fn sheet() -> ModelParts {
         .iter()
         .flat_map(|b| {
             let named = (1..).map(|k| format!("{} {k}", b.name));
-            named.zip(b.coefficients()).map(|(name, i)| control(&name, &b.name, &[i]))
+            named
+                .zip(b.coefficients())
+                .map(|(name, i)| control(&name, &b.name, &[i]))
         })
         .collect();
     controls.push(control("long nose over wide mouth", "head", &[0, 3]));
