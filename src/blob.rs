@@ -187,12 +187,24 @@ impl BlobWriter {
             out.resize(out.len().next_multiple_of(ALIGNMENT), 0);
             out.extend_from_slice(bytes);
         }
-        let total = out.len() as u32;
-        out[16..20].copy_from_slice(&total.to_le_bytes());
-        let sum = checksum(&out);
-        out[32..40].copy_from_slice(&sum.to_le_bytes());
+        seal(&mut out);
         out
     }
+}
+
+/// Writes the length and the checksum of a blob into its preamble.
+///
+/// [`BlobWriter::finish`] does this; it is public for programs that change a blob in place, and
+/// for tests, whose damage would otherwise stop at the checksum. Fewer bytes than a preamble stay
+/// as they are.
+pub fn seal(bytes: &mut [u8]) {
+    if bytes.len() < PREAMBLE {
+        return;
+    }
+    let total = bytes.len() as u32;
+    bytes[16..20].copy_from_slice(&total.to_le_bytes());
+    let sum = checksum(bytes);
+    bytes[32..40].copy_from_slice(&sum.to_le_bytes());
 }
 
 struct Row<'a> {

@@ -22,6 +22,11 @@ pub(crate) fn grid(coefficient: f32) -> i32 {
     (f64::from(coefficient) * GRID).round() as i32
 }
 
+/// A length in mm at the nearest whole micrometre, which is what a code keeps of it.
+pub(crate) fn micrometres(mm: f32) -> f32 {
+    (mm * 1000.0).round() / 1000.0
+}
+
 /// A face of a model.
 ///
 /// vertices = mean + sum over blocks of (modes x coefficients), each block spread to its surround.
@@ -330,8 +335,7 @@ impl Face {
                 got: f64::from(alpha),
             });
         }
-        // Whole micrometres, which is what a code keeps.
-        self.alpha = (alpha * 1000.0).round() / 1000.0;
+        self.alpha = micrometres(alpha);
         self.fade();
         let every = vec![true; self.locked.len()];
         self.evaluate(&every);

@@ -14,9 +14,10 @@ pub struct Control {
     pub group: String,
     /// What it does, in a few words; may be empty.
     pub description: String,
-    /// The coefficients that it changes: `(coefficient, change for one unit of reading)`.
+    /// The coefficients that it changes, increasing: `(coefficient, change for one unit of
+    /// reading)`.
     pub direction: Vec<(u32, f32)>,
-    /// The linear read-out: `(coefficient, weight)`.
+    /// The linear read-out: `(coefficient, weight)`, coefficients increasing.
     pub reading: Vec<(u32, f32)>,
     /// The read-out at equally spaced percentiles from 0 to 1, strictly increasing: the empirical
     /// distribution over the population, with the limits (+-3 sigma) at the two ends.
@@ -37,8 +38,8 @@ impl Control {
         self.direction
             .iter()
             .map(|&(i, change)| {
-                let weight = self.reading.iter().find(|r| r.0 == i).map_or(0.0, |r| r.1);
-                change * weight
+                let found = self.reading.binary_search_by_key(&i, |r| r.0);
+                found.map_or(0.0, |at| change * self.reading[at].1)
             })
             .sum()
     }

@@ -50,6 +50,9 @@ use header::{BlockHeader, ControlHeader, Header, SurroundHeader};
 const LARGEST_COORDINATE: f32 = 1e4;
 const MAX_VERTICES: u32 = 1 << 20;
 const MAX_COEFFICIENTS: usize = 1024;
+/// Blending farther than a head is high means nothing, and up to here a whole micrometre survives
+/// f32.
+const FARTHEST_REACH: f32 = 1e3;
 /// Limits of a control in sigmas (region morphing, section 5).
 pub const LIMIT: f32 = 3.0;
 
@@ -139,6 +142,12 @@ impl FaceModel {
             for &(i, change) in &control.direction {
                 median[i as usize] += amount * change;
             }
+        }
+        if let Some(i) = median.iter().position(|m| !(m.abs() <= LIMIT)) {
+            return Err(Error::Blob(format!(
+                "its median person has {} sigmas of coefficient {i}",
+                median[i]
+            )));
         }
         let median = median.into_iter().map(crate::face::grid).collect();
         Ok(Self {
@@ -266,6 +275,17 @@ impl ModelParts {
         if header.vertices == 0 || header.vertices > MAX_VERTICES {
             return bad(format!("{} vertices", header.vertices));
         }
+        // Far above what Euler's formula allows for so many vertices; it keeps the products of
+        // these numbers within 32 bits, which is what wasm counts in.
+        if header.corners > 4 * MAX_VERTICES || header.triangles > 4 * MAX_VERTICES {
+            return bad(format!(
+                "{} texture corners and {} triangles",
+                header.corners, header.triangles
+            ));
+        }
+        if header.regions.len() > usize::from(u8::MAX) {
+            return bad(format!("{} regions", header.regions.len()));
+        }
         let n = header.vertices as usize;
         let mean = blob
             .floats("mean", 3 * n, LARGEST_COORDINATE)?
@@ -280,13 +300,15 @@ impl ModelParts {
             header.regions,
             header.parts,
         )?;
-        let total: usize = header.blocks.iter().map(|b| b.modes as usize).sum();
-        if header.blocks.is_empty() || total == 0 || total > MAX_COEFFICIENTS {
+        let total: u64 = header.blocks.iter().map(|b| u64::from(b.modes)).sum();
+        let empty = header.blocks.iter().any(|b| b.modes == 0);
+        if header.blocks.is_empty() || empty || total > MAX_COEFFICIENTS as u64 {
             return bad(format!(
                 "{total} coefficients in {} blocks",
                 header.blocks.len()
             ));
         }
+        let total = total as usize;
         let mut blocks = Vec::with_capacity(header.blocks.len());
         let mut first_coefficient = 0;
         for (b, block) in header.blocks.into_iter().enumerate() {
@@ -329,7 +351,10 @@ impl ModelParts {
             alpha,
             limits: [least, most],
         } = header.blending;
-        if !(least > 0.0 && least <= alpha && alpha <= most && most <= LARGEST_COORDINATE) {
+        let whole = [least, alpha, most]
+            .iter()
+            .all(|&mm| crate::face::micrometres(mm) == mm);
+        if !(whole && least > 0.0 && least <= alpha && alpha <= most && most <= FARTHEST_REACH) {
             return bad(format!(
                 "a blending distance of {alpha} mm in {least} to {most}"
             ));
@@ -457,6 +482,10 @@ fn read_controls(
         let terms = || header.direction.iter().chain(&header.reading);
         if terms().any(|t| t.0 as usize >= coefficients || !(t.1.abs() <= 1e6)) {
             return bad("its coefficients are not the model's");
+        }
+        let in_order = |terms: &[(u32, f32)]| terms.windows(2).all(|w| w[0].0 < w[1].0);
+        if !in_order(&header.direction) || !in_order(&header.reading) {
+            return bad("its coefficients are not in order");
         }
         if quantiles.windows(2).any(|w| w[0] >= w[1]) {
             return bad("its quantiles do not increase");
