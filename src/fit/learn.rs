@@ -49,7 +49,7 @@ impl Default for Settings {
             smoothing: Smoothing::default(),
             blending: Blending {
                 alpha: 10.0,
-                limits: [3.0, 20.0],
+                limits: [3.0, 15.0],
             },
         }
     }
