@@ -11,6 +11,7 @@ pub mod generic_head;
 pub mod ply;
 pub mod population;
 pub mod region;
+pub mod render;
 pub mod subdivide;
 pub mod template;
 
