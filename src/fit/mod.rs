@@ -8,6 +8,7 @@ pub mod base_mesh;
 pub mod colour;
 pub mod eyeball;
 pub mod generic_head;
+pub mod geodesic;
 pub mod ply;
 pub mod population;
 pub mod region;
