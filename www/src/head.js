@@ -1,5 +1,6 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { createEyes } from './eyes.js';
+import { createLashes } from './lashes.js';
 import { ambientOcclusion, smoothed } from './occlusion.js';
 import { paintBrows, paintFace } from './paint.js';
 import { createPores } from './pores.js';
@@ -137,10 +138,15 @@ export function createHead(model, face) {
     })),
     pores,
   );
+  const lashes = createLashes(skinTriangles, rest, (name) => {
+    const stencil = stencils.get(name) ?? [[0, 1]];
+    return stencil.reduce((best, entry) => (entry[1] > best[1] ? entry : best))[0];
+  });
   eyes.update(rest);
+  lashes.update(rest, eyes.centres);
 
   const group = new Group();
-  group.add(mesh, ...eyes.meshes);
+  group.add(mesh, ...eyes.meshes, lashes.mesh);
 
   /** @type {number[]} */
   const duplicates = [];
@@ -168,6 +174,7 @@ export function createHead(model, face) {
     }
     present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
     eyes.update(present);
+    lashes.update(present, eyes.centres);
   }
 
   // What belongs to no feature's block is the head's.
@@ -212,6 +219,12 @@ export function createHead(model, face) {
     update,
     highlight,
     groupAt,
+    /** @param {string} name of a landmark, on the face as it is now */
+    landmark(name) {
+      const found = landmark(present, name, new Vector3());
+      if (!found) throw new Error(`no landmark is called "${name}"`);
+      return found;
+    },
     /** How strongly the two highlights show, 0 to 1. */
     markStrength: skin.uniforms.markStrength.value,
     /** What a portrait shows: from the fading neck to the crown. */
