@@ -2,25 +2,11 @@
 
 use glam::DVec3;
 
-/// A named triangle group of the template (`skin`, `mouth cavity`, `left eyeball` ...).
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Part {
-    /// The part's name.
-    pub name: String,
-    /// Its first triangle.
-    pub first: u32,
-    /// How many triangles it has.
-    pub count: u32,
-}
-
-/// A named point of the template's surface, as weights on vertices that sum to 1.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Landmark {
-    /// `ibug_00` to `ibug_67`, or an anatomical name.
-    pub name: String,
-    /// `(vertex, weight)` pairs; the weights sum to 1.
-    pub stencil: Vec<(u32, f64)>,
-}
+use super::FitResult;
+use crate::Error;
+pub use crate::anatomy::{Landmark, Part};
+use crate::blob::{Blob, BlobWriter, Kind};
+use crate::mesh::Topology;
 
 /// A linear map from the base mesh's vertices to the template's, one sparse row a vertex.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -94,5 +80,109 @@ impl Template {
             .iter()
             .map(|&(vertex, weight)| positions[vertex as usize] * weight)
             .sum()
+    }
+}
+
+/// The JSON header of a template blob.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Header {
+    units: String,
+    vertices: u32,
+    corners: u32,
+    triangles: u32,
+    regions: Vec<String>,
+    parts: Vec<Part>,
+    landmarks: Vec<Landmark>,
+}
+
+/// # Sections of a template blob
+///
+/// Those of [`crate::model`] from `uvs` to `colours`, and: `positions` f64 3 N, rest pose in mm;
+/// `stencil_starts` index N + 1; `stencil_bases` index and `stencil_weights` f64, both E, the
+/// entries of the subdivision's rows.
+impl Template {
+    /// Everything but positions, points and stencils, as the model keeps it.
+    pub fn topology(&self) -> Topology {
+        Topology {
+            uvs: self.uvs.clone(),
+            uv_vertices: self.uv_vertices.clone(),
+            uv_triangles: self.uv_triangles.clone(),
+            parts: self.parts.clone(),
+            mirror: self.mirror.clone(),
+            region_names: self.region_names.clone(),
+            regions: self.regions.clone(),
+            colours: self.colours.clone(),
+        }
+    }
+
+    /// The bytes of the template's blob.
+    ///
+    /// # Errors
+    /// When the header cannot be written.
+    pub fn to_bytes(&self) -> FitResult<Vec<u8>> {
+        let header = Header {
+            units: "mm".into(),
+            vertices: self.positions.len() as u32,
+            corners: self.uvs.len() as u32,
+            triangles: self.uv_triangles.len() as u32,
+            regions: self.region_names.clone(),
+            parts: self.parts.clone(),
+            landmarks: self.landmarks.clone(),
+        };
+        let mut blob = BlobWriter::new(Kind::Template, &header)?;
+        let flat: Vec<f64> = self.positions.iter().flat_map(|p| p.to_array()).collect();
+        blob.section("positions", &flat);
+        self.topology().write(&mut blob);
+        blob.indices("stencil_starts", &self.stencils.starts);
+        let (bases, weights): (Vec<u32>, Vec<f64>) = self.stencils.entries.iter().copied().unzip();
+        blob.indices("stencil_bases", &bases);
+        blob.section("stencil_weights", &weights);
+        Ok(blob.finish())
+    }
+
+    /// Reads a template's blob.
+    ///
+    /// # Errors
+    /// When the bytes are not a whole and consistent template.
+    pub fn from_bytes(bytes: &[u8]) -> FitResult<Self> {
+        let blob = Blob::parse(bytes, Kind::Template)?;
+        let header: Header = blob.header()?;
+        let n = header.vertices as usize;
+        let (corners, triangles) = (header.corners as usize, header.triangles as usize);
+        let topology = Topology::read(&blob, n, corners, triangles, header.regions, header.parts)?;
+        let positions = blob.section::<f64>("positions", 3 * n)?;
+        let weights = blob.sized::<f64>("stencil_weights")?;
+        let starts = blob.indices("stencil_starts", weights.len() + 1)?;
+        // Base meshes have some 20,000 vertices; the operator itself says how many it needs.
+        let bases = blob.indices("stencil_bases", 1 << 20)?;
+        let rows = starts.len() == n + 1 && starts.windows(2).all(|w| w[0] <= w[1]);
+        let ends = starts
+            .last()
+            .is_some_and(|&end| end as usize == weights.len());
+        let points = header
+            .landmarks
+            .iter()
+            .flat_map(|l| &l.stencil)
+            .all(|s| (s.0 as usize) < n);
+        let finite = positions.iter().chain(&weights).all(|x| x.abs() < 1e6);
+        if !(rows && ends && points && finite && bases.len() == weights.len()) {
+            return Err(Error::Blob("its stencils, points or numbers are not sound".into()).into());
+        }
+        Ok(Self {
+            positions: positions.chunks_exact(3).map(DVec3::from_slice).collect(),
+            uvs: topology.uvs,
+            uv_vertices: topology.uv_vertices,
+            uv_triangles: topology.uv_triangles,
+            parts: topology.parts,
+            mirror: topology.mirror,
+            region_names: topology.region_names,
+            regions: topology.regions,
+            colours: topology.colours,
+            landmarks: header.landmarks,
+            stencils: Stencils {
+                starts,
+                entries: bases.into_iter().zip(weights).collect(),
+            },
+        })
     }
 }

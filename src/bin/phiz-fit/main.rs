@@ -1,2 +1,241 @@
 //! `phiz-fit`: the offline program.
-fn main() {}
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use phiz::FaceModel;
+use phiz::fit::files::write_atomically;
+use phiz::fit::learn::{Learned, Settings, learn};
+use phiz::fit::template::Template;
+use phiz::fit::{FitError, FitResult, generic_head, ply, population};
+use phiz::model::About;
+
+/// Builds generic heads, populations and face models. Lengths are millimetres.
+#[derive(Parser)]
+#[command(name = "phiz-fit", version)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Build the generic head from the base mesh.
+    Template(TemplateArgs),
+    /// Sample registered synthetic faces from the base mesh's targets.
+    Population(PopulationArgs),
+    /// Align, learn and bake: from registered faces to a model.
+    Train(TrainArgs),
+    /// Say what is in a model.
+    Inspect(InspectArgs),
+}
+
+#[derive(Args)]
+struct TemplateArgs {
+    /// The unpacked data folder of the base mesh (holds `mpfb2`).
+    #[arg(long, value_name = "DIR")]
+    base_mesh: PathBuf,
+    /// The template to write.
+    #[arg(short, value_name = "FILE")]
+    output: PathBuf,
+}
+
+#[derive(Args)]
+struct PopulationArgs {
+    /// The generic head.
+    #[arg(long, value_name = "FILE")]
+    template: PathBuf,
+    /// The unpacked data folder of the base mesh (holds `mpfb2`).
+    #[arg(long, value_name = "DIR")]
+    base_mesh: PathBuf,
+    /// How many faces.
+    #[arg(long, default_value_t = 400)]
+    count: usize,
+    /// The same seed gives the same faces.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The folder to write: a PLY a face, and `labels.json`.
+    #[arg(short, value_name = "DIR")]
+    output: PathBuf,
+}
+
+#[derive(Args)]
+struct TrainArgs {
+    /// The generic head.
+    #[arg(long, value_name = "FILE")]
+    template: PathBuf,
+    /// The folder of registered faces (PLY).
+    #[arg(long, value_name = "DIR")]
+    faces: PathBuf,
+    /// The part of the variance that the modes of a region keep.
+    #[arg(long, default_value_t = 0.95)]
+    tau: f64,
+    /// The model to write.
+    #[arg(short, value_name = "FILE")]
+    output: PathBuf,
+}
+
+#[derive(Args)]
+struct InspectArgs {
+    /// The model.
+    model: PathBuf,
+    /// As JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+fn main() -> ExitCode {
+    let done = match Cli::parse().verb {
+        Verb::Template(args) => template(&args),
+        Verb::Population(args) => sample(&args),
+        Verb::Train(args) => train(&args),
+        Verb::Inspect(args) => inspect(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("phiz-fit: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn read(path: &Path) -> FitResult<Vec<u8>> {
+    std::fs::read(path).map_err(|e| FitError::file(path, e))
+}
+
+fn read_template(path: &Path) -> FitResult<Template> {
+    Template::from_bytes(&read(path)?).map_err(|e| FitError::file(path, e))
+}
+
+fn read_model(path: &Path) -> FitResult<FaceModel> {
+    FaceModel::parse(&read(path)?).map_err(|e| FitError::file(path, e))
+}
+
+fn template(args: &TemplateArgs) -> FitResult<()> {
+    let template = generic_head::build(&args.base_mesh)?;
+    write_atomically(&args.output, &template.to_bytes()?)?;
+    println!(
+        "{}: {} vertices, {} triangles, {} points",
+        args.output.display(),
+        template.positions.len(),
+        template.uv_triangles.len(),
+        template.landmarks.len()
+    );
+    Ok(())
+}
+
+fn sample(args: &PopulationArgs) -> FitResult<()> {
+    let template = read_template(&args.template)?;
+    let people = population::sample(&template, &args.base_mesh, args.count, args.seed)?;
+    population::write(&people, &template, &args.output)?;
+    println!("{}: {} faces", args.output.display(), people.faces.len());
+    Ok(())
+}
+
+fn train(args: &TrainArgs) -> FitResult<()> {
+    let template = read_template(&args.template)?;
+    let (_names, faces): (Vec<_>, Vec<_>) =
+        ply::read_faces(&args.faces, &template)?.into_iter().unzip();
+    let about = about(&args.faces)?;
+    let settings = Settings {
+        tau: args.tau,
+        ..Settings::default()
+    };
+    let learned = learn(&template, faces, about, &settings)?;
+    let bytes = learned.parts.write()?;
+    // What is written is read once before it replaces anything.
+    FaceModel::parse(&bytes)?;
+    write_atomically(&args.output, &bytes)?;
+    print!("{}", summary(&learned));
+    println!("{}: {} bytes", args.output.display(), bytes.len());
+    Ok(())
+}
+
+/// Whose faces they are: the `about.json` beside them, which who made the faces wrote.
+fn about(faces: &Path) -> FitResult<About> {
+    let path = faces.join("about.json");
+    let mut about = if path.exists() {
+        serde_json::from_slice(&read(&path)?).map_err(|e| FitError::file(&path, e))?
+    } else {
+        About {
+            title: "unnamed".into(),
+            population: format!("The faces of {}; no about.json said more.", faces.display()),
+            ..About::default()
+        }
+    };
+    about.made_by = format!("phiz-fit {}", env!("CARGO_PKG_VERSION"));
+    Ok(about)
+}
+
+fn summary(learned: &Learned) -> String {
+    let mut text = format!("alignment left {:.2} mm RMS\n", learned.alignment);
+    for block in &learned.blocks {
+        text += &format!(
+            "{:10} {:3} modes, {:4.1} % of the variance; smoothing kept {:.0} % of the motion\n",
+            block.name,
+            block.modes,
+            100.0 * block.variance,
+            100.0 * block.kept_by_smoothing
+        );
+    }
+    text
+}
+
+fn inspect(args: &InspectArgs) -> FitResult<()> {
+    let model = read_model(&args.model)?;
+    let parts = model.parts();
+    if args.json {
+        let blocks: Vec<_> = parts
+            .blocks
+            .iter()
+            .map(|b| {
+                serde_json::json!({
+                    "name": b.name, "modes": b.sigmas.len(), "vertices": b.support.len(),
+                    "step_mm": b.modes.step, "sigmas_mm": b.sigmas,
+                    "surround": b.surround.as_ref().map(|s| s.targets.len()),
+                })
+            })
+            .collect();
+        let report = serde_json::json!({
+            "about": parts.about, "vertices": parts.mean.len(),
+            "triangles": parts.topology.uv_triangles.len(), "coefficients": parts.coefficients(),
+            "blocks": blocks, "controls": parts.controls.iter().map(|c| &c.name).collect::<Vec<_>>(),
+            "landmarks": parts.landmarks.len(), "measures": parts.measures, "blending": parts.blending,
+        });
+        println!("{report:#}");
+        return Ok(());
+    }
+    println!(
+        "{}\n{}\n{}",
+        parts.about.title, parts.about.population, parts.about.caveat
+    );
+    for licence in &parts.about.licences {
+        println!(
+            "from {} by {}, {}",
+            licence.source, licence.by, licence.licence
+        );
+    }
+    println!(
+        "learned from {} faces by {}; {} vertices, {} triangles, {} coefficients, {} controls",
+        parts.about.faces,
+        parts.about.made_by,
+        parts.mean.len(),
+        parts.topology.uv_triangles.len(),
+        parts.coefficients(),
+        parts.controls.len()
+    );
+    for block in &parts.blocks {
+        println!(
+            "{:10} {:3} modes on {:5} vertices, {:5} around follow; step {} mm",
+            block.name,
+            block.sigmas.len(),
+            block.support.len(),
+            block.surround.as_ref().map_or(0, |s| s.targets.len()),
+            block.modes.step
+        );
+    }
+    Ok(())
+}

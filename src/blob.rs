@@ -1,0 +1,457 @@
+//! The blob: the one file format in which templates and models are kept.
+//!
+//! Everything is little-endian. A blob is
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 0..8 | magic `70 68 69 7A 0D 0A 1A 0A` (`phiz`, CR LF, ctrl-Z, LF: a text-mode copy damages it visibly) |
+//! | 8..12 | u32 version, [`VERSION`] |
+//! | 12..16 | u32 kind: 1 a template, 2 a model |
+//! | 16..20 | u32 length of the whole blob in bytes |
+//! | 20..24 | u32 length of the JSON header in bytes |
+//! | 24..28 | u32 number of sections |
+//! | 28..32 | zero |
+//! | 32..40 | u64 checksum of all other bytes (`checksum`) |
+//! | 40.. | the section table, 32 bytes a section |
+//! | then | the JSON header, UTF-8 |
+//! | then | the sections, each starting at a multiple of 16, zeros between |
+//!
+//! A row of the section table is: 16 bytes of name (ASCII, zero-padded), u32 element type
+//! (1 u8, 2 u16, 3 i16, 4 u32, 5 f32, 6 f64), u32 offset from the start of the blob, u32 length in
+//! bytes, u32 zero.
+//!
+//! What the sections of a model mean is documented in [`crate::model`] beside the code that reads
+//! them; those of a template in `fit::template`.
+//!
+//! The reader trusts nothing. It never allocates more than a small multiple of the bytes that it
+//! was given, and every offset, length and number is checked before it is used.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::{Error, Result};
+
+const MAGIC: [u8; 8] = *b"phiz\r\n\x1a\n";
+/// The format's version: a reader takes its own version and no other.
+pub const VERSION: u32 = 1;
+const PREAMBLE: usize = 40;
+const ROW: usize = 32;
+const ALIGNMENT: usize = 16;
+/// More than any real blob has, few enough that a damaged count cannot cost time.
+const MAX_SECTIONS: usize = 256;
+/// 256 MiB: a hundred times the default model.
+const MAX_BYTES: usize = 1 << 28;
+
+/// What a blob holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A generic head, for the offline program.
+    Template,
+    /// A face model, for everyone.
+    Model,
+}
+
+impl Kind {
+    fn code(self) -> u32 {
+        match self {
+            Kind::Template => 1,
+            Kind::Model => 2,
+        }
+    }
+}
+
+/// A number type that a section can hold.
+pub trait Element: Copy {
+    /// The element type's code in the section table.
+    const CODE: u32;
+    /// Bytes an element.
+    const SIZE: usize;
+    /// Appends the little-endian bytes.
+    fn write(self, out: &mut Vec<u8>);
+    /// Reads from `Self::SIZE` little-endian bytes.
+    fn read(bytes: &[u8]) -> Self;
+}
+
+macro_rules! element {
+    ($type:ty, $code:literal) => {
+        impl Element for $type {
+            const CODE: u32 = $code;
+            const SIZE: usize = size_of::<$type>();
+            fn write(self, out: &mut Vec<u8>) {
+                out.extend_from_slice(&self.to_le_bytes());
+            }
+            fn read(bytes: &[u8]) -> Self {
+                let mut array = [0; size_of::<$type>()];
+                array.copy_from_slice(bytes);
+                <$type>::from_le_bytes(array)
+            }
+        }
+    };
+}
+element!(u8, 1);
+element!(u16, 2);
+element!(i16, 3);
+element!(u32, 4);
+element!(f32, 5);
+element!(f64, 6);
+
+/// FNV-1a over the little-endian 64-bit words of a blob but for its checksum (bytes 32..40), the
+/// last word padded with zeros. `bytes` holds at least a preamble.
+///
+/// Each step is a bijection of the running value, so any single changed word, and so any flipped
+/// bit, changes the result.
+fn checksum(bytes: &[u8]) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut mix = |word: u64| hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+    let words = bytes[PREAMBLE..].chunks_exact(8);
+    let rest = words.remainder();
+    for word in bytes[..PREAMBLE - 8].chunks_exact(8).chain(words) {
+        mix(u64::from_le_bytes([
+            word[0], word[1], word[2], word[3], word[4], word[5], word[6], word[7],
+        ]));
+    }
+    let mut last = [0; 8];
+    last[..rest.len()].copy_from_slice(rest);
+    mix(u64::from_le_bytes(last));
+    hash
+}
+
+/// Puts a blob together.
+pub struct BlobWriter {
+    kind: Kind,
+    header: Vec<u8>,
+    sections: Vec<(String, u32, Vec<u8>)>,
+}
+
+impl BlobWriter {
+    /// Starts a blob with its JSON header.
+    ///
+    /// # Errors
+    /// When the header cannot be written as JSON.
+    pub fn new(kind: Kind, header: &impl Serialize) -> Result<Self> {
+        Ok(Self {
+            kind,
+            header: serde_json::to_vec(header).map_err(|e| Error::Blob(e.to_string()))?,
+            sections: Vec::new(),
+        })
+    }
+
+    /// Adds a section. `name` is ASCII of at most 16 bytes, unlike every other.
+    pub fn section<T: Element>(&mut self, name: &str, elements: &[T]) {
+        debug_assert!(name.is_ascii() && name.len() <= 16);
+        let mut bytes = Vec::with_capacity(elements.len() * T::SIZE);
+        for &element in elements {
+            element.write(&mut bytes);
+        }
+        self.sections.push((name.to_owned(), T::CODE, bytes));
+    }
+
+    /// Adds indices, as u16 when they all fit and as u32 otherwise. Read with [`Blob::indices`].
+    pub fn indices(&mut self, name: &str, indices: &[u32]) {
+        match indices
+            .iter()
+            .map(|&i| u16::try_from(i))
+            .collect::<Result<Vec<_>, _>>()
+        {
+            Ok(short) => self.section(name, &short),
+            Err(_) => self.section(name, indices),
+        }
+    }
+
+    /// The bytes of the blob.
+    pub fn finish(self) -> Vec<u8> {
+        let mut out = Vec::new();
+        out.extend_from_slice(&MAGIC);
+        VERSION.write(&mut out);
+        self.kind.code().write(&mut out);
+        0_u32.write(&mut out);
+        (self.header.len() as u32).write(&mut out);
+        (self.sections.len() as u32).write(&mut out);
+        0_u32.write(&mut out);
+        out.extend_from_slice(&[0; 8]);
+
+        let mut offset = PREAMBLE + ROW * self.sections.len() + self.header.len();
+        for (name, code, bytes) in &self.sections {
+            offset = offset.next_multiple_of(ALIGNMENT);
+            let mut padded = [0; 16];
+            padded[..name.len()].copy_from_slice(name.as_bytes());
+            out.extend_from_slice(&padded);
+            code.write(&mut out);
+            (offset as u32).write(&mut out);
+            (bytes.len() as u32).write(&mut out);
+            0_u32.write(&mut out);
+            offset += bytes.len();
+        }
+        out.extend_from_slice(&self.header);
+        for (_, _, bytes) in &self.sections {
+            out.resize(out.len().next_multiple_of(ALIGNMENT), 0);
+            out.extend_from_slice(bytes);
+        }
+        seal(&mut out);
+        out
+    }
+}
+
+/// Writes the length and the checksum of a blob into its preamble.
+///
+/// [`BlobWriter::finish`] does this; it is public for programs that change a blob in place, and
+/// for tests, whose damage would otherwise stop at the checksum. Fewer bytes than a preamble stay
+/// as they are.
+pub fn seal(bytes: &mut [u8]) {
+    if bytes.len() < PREAMBLE {
+        return;
+    }
+    let total = bytes.len() as u32;
+    bytes[16..20].copy_from_slice(&total.to_le_bytes());
+    let sum = checksum(bytes);
+    bytes[32..40].copy_from_slice(&sum.to_le_bytes());
+}
+
+struct Row<'a> {
+    name: &'a [u8],
+    code: u32,
+    bytes: &'a [u8],
+}
+
+/// A blob whose preamble, table and checksum have been checked.
+pub struct Blob<'a> {
+    header: &'a [u8],
+    rows: Vec<Row<'a>>,
+    checksum: u64,
+}
+
+fn word(bytes: &[u8], at: usize) -> u32 {
+    u32::read(&bytes[at..at + 4])
+}
+
+impl<'a> Blob<'a> {
+    /// Checks the container.
+    ///
+    /// # Errors
+    /// [`Error::Version`] for another version, [`Error::Blob`] for everything else that is wrong.
+    pub fn parse(bytes: &'a [u8], kind: Kind) -> Result<Self> {
+        let bad = |why: String| Err(Error::Blob(why));
+        if bytes.len() < PREAMBLE {
+            return bad(format!(
+                "{} bytes are too few for a preamble of {PREAMBLE}",
+                bytes.len()
+            ));
+        }
+        if bytes[..8] != MAGIC {
+            return bad("it does not start with the phiz signature".into());
+        }
+        if word(bytes, 8) != VERSION {
+            return Err(Error::Version {
+                found: word(bytes, 8),
+                expected: VERSION,
+            });
+        }
+        if bytes.len() > MAX_BYTES {
+            return bad(format!(
+                "{} bytes are over the limit of {MAX_BYTES}",
+                bytes.len()
+            ));
+        }
+        let total = word(bytes, 16) as usize;
+        if total != bytes.len() {
+            return bad(format!(
+                "it says that it is {total} bytes long, but {} are here",
+                bytes.len()
+            ));
+        }
+        let expected = u64::from_le_bytes(bytes[32..40].try_into().unwrap_or_default());
+        let found = checksum(bytes);
+        if found != expected {
+            return bad("its checksum does not match: the bytes were damaged".into());
+        }
+        if word(bytes, 12) != kind.code() {
+            return bad(match kind {
+                Kind::Template => "it is not a template".into(),
+                Kind::Model => "it is not a face model".into(),
+            });
+        }
+        if word(bytes, 28) != 0 {
+            return bad("its reserved bytes are not zero".into());
+        }
+        let count = word(bytes, 24) as usize;
+        if count > MAX_SECTIONS {
+            return bad(format!(
+                "{count} sections are over the limit of {MAX_SECTIONS}"
+            ));
+        }
+        let header_start = PREAMBLE + count * ROW;
+        let header_len = word(bytes, 20) as usize;
+        let Some(header_end) = header_start
+            .checked_add(header_len)
+            .filter(|&end| end <= bytes.len())
+        else {
+            return bad("its header reaches past its end".into());
+        };
+        let mut rows = Vec::with_capacity(count);
+        for i in 0..count {
+            let row = &bytes[PREAMBLE + i * ROW..PREAMBLE + (i + 1) * ROW];
+            let (offset, length) = (word(row, 20) as usize, word(row, 24) as usize);
+            let section = offset
+                .checked_add(length)
+                .filter(|_| offset >= header_end && offset.is_multiple_of(ALIGNMENT))
+                .and_then(|end| bytes.get(offset..end));
+            let Some(section) = section else {
+                return bad(format!("section {i} lies outside of it"));
+            };
+            rows.push(Row {
+                name: row[..16]
+                    .trim_ascii_end()
+                    .split(|&b| b == 0)
+                    .next()
+                    .unwrap_or(&[]),
+                code: word(row, 16),
+                bytes: section,
+            });
+        }
+        Ok(Self {
+            header: &bytes[header_start..header_end],
+            rows,
+            checksum: expected,
+        })
+    }
+
+    /// The checksum of the contents: the identity of the model.
+    pub fn checksum(&self) -> u64 {
+        self.checksum
+    }
+
+    /// The JSON header.
+    ///
+    /// # Errors
+    /// When it is not the JSON that `H` wants.
+    pub fn header<H: DeserializeOwned>(&self) -> Result<H> {
+        serde_json::from_slice(self.header).map_err(|e| Error::Blob(format!("its header: {e}")))
+    }
+
+    fn row(&self, name: &str) -> Result<&Row<'a>> {
+        self.rows
+            .iter()
+            .find(|row| row.name == name.as_bytes())
+            .ok_or_else(|| Error::Blob(format!("section {name:?} is missing")))
+    }
+
+    /// A section of exactly `length` elements.
+    ///
+    /// # Errors
+    /// When it is missing, of another type or of another length.
+    pub fn section<T: Element>(&self, name: &str, length: usize) -> Result<Vec<T>> {
+        let section = self.sized::<T>(name)?;
+        if section.len() != length {
+            return Err(Error::Blob(format!(
+                "section {name:?} has {} elements, not {length}",
+                section.len()
+            )));
+        }
+        Ok(section)
+    }
+
+    /// A section of any length.
+    ///
+    /// # Errors
+    /// When it is missing or of another type.
+    pub fn sized<T: Element>(&self, name: &str) -> Result<Vec<T>> {
+        let row = self.row(name)?;
+        if row.code != T::CODE || !row.bytes.len().is_multiple_of(T::SIZE) {
+            return Err(Error::Blob(format!("section {name:?} is of another type")));
+        }
+        Ok(row.bytes.chunks_exact(T::SIZE).map(T::read).collect())
+    }
+
+    /// A section of finite f32, none larger than `limit` in magnitude.
+    ///
+    /// # Errors
+    /// As [`Blob::section`], or when a number is out of range.
+    pub fn floats(&self, name: &str, length: usize, limit: f32) -> Result<Vec<f32>> {
+        let section = self.section::<f32>(name, length)?;
+        match section.iter().position(|x| !(x.abs() <= limit)) {
+            Some(at) => Err(Error::Blob(format!(
+                "number {at} of section {name:?} is {}, outside +-{limit}",
+                section[at]
+            ))),
+            None => Ok(section),
+        }
+    }
+
+    /// A section of indices below `bound`, written by [`BlobWriter::indices`].
+    ///
+    /// # Errors
+    /// When it is missing, of another type, or an index is out of range.
+    pub fn indices(&self, name: &str, bound: usize) -> Result<Vec<u32>> {
+        let indices = if self.row(name)?.code == u16::CODE {
+            self.sized::<u16>(name)?
+                .into_iter()
+                .map(u32::from)
+                .collect()
+        } else {
+            self.sized::<u32>(name)?
+        };
+        match indices.iter().position(|&i| i as usize >= bound) {
+            Some(at) => Err(Error::Blob(format!(
+                "index {at} of section {name:?} is {}, not below {bound}",
+                indices[at]
+            ))),
+            None => Ok(indices),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn small() -> Vec<u8> {
+        let mut writer = BlobWriter::new(Kind::Model, &serde_json::json!({"a": 1})).unwrap();
+        writer.section("floats", &[1.0_f32, 2.0, -3.5]);
+        writer.indices("indices", &[0, 5, 65_536]);
+        writer.section("bytes", &[7_u8]);
+        writer.finish()
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let bytes = small();
+        let blob = Blob::parse(&bytes, Kind::Model).unwrap();
+        assert_eq!(blob.floats("floats", 3, 4.0).unwrap(), [1.0, 2.0, -3.5]);
+        assert_eq!(blob.indices("indices", 65_537).unwrap(), [0, 5, 65_536]);
+        assert!(blob.indices("indices", 65_536).is_err());
+        assert!(blob.floats("floats", 3, 3.0).is_err());
+        assert!(blob.section::<u8>("bytes", 2).is_err());
+        assert!(blob.section::<u16>("bytes", 1).is_err());
+        assert!(blob.section::<u8>("none", 1).is_err());
+        assert!(Blob::parse(&bytes, Kind::Template).is_err());
+    }
+
+    #[test]
+    fn every_truncation_and_every_flipped_bit_is_an_error() {
+        let bytes = small();
+        for end in 0..bytes.len() {
+            assert!(
+                Blob::parse(&bytes[..end], Kind::Model).is_err(),
+                "cut at {end}"
+            );
+        }
+        for bit in 0..bytes.len() * 8 {
+            let mut flipped = bytes.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            assert!(Blob::parse(&flipped, Kind::Model).is_err(), "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn another_version_is_named() {
+        let mut bytes = small();
+        bytes[8] = 9;
+        assert_eq!(
+            Blob::parse(&bytes, Kind::Model).err(),
+            Some(Error::Version {
+                found: 9,
+                expected: VERSION
+            })
+        );
+    }
+}

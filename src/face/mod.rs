@@ -1,0 +1,523 @@
+//! A face: a model and coefficients; everything else of it is computed.
+
+mod code;
+mod probable;
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use crate::Random;
+use crate::model::{Block, FaceModel, LIMIT, falloff};
+use crate::{Error, Result};
+
+/// Coefficients live on a grid of 1/65536 sigma, so that a face, its code and its undo history are
+/// the same numbers everywhere. At a mode of 5 mm a step of the grid is 0.08 micrometres.
+const GRID: f64 = 65_536.0;
+/// Far beyond any face; up to 256 sigmas every point of the grid is an f32.
+const FARTHEST: f32 = 255.0;
+
+/// The grid point nearest to a coefficient in sigmas.
+pub(crate) fn grid(coefficient: f32) -> i32 {
+    (f64::from(coefficient) * GRID).round() as i32
+}
+
+/// A length in mm at the nearest whole micrometre, which is what a code keeps of it.
+pub(crate) fn micrometres(mm: f32) -> f32 {
+    (mm * 1000.0).round() / 1000.0
+}
+
+/// A face of a model.
+///
+/// vertices = mean + sum over blocks of (modes x coefficients), each block spread to its surround.
+/// Positions and normals are brought up to date by every call that changes the face. Positions
+/// depend only on the coefficients and [`Face::alpha`], never on the way that led to them.
+#[derive(Debug, Clone)]
+pub struct Face {
+    model: FaceModel,
+    /// Coefficients in units of 1/65536 sigma.
+    state: Vec<i32>,
+    locked: Vec<bool>,
+    alpha: f32,
+    /// Fall-off of each surround target at the present alpha, a block after another.
+    fades: Vec<Vec<f32>>,
+    /// Displacements by each block: of its support, then of its surround targets.
+    displacements: Vec<Vec<Vec3>>,
+    positions: Vec<Vec3>,
+    /// One more than there are vertices; see [`crate::mesh::Patch::normals`].
+    normals: Vec<Vec3>,
+    changed: Range<u32>,
+}
+
+/// What [`Face::randomize`] may be told.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Randomize {
+    /// The same seed gives the same face; without one, the system's randomness is asked.
+    pub seed: Option<u64>,
+    /// How unusual: 1 (the default) samples the population, 0 gives its mean.
+    pub spread: Option<f64>,
+    /// The regions to change; all when absent.
+    pub regions: Option<Vec<String>>,
+}
+
+impl Face {
+    pub(crate) fn new(model: &FaceModel) -> Self {
+        let parts = model.parts();
+        let slots =
+            |b: &Block| b.support.len() + b.surround.as_ref().map_or(0, |s| s.targets.len());
+        let mut face = Self {
+            state: model.derived.median.clone(),
+            locked: vec![false; parts.blocks.len()],
+            alpha: parts.blending.alpha,
+            fades: Vec::new(),
+            displacements: parts
+                .blocks
+                .iter()
+                .map(|b| vec![Vec3::ZERO; slots(b)])
+                .collect(),
+            positions: parts.mean.clone(),
+            normals: vec![Vec3::ZERO; parts.mean.len() + 1],
+            changed: 0..0,
+            model: model.clone(),
+        };
+        face.fade();
+        face.evaluate(&vec![true; parts.blocks.len()]);
+        face
+    }
+
+    /// The model that the face belongs to.
+    pub fn model(&self) -> &FaceModel {
+        &self.model
+    }
+
+    /// Vertex positions, mm.
+    pub fn positions(&self) -> &[Vec3] {
+        &self.positions
+    }
+
+    /// Unit vertex normals, each triangle counting by its area.
+    pub fn normals(&self) -> &[Vec3] {
+        &self.normals[..self.positions.len()]
+    }
+
+    /// The smallest range of vertices outside of which the last change touched neither position
+    /// nor normal.
+    pub fn changed(&self) -> Range<u32> {
+        self.changed.clone()
+    }
+
+    /// The coefficients in sigmas, block after block.
+    pub fn coefficients(&self) -> Vec<f32> {
+        self.state
+            .iter()
+            .map(|&c| (f64::from(c) / GRID) as f32)
+            .collect()
+    }
+
+    /// Replaces all coefficients (sigmas). Limits and locks do not apply: this is how a state is
+    /// put back.
+    ///
+    /// # Errors
+    /// When their number is wrong, or one is not a number or beyond 255 sigmas.
+    pub fn set_coefficients(&mut self, coefficients: &[f32]) -> Result<()> {
+        if coefficients.len() != self.state.len() {
+            return Err(Error::Mismatch(format!(
+                "{} coefficients were given, the model has {}",
+                coefficients.len(),
+                self.state.len()
+            )));
+        }
+        self.change(coefficients)
+    }
+
+    /// Where the face stands on a control: the part of the population below it, 0..=1.
+    ///
+    /// # Errors
+    /// When no control has that name.
+    pub fn get(&self, control: &str) -> Result<f64> {
+        let control = self.model.control(control)?;
+        Ok(f64::from(
+            control.percentile(control.read(&self.coefficients())),
+        ))
+    }
+
+    /// Moves a control to a percentile, 0..=1.
+    ///
+    /// # Errors
+    /// When no control has that name, or the value is outside 0..=1.
+    pub fn set(&mut self, control: &str, value: f64) -> Result<()> {
+        let control = self.model.control(control)?;
+        let mut coefficients = self.coefficients();
+        let wanted = control.quantile(value as f32)?;
+        let amount = (wanted - control.read(&coefficients)) / control.gain();
+        for &(i, change) in &control.direction {
+            coefficients[i as usize] += amount * change;
+        }
+        self.change(&coefficients)
+    }
+
+    /// Puts a region, or everything, back to the median person. Locked regions stay.
+    ///
+    /// # Errors
+    /// When no region has that name.
+    pub fn reset(&mut self, region: Option<&str>) -> Result<()> {
+        let mut state = self.state.clone();
+        let only = region.map(|name| self.model.block(name)).transpose()?;
+        for (b, block) in self.model.parts().blocks.iter().enumerate() {
+            if only.is_none_or(|o| o == b) && !self.locked[b] {
+                let own = block.coefficients();
+                state[own.clone()].copy_from_slice(&self.model.derived.median[own]);
+            }
+        }
+        self.replace(state);
+        Ok(())
+    }
+
+    /// Moves the face, or the named regions of it, towards `other`: 0 leaves it, 1 takes it over.
+    /// Locked regions stay.
+    ///
+    /// # Errors
+    /// When the faces are of two models, a region is unknown or `t` is not in 0..=1.
+    pub fn blend(&mut self, other: &Face, t: f64, regions: Option<&[String]>) -> Result<()> {
+        if other.model.derived.fingerprint != self.model.derived.fingerprint {
+            return Err(Error::Mismatch(
+                "faces of two models cannot be blended".into(),
+            ));
+        }
+        if !(0.0..=1.0).contains(&t) {
+            return Err(Error::Value {
+                what: "the amount of a blend",
+                wanted: "from 0 to 1".into(),
+                got: t,
+            });
+        }
+        let free = self.free(regions)?;
+        let mut state = self.state.clone();
+        for i in free {
+            let (from, to) = (f64::from(self.state[i]), f64::from(other.state[i]));
+            state[i] = (from + (to - from) * t).round() as i32;
+        }
+        self.replace(state);
+        Ok(())
+    }
+
+    /// Draws a face from the population and returns the seed that was used.
+    ///
+    /// The coefficients are drawn from the joint normal distribution with the population's
+    /// correlations, *given* those of locked regions and of regions that are not named: the rest
+    /// fits what is kept. Each coefficient stays within 3 sigmas.
+    ///
+    /// # Errors
+    /// When a region is unknown, the spread is not in 0..=3, or the system has no randomness.
+    pub fn randomize(&mut self, options: &Randomize) -> Result<u64> {
+        let spread = options.spread.unwrap_or(1.0);
+        if !(0.0..=3.0).contains(&spread) {
+            return Err(Error::Value {
+                what: "the spread",
+                wanted: "from 0 to 3".into(),
+                got: spread,
+            });
+        }
+        let free = self.free(options.regions.as_deref())?;
+        let seed = match options.seed {
+            Some(seed) => seed,
+            // 53 bits, so that the seed survives as a JavaScript number.
+            None => {
+                getrandom::u64().map_err(|e| Error::Mismatch(format!("no randomness: {e}")))? >> 11
+            }
+        };
+        let mut random = Random::new(seed);
+        let drawn: Vec<f64> = (0..self.state.len())
+            .map(|_| random.normal() * spread)
+            .collect();
+        let drawn = self.model.conditional_sample(&drawn, &self.sigmas(), &free);
+        let mut coefficients = self.coefficients();
+        for i in free {
+            coefficients[i] = (drawn[i] as f32).clamp(-LIMIT, LIMIT);
+        }
+        self.change(&coefficients)?;
+        Ok(seed)
+    }
+
+    /// Moves a vertex to `target` (mm) by the most probable change of the coefficients that are
+    /// not locked. Each coefficient stays within 3 sigmas (or where it was, if farther out), so a
+    /// target that no person of the population reaches is approached, not met.
+    ///
+    /// # Errors
+    /// When there is no such vertex or the target is not finite.
+    pub fn drag(&mut self, vertex: u32, target: Vec3) -> Result<()> {
+        let Some(&position) = self.positions.get(vertex as usize) else {
+            return Err(Error::Unknown {
+                kind: "vertex",
+                name: vertex.to_string(),
+            });
+        };
+        if !target.is_finite() {
+            return Err(Error::Value {
+                what: "a target",
+                wanted: "finite".into(),
+                got: f64::from(target.element_sum()),
+            });
+        }
+        let free = self.free(None)?;
+        let change = self.model.probable_change(
+            &self.jacobian(vertex),
+            (target - position).as_dvec3(),
+            &free,
+        );
+        let mut coefficients = self.coefficients();
+        for (&i, change) in free.iter().zip(change) {
+            let limit = LIMIT.max(coefficients[i].abs());
+            coefficients[i] = (coefficients[i] + change as f32).clamp(-limit, limit);
+        }
+        self.change(&coefficients)
+    }
+
+    /// Keeps a region's coefficients as they are in [`Face::randomize`], [`Face::blend`],
+    /// [`Face::drag`] and [`Face::reset`], until it is unlocked. Its sliders still move it.
+    ///
+    /// # Errors
+    /// When no region has that name.
+    pub fn lock(&mut self, region: &str) -> Result<()> {
+        self.locked[self.model.block(region)?] = true;
+        Ok(())
+    }
+
+    /// Undoes [`Face::lock`].
+    ///
+    /// # Errors
+    /// When no region has that name.
+    pub fn unlock(&mut self, region: &str) -> Result<()> {
+        self.locked[self.model.block(region)?] = false;
+        Ok(())
+    }
+
+    /// The names of the locked regions.
+    pub fn locked(&self) -> impl Iterator<Item = &str> {
+        let blocks = &self.model.parts().blocks;
+        blocks
+            .iter()
+            .zip(&self.locked)
+            .filter(|b| *b.1)
+            .map(|b| b.0.name.as_str())
+    }
+
+    /// A measure of the face, mm.
+    ///
+    /// # Errors
+    /// When no measure has that name.
+    pub fn measure(&self, name: &str) -> Result<f64> {
+        let parts = self.model.parts();
+        let measure = parts.measures.iter().find(|m| m.name == name);
+        let measure = measure.ok_or_else(|| Error::Unknown {
+            kind: "measure",
+            name: name.to_owned(),
+        })?;
+        Ok(f64::from(measure.of(&parts.landmarks, &self.positions)))
+    }
+
+    /// The fall-off distance of blending, mm.
+    pub fn alpha(&self) -> f32 {
+        self.alpha
+    }
+
+    /// Sets the fall-off distance of blending (region morphing, eq. 12), mm.
+    ///
+    /// # Errors
+    /// When it is outside the model's limits.
+    pub fn set_alpha(&mut self, alpha: f32) -> Result<()> {
+        let [least, most] = self.model.parts().blending.limits;
+        if !(least..=most).contains(&alpha) {
+            return Err(Error::Value {
+                what: "the blending distance",
+                wanted: format!("from {least} to {most} mm"),
+                got: f64::from(alpha),
+            });
+        }
+        self.alpha = micrometres(alpha);
+        self.fade();
+        let every = vec![true; self.locked.len()];
+        self.evaluate(&every);
+        Ok(())
+    }
+
+    /// The coefficients that a change may touch: those of the named regions that are not locked.
+    fn free(&self, regions: Option<&[String]>) -> Result<Vec<usize>> {
+        let blocks = &self.model.parts().blocks;
+        let mut named = vec![regions.is_none(); blocks.len()];
+        for region in regions.unwrap_or_default() {
+            named[self.model.block(region)?] = true;
+        }
+        Ok((0..blocks.len())
+            .filter(|&b| named[b] && !self.locked[b])
+            .flat_map(|b| blocks[b].coefficients())
+            .collect())
+    }
+
+    fn sigmas(&self) -> Vec<f64> {
+        self.state.iter().map(|&c| f64::from(c) / GRID).collect()
+    }
+
+    fn change(&mut self, coefficients: &[f32]) -> Result<()> {
+        if let Some(&far) = coefficients.iter().find(|c| !(c.abs() <= FARTHEST)) {
+            return Err(Error::Value {
+                what: "a coefficient",
+                wanted: format!("within {FARTHEST} sigmas"),
+                got: f64::from(far),
+            });
+        }
+        self.replace(coefficients.iter().map(|&c| grid(c)).collect());
+        Ok(())
+    }
+
+    /// Takes a new state and computes the blocks in which it differs.
+    fn replace(&mut self, state: Vec<i32>) {
+        let blocks = &self.model.parts().blocks;
+        let stale: Vec<bool> = blocks
+            .iter()
+            .map(|b| state[b.coefficients()] != self.state[b.coefficients()])
+            .collect();
+        self.state = state;
+        self.evaluate(&stale);
+    }
+
+    fn fade(&mut self) {
+        let alpha = self.alpha;
+        self.fades = self
+            .model
+            .parts()
+            .blocks
+            .iter()
+            .map(|block| match &block.surround {
+                Some(s) => s.distances.iter().map(|d| falloff(d / alpha)).collect(),
+                None => Vec::new(),
+            })
+            .collect();
+    }
+
+    /// Brings displacements of the stale blocks, positions and normals up to date.
+    fn evaluate(&mut self, stale: &[bool]) {
+        let model = self.model.clone();
+        let (parts, derived) = (model.parts(), &model.derived);
+        let coefficients = self.coefficients();
+        let mut range: Option<Range<u32>> = None;
+        for (b, block) in parts.blocks.iter().enumerate() {
+            if stale[b] {
+                let own = &coefficients[block.coefficients()];
+                displace(block, own, &self.fades[b], &mut self.displacements[b]);
+                let patch = &derived.touched[b].range;
+                range = Some(match range {
+                    None => patch.clone(),
+                    Some(r) => r.start.min(patch.start)..r.end.max(patch.end),
+                });
+            }
+        }
+        let Some(range) = range else {
+            self.changed = 0..0;
+            return;
+        };
+        self.sum(range.clone());
+        let mut touched = (0..stale.len()).filter(|&b| stale[b]);
+        match (touched.next(), touched.next()) {
+            (Some(b), None) => derived.touched[b].normals(&self.positions, &mut self.normals),
+            _ => derived.whole.normals(&self.positions, &mut self.normals),
+        }
+        self.changed = range;
+    }
+
+    /// Positions of a range of vertices from the displacements, always summed in the same order:
+    /// re-summing instead of adding differences is what keeps a million events free of drift.
+    fn sum(&mut self, range: Range<u32>) {
+        let parts = self.model.parts();
+        let (start, end) = (range.start as usize, range.end as usize);
+        self.positions[start..end].copy_from_slice(&parts.mean[start..end]);
+        for (block, displacements) in parts.blocks.iter().zip(&self.displacements) {
+            let (support, targets) = displacements.split_at(block.support.len());
+            add(&mut self.positions, &block.support, support, &range);
+            if let Some(surround) = &block.surround {
+                add(&mut self.positions, &surround.targets, targets, &range);
+            }
+        }
+    }
+
+    /// How a vertex moves with each coefficient: mm a sigma.
+    fn jacobian(&self, vertex: u32) -> Vec<Vec3> {
+        let mut rows = vec![Vec3::ZERO; self.state.len()];
+        for (block, fades) in self.model.parts().blocks.iter().zip(&self.fades) {
+            let mode = |k: usize, slot: usize| {
+                let at = 3 * (block.support.len() * k + slot);
+                let q = &block.modes.integers[at..at + 3];
+                Vec3::new(q[0].into(), q[1].into(), q[2].into()) * block.modes.step
+            };
+            let follow = |k: usize| -> Vec3 {
+                if let Ok(slot) = block.support.binary_search(&vertex) {
+                    return mode(k, slot);
+                }
+                let Some(surround) = &block.surround else {
+                    return Vec3::ZERO;
+                };
+                let Ok(t) = surround.targets.binary_search(&vertex) else {
+                    return Vec3::ZERO;
+                };
+                let each = t * surround.sources_each..(t + 1) * surround.sources_each;
+                let pulled: Vec3 = surround.sources[each.clone()]
+                    .iter()
+                    .zip(&surround.weights[each])
+                    .map(|(&slot, &w)| mode(k, slot as usize) * f32::from(w))
+                    .sum();
+                pulled * (fades[t] / 65_535.0)
+            };
+            for k in 0..block.sigmas.len() {
+                rows[block.first_coefficient + k] = follow(k);
+            }
+        }
+        rows
+    }
+}
+
+/// Displacements of a block's support (modes x coefficients), then of its surround.
+fn displace(block: &Block, coefficients: &[f32], fades: &[f32], out: &mut [Vec3]) {
+    let (support, targets) = out.split_at_mut(block.support.len());
+    support.fill(Vec3::ZERO);
+    let sums: &mut [f32] = bytemuck::cast_slice_mut(support);
+    for (mode, &c) in block
+        .modes
+        .integers
+        .chunks_exact(sums.len())
+        .zip(coefficients)
+    {
+        let weight = c * block.modes.step;
+        if weight != 0.0 {
+            for (sum, &q) in sums.iter_mut().zip(mode) {
+                *sum += weight * f32::from(q);
+            }
+        }
+    }
+    if let Some(surround) = &block.surround {
+        let each = surround.sources_each;
+        let rows = surround
+            .sources
+            .chunks_exact(each)
+            .zip(surround.weights.chunks_exact(each));
+        for ((target, (sources, weights)), &fade) in targets.iter_mut().zip(rows).zip(fades) {
+            let mut pulled = Vec3::ZERO;
+            for (&slot, &weight) in sources.iter().zip(weights) {
+                pulled += support[slot as usize] * f32::from(weight);
+            }
+            *target = pulled * (fade / 65_535.0);
+        }
+    }
+}
+
+/// Adds displacements to those of `vertices` (increasing) that lie in `range`.
+fn add(positions: &mut [Vec3], vertices: &[u32], displacements: &[Vec3], range: &Range<u32>) {
+    let first = vertices.partition_point(|&v| v < range.start);
+    let last = vertices.partition_point(|&v| v < range.end);
+    for (&v, &displacement) in vertices[first..last]
+        .iter()
+        .zip(&displacements[first..last])
+    {
+        positions[v as usize] += displacement;
+    }
+}

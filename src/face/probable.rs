@@ -1,0 +1,83 @@
+//! The most probable coefficients under constraints.
+//!
+//! Coefficients (in sigmas) are normal with mean 0 and the population's correlation R. Drawing a
+//! face around what is locked, and dragging a vertex, are both conditional distributions of it.
+
+use glam::{DVec3, Vec3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+use crate::model::FaceModel;
+
+impl FaceModel {
+    /// A draw from N(0, R) given the coefficients that are not `free`, from independent standard
+    /// normal numbers (times a spread) in `white`. Matheron's rule: draw jointly, then correct the
+    /// free ones by the regression on what the held ones are off by.
+    pub(crate) fn conditional_sample(
+        &self,
+        white: &[f64],
+        present: &[f64],
+        free: &[usize],
+    ) -> Vec<f64> {
+        let joint = &self.derived.cholesky * DVector::from_column_slice(white);
+        let held = complement(free, white.len());
+        let mut drawn: Vec<f64> = joint.iter().copied().collect();
+        let off = DVector::from_iterator(held.len(), held.iter().map(|&i| present[i] - joint[i]));
+        if let Some(gain) = self.regression(free, &held) {
+            for (&i, correction) in free.iter().zip((gain * off).iter()) {
+                drawn[i] += correction;
+            }
+        }
+        drawn
+    }
+
+    /// The change of the free coefficients of least Mahalanobis length, given that the others do
+    /// not change, that moves a vertex with the given Jacobian (mm a sigma) by `wanted` (mm).
+    pub(crate) fn probable_change(
+        &self,
+        jacobian: &[Vec3],
+        wanted: DVec3,
+        free: &[usize],
+    ) -> Vec<f64> {
+        let held = complement(free, jacobian.len());
+        let correlation = &self.derived.correlation;
+        let mut covariance = correlation.select_rows(free).select_columns(free);
+        if let Some(gain) = self.regression(free, &held) {
+            covariance -= gain * correlation.select_rows(&held).select_columns(free);
+        }
+        let j = DMatrix::from_fn(3, free.len(), |axis, i| f64::from(jacobian[free[i]][axis]));
+        let spread = &covariance * j.transpose();
+        let gram = Matrix3::from_iterator((&j * &spread).iter().copied());
+        // A vertex may be unable to move along some axis (nothing free reaches it): the ridge of a
+        // millionth of its mobility makes that axis stay instead of asking for the impossible.
+        let gram = gram + Matrix3::identity() * (gram.trace() * 1e-6 + 1e-12);
+        let wanted = Vector3::new(wanted.x, wanted.y, wanted.z);
+        match gram.cholesky() {
+            Some(factor) => {
+                let pull = factor.solve(&wanted);
+                (spread * DVector::from_column_slice(pull.as_slice()))
+                    .iter()
+                    .copied()
+                    .collect()
+            }
+            None => vec![0.0; free.len()],
+        }
+    }
+
+    /// R_fh R_hh^-1, by which the free coefficients follow the held ones; `None` if none is held.
+    fn regression(&self, free: &[usize], held: &[usize]) -> Option<DMatrix<f64>> {
+        if held.is_empty() {
+            return None;
+        }
+        let correlation = &self.derived.correlation;
+        let among = correlation.select_rows(held).select_columns(held);
+        let across = correlation.select_rows(held).select_columns(free);
+        // A principal submatrix of a positive definite matrix is one too.
+        Some(among.cholesky()?.solve(&across).transpose())
+    }
+}
+
+fn complement(some: &[usize], count: usize) -> Vec<usize> {
+    let mut held = vec![true; count];
+    some.iter().for_each(|&i| held[i] = false);
+    (0..count).filter(|&i| held[i]).collect()
+}

@@ -1,0 +1,295 @@
+//! The bindings: the core's [`crate::FaceModel`] and [`crate::Face`] for JavaScript.
+//!
+//! They are thin and mirror the core name for name; the package's `index.js` makes them pleasant
+//! (views on memory, option objects). Metadata crosses by serde, vertices never do: JavaScript
+//! looks at them in wasm memory by address. Errors become `Error` objects; nothing panics.
+
+use glam::Vec3;
+use serde::Serialize;
+use wasm_bindgen::prelude::*;
+
+use crate::Randomize;
+use crate::anatomy::{Landmark, Measure, Part};
+use crate::model::{About, Blending};
+
+fn error(why: impl std::fmt::Display) -> JsError {
+    JsError::new(&why.to_string())
+}
+
+fn to_js(value: &impl Serialize) -> Result<JsValue, JsError> {
+    // Plain objects and null: what a JSON reader expects.
+    let serializer = serde_wasm_bindgen::Serializer::json_compatible();
+    value.serialize(&serializer).map_err(error)
+}
+
+#[derive(Serialize)]
+struct ControlInfo<'a> {
+    name: &'a str,
+    group: &'a str,
+    description: &'a str,
+    unit: &'static str,
+    limits: [f64; 2],
+}
+
+#[derive(Serialize)]
+struct MeasureInfo<'a> {
+    name: &'a str,
+    description: &'a str,
+    unit: &'static str,
+}
+
+impl<'a> From<&'a Measure> for MeasureInfo<'a> {
+    fn from(measure: &'a Measure) -> Self {
+        Self {
+            name: &measure.name,
+            description: &measure.description,
+            unit: "mm",
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Info<'a> {
+    about: &'a About,
+    /// The blocks' names: what can be locked, blended and reset.
+    regions: Vec<&'a str>,
+    /// The names of the numbers in `region_of`.
+    #[serde(rename = "regionNames")]
+    region_names: &'a [String],
+    /// The block of each of those, as an index into `regions`, or null.
+    #[serde(rename = "regionGroups")]
+    region_groups: Vec<Option<usize>>,
+    parts: &'a [Part],
+    landmarks: &'a [Landmark],
+    measures: Vec<MeasureInfo<'a>>,
+    controls: Vec<ControlInfo<'a>>,
+    blending: Blending,
+}
+
+/// A face model.
+#[wasm_bindgen]
+pub struct FaceModel {
+    model: crate::FaceModel,
+}
+
+#[wasm_bindgen]
+impl FaceModel {
+    /// Reads a model blob.
+    pub fn parse(bytes: &[u8]) -> Result<FaceModel, JsError> {
+        let model = crate::FaceModel::parse(bytes).map_err(error)?;
+        Ok(Self { model })
+    }
+
+    /// Names, units and provenance, as a plain object.
+    pub fn info(&self) -> Result<JsValue, JsError> {
+        let parts = self.model.parts();
+        let controls = parts
+            .controls
+            .iter()
+            .map(|c| ControlInfo {
+                name: &c.name,
+                group: &c.group,
+                description: &c.description,
+                unit: "percentile",
+                limits: [0.0, 1.0],
+            })
+            .collect();
+        let regions = &parts.topology.region_names;
+        to_js(&Info {
+            about: &parts.about,
+            regions: parts.blocks.iter().map(|b| b.name.as_str()).collect(),
+            region_names: regions,
+            region_groups: (0..regions.len() as u8)
+                .map(|r| parts.blocks.iter().position(|b| b.regions.contains(&r)))
+                .collect(),
+            parts: &parts.topology.parts,
+            landmarks: &parts.landmarks,
+            measures: parts.measures.iter().map(MeasureInfo::from).collect(),
+            controls,
+            blending: parts.blending,
+        })
+    }
+
+    /// The median person.
+    pub fn face(&self) -> Face {
+        Face {
+            face: self.model.face(),
+        }
+    }
+
+    /// The face of a code.
+    pub fn from_code(&self, code: &str) -> Result<Face, JsError> {
+        let face = self.model.from_code(code).map_err(error)?;
+        Ok(Face { face })
+    }
+
+    /// How many vertices a face has.
+    pub fn vertex_count(&self) -> usize {
+        self.model.parts().mean.len()
+    }
+
+    /// Triangles as texture corners, part by part.
+    pub fn uv_triangles(&self) -> Vec<u32> {
+        bytemuck::cast_slice(&self.model.parts().topology.uv_triangles).to_vec()
+    }
+
+    /// Texture coordinates, two a corner.
+    pub fn uvs(&self) -> Vec<f32> {
+        bytemuck::cast_slice(&self.model.parts().topology.uvs).to_vec()
+    }
+
+    /// The vertex of each corner.
+    pub fn uv_vertices(&self) -> Vec<u32> {
+        self.model.parts().topology.uv_vertices.clone()
+    }
+
+    /// sRGB colours, three bytes a vertex.
+    pub fn colours(&self) -> Vec<u8> {
+        self.model.parts().topology.colours.as_flattened().to_vec()
+    }
+
+    /// The region of each vertex, an index into `info().regionNames`.
+    pub fn region_of(&self) -> Vec<u8> {
+        self.model.parts().topology.regions.clone()
+    }
+
+    /// The vertex on the other side of the head.
+    pub fn mirror(&self) -> Vec<u32> {
+        self.model.parts().topology.mirror.clone()
+    }
+}
+
+/// A face.
+#[wasm_bindgen]
+pub struct Face {
+    face: crate::Face,
+}
+
+#[wasm_bindgen]
+impl Face {
+    /// Moves a control to a percentile, 0..=1.
+    pub fn set(&mut self, control: &str, value: f64) -> Result<(), JsError> {
+        self.face.set(control, value).map_err(error)
+    }
+
+    /// Where the face stands on a control, 0..=1.
+    pub fn get(&self, control: &str) -> Result<f64, JsError> {
+        self.face.get(control).map_err(error)
+    }
+
+    /// Back to the median person, wholly or in one region.
+    pub fn reset(&mut self, region: Option<String>) -> Result<(), JsError> {
+        self.face.reset(region.as_deref()).map_err(error)
+    }
+
+    /// Moves towards another face of the same model, wholly or in the named regions.
+    pub fn blend(
+        &mut self,
+        other: &Face,
+        t: f64,
+        regions: Option<Vec<String>>,
+    ) -> Result<(), JsError> {
+        self.face
+            .blend(&other.face, t, regions.as_deref())
+            .map_err(error)
+    }
+
+    /// Draws from the population; takes `{seed, spread, regions}`, gives the seed.
+    pub fn randomize(&mut self, options: JsValue) -> Result<f64, JsError> {
+        let options: Randomize = if options.is_undefined() || options.is_null() {
+            Randomize::default()
+        } else {
+            serde_wasm_bindgen::from_value(options).map_err(error)?
+        };
+        let seed = self.face.randomize(&options).map_err(error)?;
+        Ok(seed as f64)
+    }
+
+    /// Keeps a region from being randomised, blended, dragged or reset.
+    pub fn lock(&mut self, region: &str) -> Result<(), JsError> {
+        self.face.lock(region).map_err(error)
+    }
+
+    /// Undoes `lock`.
+    pub fn unlock(&mut self, region: &str) -> Result<(), JsError> {
+        self.face.unlock(region).map_err(error)
+    }
+
+    /// The locked regions.
+    pub fn locked(&self) -> Vec<String> {
+        self.face.locked().map(str::to_owned).collect()
+    }
+
+    /// A measure, mm.
+    pub fn measure(&self, name: &str) -> Result<f64, JsError> {
+        self.face.measure(name).map_err(error)
+    }
+
+    /// Moves a vertex to a place (mm) by the most probable change.
+    pub fn drag(&mut self, vertex: u32, x: f32, y: f32, z: f32) -> Result<(), JsError> {
+        self.face.drag(vertex, Vec3::new(x, y, z)).map_err(error)
+    }
+
+    /// The face as a short string.
+    pub fn code(&self) -> String {
+        self.face.code()
+    }
+
+    /// Takes the coefficients of a code.
+    pub fn set_code(&mut self, code: &str) -> Result<(), JsError> {
+        self.face.set_code(code).map_err(error)
+    }
+
+    /// The coefficients in sigmas, a copy.
+    pub fn coefficients(&self) -> Vec<f32> {
+        self.face.coefficients()
+    }
+
+    /// Replaces all coefficients.
+    pub fn set_coefficients(&mut self, coefficients: &[f32]) -> Result<(), JsError> {
+        self.face.set_coefficients(coefficients).map_err(error)
+    }
+
+    /// The fall-off distance of blending, mm.
+    pub fn alpha(&self) -> f32 {
+        self.face.alpha()
+    }
+
+    /// Sets the fall-off distance of blending, mm.
+    pub fn set_alpha(&mut self, alpha: f32) -> Result<(), JsError> {
+        self.face.set_alpha(alpha).map_err(error)
+    }
+
+    /// The address of the positions in wasm memory: three f32 a vertex, mm.
+    pub fn positions_ptr(&self) -> usize {
+        self.face.positions().as_ptr().addr()
+    }
+
+    /// The address of the unit normals in wasm memory: three f32 a vertex.
+    pub fn normals_ptr(&self) -> usize {
+        self.face.normals().as_ptr().addr()
+    }
+
+    /// The first vertex that the last change touched.
+    pub fn changed_first(&self) -> u32 {
+        self.face.changed().start
+    }
+
+    /// One past the last vertex that the last change touched.
+    pub fn changed_end(&self) -> u32 {
+        self.face.changed().end
+    }
+
+    /// A copy with its own coefficients, locks and vertices.
+    pub fn duplicate(&self) -> Face {
+        Face {
+            face: self.face.clone(),
+        }
+    }
+}
+
+/// The version of the package.
+#[wasm_bindgen]
+pub fn version() -> String {
+    env!("CARGO_PKG_VERSION").to_owned()
+}

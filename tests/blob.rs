@@ -1,0 +1,393 @@
+//! A blob is read back as it was written, or refused with a reason: never a panic, a hang or a
+//! huge allocation, and never a model on which a face panics later.
+#![cfg(not(target_arch = "wasm32"))]
+
+mod common;
+
+use std::sync::LazyLock;
+
+use common::{exercise, sheet, sheet_blob, sheet_model};
+use glam::Vec3;
+use phiz::blob::{VERSION, seal};
+use phiz::{Error, FaceModel};
+use proptest::prelude::*;
+
+static BLOB: LazyLock<Vec<u8>> = LazyLock::new(sheet_blob);
+
+/// Parses bytes that may be anything; a model that comes out is used in every way.
+fn survive(bytes: &[u8]) {
+    if let Ok(model) = FaceModel::parse(bytes) {
+        exercise(&model);
+    }
+}
+
+fn refused(bytes: &[u8]) -> String {
+    match FaceModel::parse(bytes) {
+        Ok(_) => panic!("it was taken"),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// The blob with `from` in its JSON header replaced by `to` of the same length, sealed.
+fn with_header(from: &str, to: &str) -> Vec<u8> {
+    assert_eq!(from.len(), to.len(), "offsets must stay");
+    let mut bytes = BLOB.clone();
+    let at = bytes
+        .windows(from.len())
+        .position(|w| w == from.as_bytes())
+        .unwrap_or_else(|| panic!("{from} is not in the header"));
+    bytes[at..at + to.len()].copy_from_slice(to.as_bytes());
+    seal(&mut bytes);
+    bytes
+}
+
+#[test]
+fn what_is_written_is_read() {
+    assert_eq!(*sheet_model().parts(), sheet());
+}
+
+#[test]
+fn every_truncation_is_refused_sealed_or_not() {
+    for end in 0..BLOB.len() {
+        let mut cut = BLOB[..end].to_vec();
+        assert!(FaceModel::parse(&cut).is_err(), "cut at {end}");
+        // Every section of the sheet is needed to its last byte, so no cut is a model.
+        seal(&mut cut);
+        assert!(FaceModel::parse(&cut).is_err(), "cut at {end} and sealed");
+    }
+}
+
+#[test]
+fn every_flipped_bit_is_refused() {
+    let mut bytes = BLOB.clone();
+    for bit in 0..bytes.len() * 8 {
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        assert!(FaceModel::parse(&bytes).is_err(), "bit {bit}");
+        bytes[bit / 8] ^= 1 << (bit % 8);
+    }
+}
+
+#[test]
+fn every_flipped_bit_behind_a_right_checksum_is_refused_or_harmless() {
+    let mut bytes = BLOB.clone();
+    for bit in 0..bytes.len() * 8 {
+        let kept = bytes.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        seal(&mut bytes);
+        if let Ok(model) = FaceModel::parse(&bytes) {
+            // A tenth of them in full; the sweep is over 150,000 bits.
+            if bit % 10 == 0 {
+                exercise(&model);
+            }
+        }
+        bytes = kept;
+    }
+}
+
+#[test]
+fn bytes_after_the_end_are_refused() {
+    let mut bytes = BLOB.clone();
+    bytes.push(0);
+    assert!(refused(&bytes).contains("bytes long"));
+}
+
+#[test]
+fn another_version_is_named() {
+    let mut bytes = BLOB.clone();
+    bytes[8..12].copy_from_slice(&(VERSION + 1).to_le_bytes());
+    seal(&mut bytes);
+    let expected = Error::Version {
+        found: VERSION + 1,
+        expected: VERSION,
+    };
+    assert_eq!(FaceModel::parse(&bytes).err(), Some(expected));
+}
+
+#[test]
+fn oversized_numbers_in_the_header_are_refused_before_anything_is_allocated() {
+    for (from, to) in [
+        ("\"vertices\":48", "\"vertices\":-1"),
+        ("\"vertices\":48", "\"vertices\":49"),
+        ("\"corners\":54,", "\"corners\":9e9"),
+        ("\"corners\":54,", "\"corners\":55,"),
+        ("\"triangles\":70", "\"triangles\":71"),
+        ("\"quantiles\":21", "\"quantiles\":22"),
+        ("\"units\":\"mm\"", "\"units\":\"cm\""),
+        ("\"modes\":3", "\"modes\":4"),
+        ("\"modes\":3", "\"modes\":0"),
+        ("\"sources\":2", "\"sources\":0"),
+        ("\"sources\":2", "\"sources\":1"),
+        ("\"alpha\":12.0", "\"alpha\":-1.0"),
+        ("\"alpha\":12.0", "\"alpha\":99.0"),
+        ("[2.0,40.0]", "[2.0,9e99]"),
+        ("\"first\":20", "\"first\":21"),
+        ("\"name\":\"mouth\"", "\"name\":\"nose\" "),
+        ("[\"nose\"]", "[\"none\"]"),
+        ("\"name\":\"nose 2\"", "\"name\":\"nose 1\""),
+        ("\"to\":2", "\"to\":3"),
+        ("\"stencil\":[[14,", "\"stencil\":[[99,"),
+    ] {
+        let why = refused(&with_header(from, to));
+        assert!(
+            why.starts_with("not a usable phiz blob: "),
+            "{from} -> {to}: {why}"
+        );
+    }
+}
+
+#[test]
+fn huge_counts_in_the_preamble_and_the_table_are_refused() {
+    // Length, header length, section count; then type, offset and length of the first section.
+    for at in [16, 20, 24, 40 + 16, 40 + 20, 40 + 24] {
+        for number in [u32::MAX, u32::MAX / 2, 1 << 30, 1 << 16] {
+            let mut bytes = BLOB.clone();
+            seal(&mut bytes);
+            bytes[at..at + 4].copy_from_slice(&number.to_le_bytes());
+            if at != 16 {
+                seal(&mut bytes);
+            }
+            assert!(FaceModel::parse(&bytes).is_err(), "{number} at byte {at}");
+        }
+    }
+}
+
+#[test]
+fn numbers_that_are_none_are_refused_in_every_float_section() {
+    let model = sheet_model();
+    let mean = model.parts().mean[0].x.to_le_bytes();
+    let at = BLOB
+        .windows(4)
+        .position(|w| w == mean)
+        .expect("the mean starts with it");
+    for number in [f32::NAN, f32::INFINITY, -2e4] {
+        let mut bytes = BLOB.clone();
+        bytes[at..at + 4].copy_from_slice(&number.to_le_bytes());
+        seal(&mut bytes);
+        assert!(refused(&bytes).contains("\"mean\""));
+    }
+}
+
+/// Parts that are changed by hand and must not survive being written and read.
+#[test]
+fn inconsistent_parts_are_refused() {
+    let check = |what: &str, change: &dyn Fn(&mut phiz::model::ModelParts)| {
+        let mut parts = sheet();
+        change(&mut parts);
+        let bytes = parts.write().expect("it can be written");
+        assert!(FaceModel::parse(&bytes).is_err(), "{what} was taken");
+    };
+    check("a step of 0", &|p| p.blocks[0].modes.step = 0.0);
+    check("a step that is none", &|p| {
+        p.blocks[0].modes.step = f32::INFINITY
+    });
+    check("a support out of order", &|p| {
+        p.blocks[0].support.swap(0, 1)
+    });
+    check("an empty support", &|p| {
+        p.blocks[0].support.clear();
+        p.blocks[0].modes.integers.clear();
+    });
+    check("a mirror that is none", &|p| p.topology.mirror[0] = 1);
+    check("a triangle beyond the corners", &|p| {
+        p.topology.uv_triangles[0][0] = 54
+    });
+    check("a target inside the region", &|p| {
+        let inside = p.blocks[0].support[0];
+        let surround = p.blocks[0].surround.as_mut().expect("the nose has one");
+        surround.targets[0] = inside;
+        surround.targets.sort_unstable();
+    });
+    check("weights that do not sum to 1", &|p| {
+        p.blocks[0]
+            .surround
+            .as_mut()
+            .expect("the nose has one")
+            .weights[0] -= 1;
+    });
+    check("a negative distance", &|p| {
+        p.blocks[0]
+            .surround
+            .as_mut()
+            .expect("the nose has one")
+            .distances[0] = -1.0;
+    });
+    check("a correlation of 2", &|p| p.correlation[1] = 2.0);
+    check("a correlation that is not symmetric", &|p| {
+        p.correlation[1] = 0.1
+    });
+    check("a correlation that no population has", &|p| {
+        for (i, j) in [(0, 1), (1, 0), (1, 2), (2, 1)] {
+            p.correlation[i * common::COEFFICIENTS + j] = 0.99;
+        }
+        p.correlation[2] = -0.99;
+        p.correlation[2 * common::COEFFICIENTS] = -0.99;
+    });
+    check("quantiles that fall", &|p| {
+        p.controls[0].quantiles.swap(3, 4)
+    });
+    check("a control that moves nothing", &|p| {
+        p.controls[0].direction.clear()
+    });
+    check("a control of a coefficient that is not there", &|p| {
+        p.controls[0].direction[0].0 = common::COEFFICIENTS as u32;
+    });
+    check("a coefficient twice in a direction", &|p| {
+        let twice = p.controls[0].direction[0];
+        p.controls[0].direction.push(twice);
+    });
+    // The last control reads a thousandth of coefficient 0 and has its median at -0.675: the
+    // median person would have -675 sigmas of it.
+    check("a median person out of all limits", &|p| {
+        let last = p.controls.last_mut().expect("there are ten");
+        last.direction = vec![(0, 1.0)];
+        last.reading = vec![(0, 0.001)];
+    });
+    check("a blending distance below a micrometre", &|p| {
+        p.blending.alpha = 1e-5;
+        p.blending.limits[0] = 1e-6;
+    });
+    check("a landmark off the surface", &|p| {
+        p.landmarks[0].stencil[0].1 = 5.0
+    });
+    check("a block without modes", &|p| {
+        p.blocks[0].modes.integers.clear();
+        p.blocks[0].sigmas.clear();
+    });
+}
+
+#[test]
+fn a_mean_at_the_limit_still_has_finite_faces() {
+    let mut parts = sheet();
+    parts.mean[0] = Vec3::splat(1e4);
+    let model = FaceModel::parse(&parts.write().expect("plain JSON")).expect("it is in the limits");
+    exercise(&model);
+}
+
+#[derive(Debug, Clone)]
+enum Damage {
+    Set {
+        at: prop::sample::Index,
+        byte: u8,
+    },
+    Word {
+        at: prop::sample::Index,
+        word: u32,
+    },
+    Remove {
+        at: prop::sample::Index,
+        count: usize,
+    },
+    Insert {
+        at: prop::sample::Index,
+        bytes: Vec<u8>,
+    },
+    Copy {
+        from: prop::sample::Index,
+        to: prop::sample::Index,
+        count: usize,
+    },
+}
+
+fn damage() -> impl Strategy<Value = Damage> {
+    use prop::sample::Index;
+    // Numbers at which arithmetic goes wrong, beside any.
+    let word = prop_oneof![
+        any::<u32>(),
+        Just(0),
+        Just(u32::MAX),
+        Just(1 << 31),
+        Just(f32::NAN.to_bits()),
+        Just(f32::INFINITY.to_bits()),
+        Just(f32::MAX.to_bits()),
+        Just(f32::MIN_POSITIVE.to_bits()),
+    ];
+    prop_oneof![
+        (any::<Index>(), any::<u8>()).prop_map(|(at, byte)| Damage::Set { at, byte }),
+        (any::<Index>(), word).prop_map(|(at, word)| Damage::Word { at, word }),
+        (any::<Index>(), 1..64_usize).prop_map(|(at, count)| Damage::Remove { at, count }),
+        (any::<Index>(), prop::collection::vec(any::<u8>(), 1..64))
+            .prop_map(|(at, bytes)| Damage::Insert { at, bytes }),
+        (any::<Index>(), any::<Index>(), 1..64_usize).prop_map(|(from, to, count)| Damage::Copy {
+            from,
+            to,
+            count
+        }),
+    ]
+}
+
+fn apply(bytes: &mut Vec<u8>, damage: &Damage) {
+    if bytes.is_empty() {
+        return;
+    }
+    let n = bytes.len();
+    match damage {
+        Damage::Set { at, byte } => bytes[at.index(n)] = *byte,
+        Damage::Word { at, word } => {
+            let at = at.index(n) / 4 * 4;
+            let end = (at + 4).min(n);
+            bytes[at..end].copy_from_slice(&word.to_le_bytes()[..end - at]);
+        }
+        Damage::Remove { at, count } => {
+            let at = at.index(n);
+            bytes.drain(at..(at + count).min(n));
+        }
+        Damage::Insert { at, bytes: new } => {
+            let at = at.index(n);
+            bytes.splice(at..at, new.iter().copied());
+        }
+        Damage::Copy { from, to, count } => {
+            let (from, to) = (from.index(n), to.index(n));
+            let count = (*count).min(n - from).min(n - to);
+            bytes.copy_within(from..from + count, to);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn damage_behind_a_right_checksum_is_refused_or_harmless(
+        damages in prop::collection::vec(damage(), 1..6),
+    ) {
+        let mut bytes = BLOB.clone();
+        damages.iter().for_each(|d| apply(&mut bytes, d));
+        seal(&mut bytes);
+        survive(&bytes);
+    }
+
+    /// The header is a few thousand of the bytes and most of the meaning: damage aimed at it.
+    #[test]
+    fn a_damaged_digit_in_the_header_is_refused_or_harmless(
+        places in prop::collection::vec(
+            (any::<prop::sample::Index>(), prop::sample::select(b"0123456789-.e,[]\"".to_vec())),
+            1..4,
+        ),
+    ) {
+        let mut bytes = BLOB.clone();
+        let sections = u32::from_le_bytes([bytes[24], bytes[25], bytes[26], bytes[27]]) as usize;
+        let length = u32::from_le_bytes([bytes[20], bytes[21], bytes[22], bytes[23]]) as usize;
+        let start = 40 + 32 * sections;
+        let digits: Vec<usize> =
+            (start..start + length).filter(|&i| bytes[i].is_ascii_digit()).collect();
+        for (place, digit) in places {
+            bytes[digits[place.index(digits.len())]] = digit;
+        }
+        seal(&mut bytes);
+        survive(&bytes);
+    }
+
+    #[test]
+    fn any_bytes_are_refused(bytes in prop::collection::vec(any::<u8>(), 0..4096)) {
+        let mut bytes = bytes;
+        prop_assert!(FaceModel::parse(&bytes).is_err());
+        seal(&mut bytes);
+        prop_assert!(FaceModel::parse(&bytes).is_err());
+        // Behind a right signature and version it is the table that must refuse.
+        if bytes.len() >= 40 {
+            bytes[..16].copy_from_slice(&BLOB[..16]);
+            seal(&mut bytes);
+            survive(&bytes);
+        }
+    }
+}

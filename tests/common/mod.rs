@@ -1,0 +1,344 @@
+//! The models that the tests use: a sheet small enough to read, and the one that is committed.
+
+#![allow(dead_code)] // Each test binary uses a part of it.
+
+use glam::Vec3;
+use phiz::FaceModel;
+use phiz::anatomy::{Landmark, Measure, Part};
+use phiz::mesh::Topology;
+use phiz::model::{About, Blending, Block, Control, Licence, ModelParts, Surround};
+use phiz::quantise::Quantised;
+
+/// Columns and rows of the sheet's vertices, 10 mm apart:
+///
+/// ```text
+///  y=5  h h h h h h h h
+///  y=4  h h h h h h h h        n  nose, 3 modes
+///  y=3  h h n n n n h h        m  mouth, 2 modes
+///  y=2  h h n n n n h h        h  in no feature; the block "head", 4 modes, moves all
+///  y=1  h m m m m m m h
+///  y=0  h m m m m m m h
+/// ```
+pub const COLUMNS: usize = 8;
+/// See [`COLUMNS`].
+pub const ROWS: usize = 6;
+/// The sheet's vertices.
+pub const VERTICES: usize = COLUMNS * ROWS;
+/// The sheet's coefficients: nose, mouth, head.
+pub const COEFFICIENTS: usize = 3 + 2 + 4;
+
+const REGIONS: [&str; 3] = ["nose", "mouth", "head"];
+
+fn region(column: usize, row: usize) -> u8 {
+    match (column, row) {
+        (2..=5, 2..=3) => 0,
+        (1..=6, 0..=1) => 1,
+        _ => 2,
+    }
+}
+
+/// A bent sheet with a seam, two parts and three blocks that overlap as those of a head do.
+pub fn sheet() -> ModelParts {
+    let at = |column: usize, row: usize| (row * COLUMNS + column) as u32;
+    let place = |v: usize| (v % COLUMNS, v / COLUMNS);
+    let mean: Vec<Vec3> = (0..VERTICES)
+        .map(|v| {
+            let (column, row) = place(v);
+            let x = 10.0 * (column as f32 - 3.5);
+            let y = 10.0 * row as f32 - 25.0;
+            Vec3::new(x, y, 60.0 - 0.02 * x * x - 0.01 * y * y)
+        })
+        .collect();
+    let mut uvs: Vec<[f32; 2]> = (0..VERTICES)
+        .map(|v| {
+            let (column, row) = place(v);
+            [column as f32 / 7.0, row as f32 / 5.0]
+        })
+        .collect();
+    // A seam: the last column has second texture coordinates, used by the top right quad.
+    let mut uv_vertices: Vec<u32> = (0..VERTICES as u32).collect();
+    for row in 0..ROWS {
+        uvs.push([0.0, row as f32 / 5.0]);
+        uv_vertices.push(at(COLUMNS - 1, row));
+    }
+    let mut uv_triangles = Vec::new();
+    for row in 0..ROWS - 1 {
+        for column in 0..COLUMNS - 1 {
+            let seam = row == ROWS - 2 && column == COLUMNS - 2;
+            let right = |r: usize| {
+                if seam {
+                    (VERTICES + r) as u32
+                } else {
+                    at(column + 1, r)
+                }
+            };
+            let (a, b, c, d) = (
+                at(column, row),
+                right(row),
+                right(row + 1),
+                at(column, row + 1),
+            );
+            uv_triangles.push([a, b, c]);
+            uv_triangles.push([a, c, d]);
+        }
+    }
+    let triangles = uv_triangles.len() as u32;
+    let topology = Topology {
+        uvs,
+        uv_vertices,
+        uv_triangles,
+        parts: vec![
+            Part {
+                name: "lower".into(),
+                first: 0,
+                count: 20,
+            },
+            Part {
+                name: "upper".into(),
+                first: 20,
+                count: triangles - 20,
+            },
+        ],
+        mirror: (0..VERTICES)
+            .map(|v| at(COLUMNS - 1 - place(v).0, place(v).1))
+            .collect(),
+        region_names: REGIONS.map(str::to_owned).to_vec(),
+        regions: (0..VERTICES)
+            .map(|v| region(place(v).0, place(v).1))
+            .collect(),
+        colours: (0..VERTICES).map(|v| [200, 150, v as u8]).collect(),
+    };
+    let mut blocks = Vec::new();
+    let mut first_coefficient = 0;
+    for (r, modes) in [3, 2, 4].into_iter().enumerate() {
+        let block = block(&topology, &mean, r as u8, modes, first_coefficient);
+        first_coefficient += modes;
+        blocks.push(block);
+    }
+    // One slider a coefficient, and one that moves two features and reads both.
+    let mut controls: Vec<Control> = blocks
+        .iter()
+        .flat_map(|b| {
+            let named = (1..).map(|k| format!("{} {k}", b.name));
+            named
+                .zip(b.coefficients())
+                .map(|(name, i)| control(&name, &b.name, &[i]))
+        })
+        .collect();
+    controls.push(control("long nose over wide mouth", "head", &[0, 3]));
+    // 0.6^|i - j| is positive definite (the correlation of an autoregressive process), and gives
+    // neighbours across two features something to say about each other.
+    let correlation = (0..COEFFICIENTS * COEFFICIENTS)
+        .map(|k| 0.6_f32.powi((k / COEFFICIENTS).abs_diff(k % COEFFICIENTS) as i32))
+        .collect();
+    ModelParts {
+        about: About {
+            title: "sheet".into(),
+            population: "None: made up for tests.".into(),
+            caveat: "Not a face.".into(),
+            faces: 1,
+            made_by: "tests/common".into(),
+            licences: vec![Licence {
+                source: "phiz".into(),
+                by: "phiz developers".into(),
+                licence: "MIT OR Apache-2.0".into(),
+            }],
+        },
+        mean,
+        topology,
+        blocks,
+        controls,
+        correlation,
+        landmarks: vec![
+            Landmark {
+                name: "tip".into(),
+                stencil: vec![(at(3, 2), 0.5), (at(4, 2), 0.5)],
+            },
+            Landmark {
+                name: "left corner".into(),
+                stencil: vec![(at(6, 1), 1.0)],
+            },
+            Landmark {
+                name: "right corner".into(),
+                stencil: vec![(at(1, 1), 1.0)],
+            },
+        ],
+        measures: vec![Measure {
+            name: "mouth width".into(),
+            description: "From corner to corner.".into(),
+            from: 1,
+            to: 2,
+        }],
+        blending: Blending {
+            alpha: 12.0,
+            limits: [2.0, 40.0],
+        },
+    }
+}
+
+fn block(topology: &Topology, mean: &[Vec3], region: u8, modes: usize, first: usize) -> Block {
+    let whole = region == 2;
+    let support: Vec<u32> = (0..VERTICES as u32)
+        .filter(|&v| whole || topology.regions[v as usize] == region)
+        .collect();
+    // Waves with a different frequency a mode and axis: no two modes are multiples of each other.
+    let values: Vec<f64> = (0..modes)
+        .flat_map(|k| support.iter().map(move |&v| (k, v)))
+        .flat_map(|(k, v)| {
+            let p = mean[v as usize].as_dvec3() / 20.0;
+            let f = (k + 1) as f64;
+            [
+                (f * p.y + 0.3).sin() * 1.5,
+                (f * p.x).cos(),
+                (f * (p.x + p.y) + 0.7 * f64::from(region)).sin() * 2.0,
+            ]
+        })
+        .collect();
+    let surround = (!whole).then(|| {
+        // Everything within 30 mm along the grid follows its two nearest vertices of the region.
+        let mut targets = Vec::new();
+        let (mut distances, mut sources, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+        for v in 0..VERTICES as u32 {
+            if support.binary_search(&v).is_ok() {
+                continue;
+            }
+            let mut near: Vec<(f32, u32)> = support
+                .iter()
+                .enumerate()
+                .map(|(slot, &s)| (mean[v as usize].distance(mean[s as usize]), slot as u32))
+                .collect();
+            near.sort_by(|a, b| a.0.total_cmp(&b.0));
+            if near[0].0 <= 30.0 {
+                targets.push(v);
+                distances.push(near[0].0);
+                sources.extend([near[0].1, near[1].1]);
+                weights.extend([40_000, 25_535]);
+            }
+        }
+        Surround {
+            targets,
+            distances,
+            sources_each: 2,
+            sources,
+            weights,
+        }
+    });
+    Block {
+        name: REGIONS[region as usize].into(),
+        regions: vec![region],
+        support,
+        modes: Quantised::new(&values),
+        sigmas: (0..modes).map(|k| 5.0 / (k + 1) as f32).collect(),
+        first_coefficient: first,
+        surround,
+    }
+}
+
+/// Reads and moves the mean of some coefficients; the population is skewed.
+fn control(name: &str, group: &str, coefficients: &[usize]) -> Control {
+    let share = 1.0 / coefficients.len() as f32;
+    Control {
+        name: name.into(),
+        group: group.into(),
+        description: String::new(),
+        direction: coefficients.iter().map(|&i| (i as u32, 1.0)).collect(),
+        reading: coefficients.iter().map(|&i| (i as u32, share)).collect(),
+        // -3 to 3, denser below: 21 percentiles of a population with a long upper tail.
+        quantiles: (0..=20)
+            .map(|i| {
+                let p = i as f32 / 20.0;
+                -3.0 + 6.0 * (0.7 * p + 0.3 * p * p * p)
+            })
+            .collect(),
+    }
+}
+
+/// The sheet's blob.
+pub fn sheet_blob() -> Vec<u8> {
+    sheet().write().expect("the sheet's header is plain JSON")
+}
+
+/// The sheet as a model.
+pub fn sheet_model() -> FaceModel {
+    FaceModel::parse(&sheet_blob()).expect("the sheet is a model")
+}
+
+/// Uses a model in every way that a page does. Whatever the model holds, nothing may panic, and
+/// every number that comes out must be one.
+pub fn exercise(model: &FaceModel) {
+    let finite = |face: &phiz::Face| {
+        assert!(
+            face.positions().iter().all(|p| p.is_finite()),
+            "a position is no number"
+        );
+        assert!(
+            face.normals().iter().all(|n| n.is_finite()),
+            "a normal is no number"
+        );
+    };
+    let parts = model.parts();
+    let mut face = model.face();
+    finite(&face);
+    for control in &parts.controls {
+        // A control may ask for more than 255 sigmas: that is an error, not a panic.
+        for value in [0.0, 0.37, 1.0] {
+            if face.set(&control.name, value).is_ok() {
+                let back = face.get(&control.name).expect("the control is there");
+                assert!((0.0..=1.0).contains(&back), "it reads {back}");
+            }
+        }
+    }
+    finite(&face);
+    let first = parts.blocks[0].name.clone();
+    face.lock(&first).expect("the region is there");
+    face.randomize(&phiz::Randomize {
+        seed: Some(3),
+        ..Default::default()
+    })
+    .expect("a seed is enough");
+    finite(&face);
+    let last = parts.mean.len() as u32 - 1;
+    for vertex in [0, last / 2, last] {
+        let target = face.positions()[vertex as usize] + Vec3::new(1.0, -2.0, 3.0);
+        face.drag(vertex, target)
+            .expect("vertex and target are sound");
+        finite(&face);
+    }
+    face.unlock(&first).expect("the region is there");
+    for alpha in parts.blending.limits {
+        face.set_alpha(alpha).expect("the limits are allowed");
+        finite(&face);
+    }
+    let range = face.changed();
+    assert!(
+        range.start <= range.end && range.end <= last + 1,
+        "{range:?}"
+    );
+    for measure in &parts.measures {
+        assert!(
+            face.measure(&measure.name)
+                .expect("it is there")
+                .is_finite()
+        );
+    }
+    let again = model.from_code(&face.code()).expect("its own code");
+    assert_eq!(again.positions(), face.positions());
+    let other = model.face();
+    face.blend(&other, 0.5, None).expect("the same model");
+    face.reset(None).expect("everything");
+    finite(&face);
+    assert_eq!(face.coefficients(), other.coefficients());
+}
+
+/// The committed model: what `./build.sh model` makes.
+pub const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/model.phiz");
+
+/// The committed model. A face costs a millisecond or two, so tests share the model.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn head_model() -> &'static FaceModel {
+    static HEAD: std::sync::OnceLock<FaceModel> = std::sync::OnceLock::new();
+    HEAD.get_or_init(|| {
+        let bytes = std::fs::read(MODEL).unwrap_or_else(|why| panic!("{MODEL}: {why}"));
+        FaceModel::parse(&bytes).unwrap_or_else(|why| panic!("{MODEL}: {why}"))
+    })
+}

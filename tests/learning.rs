@@ -1,0 +1,229 @@
+//! Learning on the real generic head: seams, and the committed model made again.
+#![cfg(feature = "fit")]
+
+#[path = "common/base_mesh.rs"]
+mod base_mesh;
+
+use std::sync::LazyLock;
+
+use glam::DVec3;
+use phiz::Random;
+use phiz::fit::crease::BorderBand;
+use phiz::fit::geodesic::Geodesic;
+use phiz::fit::learn::{FEATURES, Learned, Settings, learn};
+use phiz::fit::pca::Pca;
+use phiz::fit::template::Template;
+use phiz::fit::{generic_head, population};
+use phiz::{FaceModel, Randomize};
+
+/// As `./build.sh model` has them.
+const COUNT: usize = 400;
+const SEED: u64 = 1;
+
+struct Trained {
+    template: Template,
+    learned: Learned,
+    model: FaceModel,
+}
+
+/// The default model, learned once for all tests here.
+static TRAINED: LazyLock<Option<Trained>> = LazyLock::new(|| {
+    let folder = base_mesh::folder()?;
+    let template = generic_head::build(&folder).unwrap();
+    let people = population::sample(&template, &folder, COUNT, SEED).unwrap();
+    let learned = learn(
+        &template,
+        people.faces,
+        population::about(),
+        &Settings::default(),
+    )
+    .unwrap();
+    let model = FaceModel::parse(&learned.parts.write().unwrap()).unwrap();
+    Some(Trained {
+        template,
+        learned,
+        model,
+    })
+});
+
+fn wide(positions: &[glam::Vec3]) -> Vec<DVec3> {
+    positions.iter().map(|p| p.as_dvec3()).collect()
+}
+
+/// Region borders bend the surface no more than a PCA of whole faces does there: for every
+/// region, each mode at +-2 sigma, and random faces, measured as the largest change of a dihedral
+/// angle within 15 mm of the border.
+#[test]
+fn seams_are_as_clean_as_whole_faces() {
+    let Some(Trained {
+        template,
+        learned,
+        model,
+    }) = &*TRAINED
+    else {
+        return;
+    };
+    let mean = wide(&model.parts().mean);
+    let n = mean.len();
+    let triangles = template.triangles();
+    let graph = Geodesic::new(&mean, &triangles);
+    let skin = template.parts.iter().find(|p| p.name == "skin").unwrap();
+    let skin = &triangles[skin.first as usize..(skin.first + skin.count) as usize];
+
+    let samples: Vec<Vec<f64>> = learned
+        .aligned
+        .iter()
+        .map(|face| {
+            face.iter()
+                .zip(&mean)
+                .flat_map(|(p, m)| (*p - *m).to_array())
+                .collect()
+        })
+        .collect();
+    let whole = Pca::learn(&samples, 0.95).unwrap();
+    let whole_face = |coefficients: &[f64]| -> Vec<DVec3> {
+        let mut face = mean.clone();
+        for ((mode, sigma), c) in whole.modes.iter().zip(&whole.sigmas).zip(coefficients) {
+            face.iter_mut()
+                .zip(mode.chunks_exact(3))
+                .for_each(|(p, m)| *p += DVec3::from_slice(m) * (c * sigma));
+        }
+        face
+    };
+    let one = |k: usize, sign: f64, count: usize| -> Vec<f64> {
+        (0..count)
+            .map(|i| if i == k { 2.0 * sign } else { 0.0 })
+            .collect()
+    };
+    let region_face = |coefficients: &[f64]| -> Vec<DVec3> {
+        let mut face = model.face();
+        let coefficients: Vec<f32> = coefficients.iter().map(|&c| c as f32).collect();
+        face.set_coefficients(&coefficients).unwrap();
+        wide(face.positions())
+    };
+    let total = model.parts().coefficients();
+
+    let mut failed = false;
+    for ((name, regions), block) in FEATURES.iter().zip(&model.parts().blocks) {
+        let inside: Vec<bool> = (0..n)
+            .map(|v| {
+                regions.contains(&template.region_names[template.regions[v] as usize].as_str())
+            })
+            .collect();
+        let band = BorderBand::new(&mean, skin, &graph, &inside, 15.0);
+        let signs = [-1.0, 1.0];
+        let of_region = signs
+            .iter()
+            .flat_map(|&s| block.coefficients().map(move |i| (i, s)))
+            .map(|(i, s)| band.largest_change(&region_face(&one(i, s, total))))
+            .fold(0.0, f64::max);
+        let of_whole = signs
+            .iter()
+            .flat_map(|&s| (0..whole.modes.len()).map(move |k| (k, s)))
+            .map(|(k, s)| band.largest_change(&whole_face(&one(k, s, whole.modes.len()))))
+            .fold(0.0, f64::max);
+        // Random faces: every coefficient of the region, or of the whole face, from N(0, 1).
+        let mut random = Random::new(2024);
+        let mut median = |faces: &mut dyn FnMut(&mut Random) -> Vec<DVec3>| -> f64 {
+            let mut changes: Vec<f64> = (0..31)
+                .map(|_| band.largest_change(&faces(&mut random)))
+                .collect();
+            changes.sort_by(f64::total_cmp);
+            changes[15]
+        };
+        let random_region = median(&mut |random| {
+            let mut c = vec![0.0; total];
+            block.coefficients().for_each(|i| c[i] = random.normal());
+            region_face(&c)
+        });
+        let random_whole = median(&mut |random| {
+            let c: Vec<f64> = whole.modes.iter().map(|_| random.normal()).collect();
+            whole_face(&c)
+        });
+        println!(
+            "{name:9} {:5} edges; modes at 2 sigma {of_region:5.1} deg, whole {of_whole:5.1}: {:.2} x; \
+             random {random_region:5.1}, whole {random_whole:5.1}: {:.2} x",
+            band.edges(),
+            of_region / of_whole,
+            random_region / random_whole
+        );
+        failed |= of_region > 1.2 * of_whole || random_region > 1.2 * random_whole;
+    }
+    assert!(!failed, "a seam is sharper than 1.2 x a whole-face PCA");
+}
+
+/// `www/public/model.phiz` is what its sources give: same controls, and positions of 100 random
+/// faces within 1 micrometre RMS.
+#[test]
+fn the_committed_model_is_made_from_its_sources() {
+    let Some(Trained { model, .. }) = &*TRAINED else {
+        return;
+    };
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/model.phiz");
+    let committed = FaceModel::parse(&std::fs::read(path).unwrap()).unwrap();
+    let names = |m: &FaceModel| -> Vec<String> {
+        m.parts().controls.iter().map(|c| c.name.clone()).collect()
+    };
+    assert_eq!(names(&committed), names(model));
+    let (mut sum, mut count) = (0.0, 0);
+    for seed in 0..100 {
+        let options = Randomize {
+            seed: Some(seed),
+            ..Default::default()
+        };
+        let mut a = committed.face();
+        a.randomize(&options).unwrap();
+        let mut b = model.face();
+        b.set_coefficients(&a.coefficients()).unwrap();
+        for (p, q) in a.positions().iter().zip(b.positions()) {
+            sum += p.as_dvec3().distance_squared(q.as_dvec3());
+            count += 1;
+        }
+    }
+    let rms = (sum / f64::from(count)).sqrt();
+    println!("remade model: {} micrometres RMS", rms * 1000.0);
+    assert!(rms <= 0.001, "{rms} mm");
+}
+
+/// The f32 evaluation of the quantised model against the f64 sum of its own parts' definition.
+#[test]
+fn random_faces_look_like_the_training_faces_in_size() {
+    let Some(Trained { learned, model, .. }) = &*TRAINED else {
+        return;
+    };
+    let width = |name: &str, face: &phiz::Face| face.measure(name).unwrap();
+    for name in ["nose width", "mouth width", "face height"] {
+        let trained: Vec<f64> = learned
+            .coefficients
+            .iter()
+            .map(|row| {
+                let mut face = model.face();
+                let c: Vec<f32> = row.iter().map(|&c| c as f32).collect();
+                face.set_coefficients(&c).unwrap();
+                width(name, &face)
+            })
+            .collect();
+        let drawn: Vec<f64> = (0..400)
+            .map(|seed| {
+                let mut face = model.face();
+                face.randomize(&Randomize {
+                    seed: Some(seed),
+                    ..Default::default()
+                })
+                .unwrap();
+                width(name, &face)
+            })
+            .collect();
+        let moments = |v: &[f64]| {
+            let mean = v.iter().sum::<f64>() / v.len() as f64;
+            let sd = (v.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / v.len() as f64).sqrt();
+            (mean, sd)
+        };
+        let ((m1, s1), (m2, s2)) = (moments(&trained), moments(&drawn));
+        println!("{name}: trained {m1:.1} +- {s1:.1}, drawn {m2:.1} +- {s2:.1}");
+        // The mean of 400 has a standard error of a twentieth of the deviation; three of them for
+        // each side. Shrinking the correlations costs a measure up to a fifth of its deviation.
+        assert!((m1 - m2).abs() < 0.3 * s1);
+        assert!((0.75..1.3).contains(&(s2 / s1)));
+    }
+}
