@@ -182,7 +182,7 @@ describe('the page', () => {
 
   test('a link with nonsense shows the median face and says so', async () => {
     const { context, page } = await open(browser, site, { hash: '#not-a-face' });
-    assert.match((await page.getByRole('status').textContent()) ?? '', /no face of this model/);
+    assert.match((await page.locator('.toast').textContent()) ?? '', /no face of this model/);
     await context.close();
   });
 

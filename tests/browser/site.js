@@ -98,7 +98,7 @@ export function launch() {
  */
 export async function open(browser, site, { hash = '', ...options } = {}) {
   const context = await browser.newContext({
-    viewport: { width: 1200, height: 760 },
+    viewport: { width: 1000, height: 640 },
     reducedMotion: 'reduce',
     colorScheme: 'light',
     ...options,
@@ -148,11 +148,15 @@ export function settled(page) {
  */
 export async function picture(page, name) {
   await settled(page);
-  const png = await page.locator('canvas').screenshot({
-    path: join(SCREENSHOTS, `${name}.png`),
-    // What lies over the stage is not the face.
-    style: '.hint, .toast, .views { visibility: hidden !important }',
-  });
+  // What lies over the stage is not the face. (A style sheet for the screenshot would be refused
+  // by the page's own policy.)
+  const cover = (/** @type {string} */ visibility) =>
+    page.evaluate((value) => {
+      for (const over of document.querySelectorAll('.hint, .toast, .views')) over.style.visibility = value;
+    }, visibility);
+  await cover('hidden');
+  const png = await page.locator('canvas').screenshot({ path: join(SCREENSHOTS, `${name}.png`) });
+  await cover('');
   return page.evaluate(async (bytes) => {
     const bitmap = await createImageBitmap(new Blob([new Uint8Array(bytes)], { type: 'image/png' }));
     const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);

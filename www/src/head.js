@@ -87,7 +87,7 @@ export function createHead(model, face) {
   const nose = at.get('ibug_30') ?? [0, 0, bounds.max.z];
   const earX = 0.83 * bounds.max.x;
   const brow = at.get('ibug_19') ?? [0, chin[1] + 120, 0];
-  const bottom = bounds.min.y;
+  const fadeEnd = Math.max(bounds.min.y + 4, chin[1] - 66);
   // The neck runs out into the backdrop well above its cut edge, later in front than behind.
   const shade = perCorner((v, k) => {
     const [x, y, z] = [rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]];
@@ -97,7 +97,7 @@ export function createHead(model, face) {
       const beside = Math.min(1, Math.max(0, (Math.abs(x) - earX * 0.92) / 8));
       return z < nose[2] - 70 ? Math.min(1, height * 2.2) * beside : 0;
     }
-    const t = Math.min(1, Math.max(0, (y - bottom - 4) / (0.82 * (chin[1] - bottom))));
+    const t = Math.min(1, Math.max(0, (y - fadeEnd) / (chin[1] - 14 - fadeEnd)));
     return t * t * (3 - 2 * t);
   }, 3);
   geometry.setAttribute('shade', shade);

@@ -1,5 +1,29 @@
-import { BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Mesh, MeshBasicMaterial, Vector3 } from 'three';
+import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, Mesh, ShaderMaterial, Vector3 } from 'three';
+import { backdropUniforms } from './backdrop.js';
 import { chance } from './chance.js';
+
+// A lash is thinner than a pixel from where a face is usually seen. It is drawn at least a pixel
+// wide and so much fainter instead, or it would break up into dots.
+const VERTEX = /* glsl */ `
+  attribute vec3 along;
+  attribute vec2 edge; // side, half the width in mm
+  uniform vec2 backdropSize;
+  varying float vFaint;
+  void main() {
+    vec4 at = modelViewMatrix * vec4(position, 1.0);
+    vec2 way = (modelViewMatrix * vec4(along, 0.0)).xy;
+    vec2 across = normalize(vec2(-way.y, way.x) + 1e-6);
+    float pixel = -2.0 * at.z / (projectionMatrix[1][1] * backdropSize.y);
+    float width = max(edge.y, 0.62 * pixel);
+    vFaint = edge.y / width;
+    at.xy += across * edge.x * width;
+    gl_Position = projectionMatrix * at;
+  }
+`;
+const FRAGMENT = /* glsl */ `
+  varying float vFaint;
+  void main() { gl_FragColor = vec4(0.075, 0.045, 0.035, 0.92 * vFaint); }
+`;
 
 const SEGMENTS = 4;
 
@@ -95,9 +119,26 @@ export function createLashes(triangles, rest, vertexOf) {
   const position = new BufferAttribute(array, 3).setUsage(DynamicDrawUsage);
   geometry.setIndex(index);
   geometry.setAttribute('position', position);
+  const course = new Float32Array(array.length);
+  const along = new BufferAttribute(course, 3).setUsage(DynamicDrawUsage);
+  geometry.setAttribute('along', along);
+  const edges = new Float32Array(lashes.length * perLash * 2);
+  for (let i = 0; i < edges.length / 2; i++) {
+    const t = Math.floor((i % perLash) / 2) / SEGMENTS;
+    edges.set([i % 2 ? 1 : -1, 0.075 * (1 - 0.8 * t)], 2 * i);
+  }
+  geometry.setAttribute('edge', new BufferAttribute(edges, 2));
   const mesh = new Mesh(
     geometry,
-    new MeshBasicMaterial({ color: new Color('#1a110c'), side: DoubleSide }),
+    new ShaderMaterial({
+      uniforms: { backdropSize: backdropUniforms.backdropSize },
+      vertexShader: VERTEX,
+      fragmentShader: FRAGMENT,
+      side: DoubleSide,
+      transparent: true,
+      depthWrite: false,
+      toneMapped: false,
+    }),
   );
   mesh.frustumCulled = false;
   mesh.name = 'lashes';
@@ -105,10 +146,9 @@ export function createLashes(triangles, rest, vertexOf) {
 
   const root = new Vector3();
   const next = new Vector3();
-  const tangent = new Vector3();
   const out = new Vector3();
   const point = new Vector3();
-  const corner = new Vector3();
+  const before = new Vector3();
   /** @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first */
   function update(positions, eyes) {
     let o = 0;
@@ -117,7 +157,6 @@ export function createLashes(triangles, rest, vertexOf) {
       const i = Math.min(lid.path.length - 2, Math.floor(where));
       root.fromArray(positions, 3 * lid.path[i]);
       next.fromArray(positions, 3 * lid.path[i + 1]);
-      tangent.subVectors(next, root).normalize();
       root.lerp(next, where - i);
       const centre = eyes[lid.outer];
       out.subVectors(root, centre).normalize();
@@ -133,14 +172,16 @@ export function createLashes(triangles, rest, vertexOf) {
           .copy(root)
           .addScaledVector(out, reach * (t - 0.22 * t * t))
           .setComponent(1, root.y + out.y * reach * t + lid.rise * reach * (0.42 * curl * t * t - 0.3 * t * (1 - t)));
-        const half = 0.07 * (1 - 0.85 * t);
-        for (const side of [-half, half]) {
-          corner.copy(point).addScaledVector(tangent, side).toArray(array, o);
-          o += 3;
+        if (s === 0) before.copy(point).sub(out);
+        before.subVectors(point, before);
+        for (let side = 0; side < 2; side++, o += 3) {
+          point.toArray(array, o);
+          before.toArray(course, o);
         }
+        before.copy(point);
       }
     }
-    position.needsUpdate = true;
+    position.needsUpdate = along.needsUpdate = true;
   }
   return { mesh, update };
 }

@@ -82,7 +82,8 @@ const COLOUR = /* glsl */ `
   float blood = clamp(paint.g + 0.55 * ear, 0.0, 1.0);
   float smoothSkin = max(paint.b, 0.6 * ear);
 
-  vec3 tone = diffuseColor.rgb;
+  // The prescribed colour is seen through a little blood everywhere.
+  vec3 tone = diffuseColor.rgb * vec3(0.97, 0.875, 0.81);
   // Blood takes green and blue, melanin takes all, more of the blue.
   tone *= mix(vec3(1.0), vec3(0.96, 0.70, 0.66), blood * 0.62);
   tone *= mix(vec3(1.0), vec3(1.0, 0.88, 0.84), (broad.a - 0.5) * 1.1);
@@ -91,7 +92,7 @@ const COLOUR = /* glsl */ `
   tone = mix(tone, tone * vec3(0.86, 0.87, 0.9), paint.a * 0.3);
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * 0.66);
-  tone = mix(tone, browColour, clamp(brow, 0.0, 0.86));
+  tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
   float marked = dot(smoothstep(0.15, 0.85, vMark), markStrength);
   vec2 rim = smoothstep(0.0, 0.45, vMark) * smoothstep(1.0, 0.55, vMark);
   diffuseColor.rgb = mix(tone, accent * (0.35 + 0.9 * dot(tone, vec3(0.33))), clamp(marked * 0.3 + dot(rim, markStrength) * 0.22, 0.0, 0.6));
@@ -153,7 +154,7 @@ export function createSkin({ tone, pores, face, brows, depth }) {
     faceFrame: { value: new Vector4().fromArray(face.frame) },
     browFrame: { value: new Vector4().fromArray(brows.frame) },
     browColour: { value: new Color('#2e1f17') },
-    lipColour: { value: tone.clone().multiply(new Color().setRGB(0.86, 0.46, 0.46)) },
+    lipColour: { value: tone.clone().multiply(new Color().setRGB(0.76, 0.38, 0.39)) },
     accent: { value: new Color('#39a79c') },
     markStrength: { value: [0, 0] },
     faceDepth: { value: depth },
