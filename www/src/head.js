@@ -1,5 +1,6 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { createEyes } from './eyes.js';
+import { createLashes } from './lashes.js';
 import { ambientOcclusion, smoothed } from './occlusion.js';
 import { paintBrows, paintFace } from './paint.js';
 import { createPores } from './pores.js';
@@ -86,7 +87,7 @@ export function createHead(model, face) {
   const nose = at.get('ibug_30') ?? [0, 0, bounds.max.z];
   const earX = 0.83 * bounds.max.x;
   const brow = at.get('ibug_19') ?? [0, chin[1] + 120, 0];
-  const bottom = bounds.min.y;
+  const fadeEnd = Math.max(bounds.min.y + 4, chin[1] - 66);
   // The neck runs out into the backdrop well above its cut edge, later in front than behind.
   const shade = perCorner((v, k) => {
     const [x, y, z] = [rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]];
@@ -96,7 +97,7 @@ export function createHead(model, face) {
       const beside = Math.min(1, Math.max(0, (Math.abs(x) - earX * 0.92) / 8));
       return z < nose[2] - 70 ? Math.min(1, height * 2.2) * beside : 0;
     }
-    const t = Math.min(1, Math.max(0, (y - bottom - 4) / (0.82 * (chin[1] - bottom))));
+    const t = Math.min(1, Math.max(0, (y - fadeEnd) / (chin[1] - 14 - fadeEnd)));
     return t * t * (3 - 2 * t);
   }, 3);
   geometry.setAttribute('shade', shade);
@@ -137,10 +138,15 @@ export function createHead(model, face) {
     })),
     pores,
   );
+  const lashes = createLashes(skinTriangles, rest, (name) => {
+    const stencil = stencils.get(name) ?? [[0, 1]];
+    return stencil.reduce((best, entry) => (entry[1] > best[1] ? entry : best))[0];
+  });
   eyes.update(rest);
+  lashes.update(rest, eyes.centres);
 
   const group = new Group();
-  group.add(mesh, ...eyes.meshes);
+  group.add(mesh, ...eyes.meshes, lashes.mesh);
 
   /** @type {number[]} */
   const duplicates = [];
@@ -168,6 +174,7 @@ export function createHead(model, face) {
     }
     present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
     eyes.update(present);
+    lashes.update(present, eyes.centres);
   }
 
   // What belongs to no feature's block is the head's.
@@ -212,6 +219,12 @@ export function createHead(model, face) {
     update,
     highlight,
     groupAt,
+    /** @param {string} name of a landmark, on the face as it is now */
+    landmark(name) {
+      const found = landmark(present, name, new Vector3());
+      if (!found) throw new Error(`no landmark is called "${name}"`);
+      return found;
+    },
     /** How strongly the two highlights show, 0 to 1. */
     markStrength: skin.uniforms.markStrength.value,
     /** What a portrait shows: from the fading neck to the crown. */

@@ -87,7 +87,6 @@ async function start() {
   median.free();
   const { face, refused } = firstFace(model);
   const editor = createEditor(model, face);
-  window.designer = { model, face };
 
   const canvas = element('canvas', { class: 'view', tabindex: 0, role: 'img', 'aria-label': text.stage });
   const toast = createToast();
@@ -136,6 +135,15 @@ async function start() {
     if (glow.hover !== glow.hoverGoal || glow.pick > 0) scene.invalidate();
   });
   head.update(face);
+
+  window.designer = {
+    model,
+    face,
+    get frames() {
+      return scene.frames;
+    },
+    onScreen: (name) => scene.onScreen(head.landmark(name)),
+  };
 
   const theme = createTheme((chosen) => scene.setTheme(chosen));
   createPicking({

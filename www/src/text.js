@@ -25,6 +25,7 @@ export const text = {
   randomiseFeature: (/** @type {string} */ group) => `Random ${group}`,
   lockFeature: (/** @type {string} */ group) => `Lock the ${group}`,
   locked: 'Locked: random faces and resets leave it alone.',
+  finer: (/** @type {string} */ group) => `A finer variation of the ${group}`,
   resetControl: 'Double-click the slider to set it back to the median.',
   more: (/** @type {number} */ n) => `Show ${n} more`,
   fewer: 'Show fewer',
