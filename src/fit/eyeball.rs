@@ -20,10 +20,13 @@ const RINGS: [f64; 19] = [
     90.0, 115.0, 145.0,
 ];
 
-/// The eyeball's radius relative to the helper's control cage, and how far it is moved forward
-/// (mm); chosen so that the lids of the rest pose rest on it.
+/// The eyeball's radius relative to the helper's control cage; chosen so that the lids of the rest
+/// pose rest on it.
 const RADIUS: f64 = 0.955;
-const FORWARD: f64 = 0.0;
+
+/// How far the eyeball lies below the helper's centre (mm), so that the lids of the rest pose, which
+/// open a little below it, look straight ahead.
+const DROP: f64 = 0.8;
 
 /// Half-width of the square of texture space an eye takes, around the middle of the helper's own.
 const UV_RADIUS: f64 = 0.0125;
@@ -66,7 +69,7 @@ impl Eyeball {
             return Err(FitError::Input(format!("{group} of the base mesh is flat")));
         }
         let inverse = moment.inverse();
-        let centre = mean + DVec3::Z * FORWARD;
+        let centre = mean - DVec3::Y * DROP;
         let (directions, triangles) = sphere();
         let rows = directions
             .iter()
@@ -102,7 +105,7 @@ impl Eyeball {
     }
 
     /// The other eye: the same rows on the mirrored vertices.
-    pub fn mirrored(&self, base: &BaseMesh, _rest: &[DVec3]) -> Eyeball {
+    pub fn mirrored(&self, base: &BaseMesh) -> Eyeball {
         let turn = |t: &[u32; 3]| [t[0], t[2], t[1]];
         let mut other = self.clone();
         other.centre.x = -other.centre.x;

@@ -55,7 +55,7 @@ pub fn build(data_dir: &Path) -> FitResult<Template> {
         parts.push(part_of(name, first, triangles.len()));
     }
     let left = Eyeball::new(&base, &rest, "helper-l-eye")?;
-    let right = left.mirrored(&base, &rest);
+    let right = left.mirrored(&base);
     let skin_vertices = rows.len();
     for (eyeball, name, other) in [(&left, "left eyeball", 1), (&right, "right eyeball", 0)] {
         let first = triangles.len();
@@ -91,9 +91,9 @@ pub fn build(data_dir: &Path) -> FitResult<Template> {
     };
     let mut template = draft.number(|_| 0);
     template.landmarks = landmarks(&template, &rest, origin)?;
-    region::assign(&mut template, &base)?;
+    region::assign(&mut template)?;
     let mut template = renumber(&template);
-    colour::paint(&mut template, &left, &base)?;
+    colour::paint(&mut template, &left)?;
     Ok(template)
 }
 

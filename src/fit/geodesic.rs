@@ -1,163 +1,194 @@
-//! Distances along a surface.
+//! Distance along a surface.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::{BTreeSet, BinaryHeap, HashMap};
 
 use glam::DVec3;
 
-/// The edges of a mesh and, across each edge, the straight way through its two triangles.
-///
-/// Shortest paths in this graph are longer than true geodesics by at most some 8 % on an even
-/// mesh, and by 2 to 3 % on average; along edges alone it would be up to 41 %.
-pub struct Geodesic {
-    starts: Vec<u32>,
-    steps: Vec<(u32, f64)>,
+/// Distances along a surface, from one set of sources after another.
+pub struct Geodesic<'a> {
+    positions: &'a [DVec3],
+    /// The opposite edge of every triangle around each vertex.
+    around: Vec<Vec<[u32; 2]>>,
 }
 
-impl Geodesic {
-    /// Builds the graph.
-    pub fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        let mut ways: BTreeMap<(u32, u32), f64> = BTreeMap::new();
-        let mut add = |a: u32, b: u32, length: f64| {
-            let way = ways.entry((a.min(b), a.max(b))).or_insert(f64::INFINITY);
-            *way = way.min(length);
-        };
-        let mut across: BTreeMap<(u32, u32), u32> = BTreeMap::new();
-        for triangle in triangles {
+impl<'a> Geodesic<'a> {
+    /// Prepares a mesh.
+    pub fn new(positions: &'a [DVec3], triangles: &[[u32; 3]]) -> Self {
+        let mut around: Vec<Vec<[u32; 2]>> = vec![Vec::new(); positions.len()];
+        for t in triangles {
             for corner in 0..3 {
-                let [apex, a, b] = [0, 1, 2].map(|i| triangle[(corner + i) % 3]);
-                add(a, b, positions[a as usize].distance(positions[b as usize]));
-                match across.insert((a.min(b), a.max(b)), apex) {
-                    Some(other) if other != apex => {
-                        let corners = [a, b, apex, other].map(|v| positions[v as usize]);
-                        if let Some(length) = unfold(corners) {
-                            add(apex, other, length);
-                        }
-                    }
-                    _ => {}
-                }
+                around[t[corner] as usize].push([t[(corner + 1) % 3], t[(corner + 2) % 3]]);
             }
         }
-        let mut starts = vec![0_u32; positions.len() + 1];
-        for &(a, b) in ways.keys() {
-            starts[a as usize + 1] += 1;
-            starts[b as usize + 1] += 1;
-        }
-        for v in 1..starts.len() {
-            starts[v] += starts[v - 1];
-        }
-        let mut next = starts.clone();
-        let mut steps = vec![(0, 0.0); ways.len() * 2];
-        for (&(a, b), &length) in &ways {
-            for (from, to) in [(a, b), (b, a)] {
-                let at = &mut next[from as usize];
-                steps[*at as usize] = (to, length);
-                *at += 1;
-            }
-        }
-        Self { starts, steps }
+        Self { positions, around }
     }
 
-    /// The distance of every vertex from the nearest of `sources`, mm; infinite beyond `reach` and
-    /// where no way leads (Dijkstra 1959).
+    /// Distance of every vertex from the nearest source, in the positions' unit; infinite beyond
+    /// `reach` and where no way leads.
     pub fn distances(&self, sources: &[u32], reach: f64) -> Vec<f64> {
-        let mut distances = vec![f64::INFINITY; self.starts.len() - 1];
-        // Non-negative floats order like their bits.
-        let mut queue: BinaryHeap<Reverse<(u64, u32)>> = BinaryHeap::new();
-        for &source in sources {
-            distances[source as usize] = 0.0;
-            queue.push(Reverse((0, source)));
+        let sources: Vec<(u32, f64)> = sources.iter().map(|&s| (s, 0.0)).collect();
+        self.distances_from(&sources, reach)
+    }
+
+    /// As [`Geodesic::distances`], with a distance of its own at each source.
+    ///
+    /// Fast marching with a virtual point source (Novotni and Klein, 2002): from the distances at
+    /// two corners of a triangle the source is unfolded into its plane, and the third corner's
+    /// distance is the straight line when that crosses the edge between. Exact for one source on a
+    /// developable strip; on smooth meshes of well-shaped triangles within about 1 %, never below
+    /// the Euclidean distance by more than rounding, and never above the shortest path along edges.
+    pub fn distances_from(&self, sources: &[(u32, f64)], reach: f64) -> Vec<f64> {
+        let mut distance = vec![f64::INFINITY; self.positions.len()];
+        let mut settled = vec![false; self.positions.len()];
+        // Distances are not negative, so their bits sort as they do.
+        let mut queue = BinaryHeap::new();
+        for &(source, start) in sources {
+            if start >= 0.0 && start < distance[source as usize] {
+                distance[source as usize] = start;
+                queue.push(Reverse((start.to_bits(), source)));
+            }
         }
-        while let Some(Reverse((bits, vertex))) = queue.pop() {
-            let distance = f64::from_bits(bits);
-            let v = vertex as usize;
-            if distance > distances[v] {
+        let at = |v: u32| self.positions[v as usize];
+        while let Some(Reverse((_, vertex))) = queue.pop() {
+            if std::mem::replace(&mut settled[vertex as usize], true) {
                 continue;
             }
-            for &(to, length) in &self.steps[self.starts[v] as usize..self.starts[v + 1] as usize] {
-                let through = distance + length;
-                if through <= reach && through < distances[to as usize] {
-                    distances[to as usize] = through;
-                    queue.push(Reverse((through.to_bits(), to)));
+            for &pair in &self.around[vertex as usize] {
+                for (next, third) in [(pair[0], pair[1]), (pair[1], pair[0])] {
+                    if settled[next as usize] {
+                        continue;
+                    }
+                    let mut reached = distance[vertex as usize] + at(vertex).distance(at(next));
+                    if settled[third as usize] {
+                        let known = [distance[vertex as usize], distance[third as usize]];
+                        if let Some(d) = unfold(at(vertex), at(third), at(next), known) {
+                            reached = reached.min(d);
+                        }
+                    }
+                    if reached <= reach && reached < distance[next as usize] {
+                        distance[next as usize] = reached;
+                        queue.push(Reverse((reached.to_bits(), next)));
+                    }
                 }
             }
         }
-        distances
+        distance
     }
 }
 
-/// The distance between the two apexes over their common edge with both triangles laid flat, if
-/// the straight line crosses that edge. Corners are `[edge start, edge end, apex, other apex]`.
-fn unfold([a, b, apex, other]: [DVec3; 4]) -> Option<f64> {
+/// Distance at `c` from the source that is `da` from `a` and `db` from `b`, on the other side of
+/// edge ab in the triangle's plane; nothing when the straight line misses the edge.
+fn unfold(a: DVec3, b: DVec3, c: DVec3, [da, db]: [f64; 2]) -> Option<f64> {
     let edge = b - a;
     let length = edge.length();
-    let flat = |p: DVec3| {
-        let along = (p - a).dot(edge) / length;
-        (
-            along,
-            ((p - a).length_squared() - along * along).max(0.0).sqrt(),
-        )
-    };
-    let ((x1, y1), (x2, y2)) = (flat(apex), flat(other));
-    let crossing = (x1 * y2 + x2 * y1) / (y1 + y2);
+    if length <= 0.0 {
+        return None;
+    }
+    // a is the origin and b on the x axis; c has y > 0 and the source y < 0.
+    let cx = (c - a).dot(edge) / length;
+    let cy = ((c - a).length_squared() - cx * cx).max(0.0).sqrt();
+    let sx = (da * da - db * db + length * length) / (2.0 * length);
+    let square = da * da - sx * sx;
+    if square < 0.0 {
+        return None;
+    }
+    let sy = -square.sqrt();
+    let crossing = sx + (cx - sx) * (-sy) / (cy - sy).max(f64::MIN_POSITIVE);
     (0.0..=length)
         .contains(&crossing)
-        .then(|| (x1 - x2).hypot(y1 + y2))
+        .then(|| (cx - sx).hypot(cy - sy))
+}
+
+/// The largest connected component of `inside` over the triangles' edges, as a mask.
+pub fn largest_component(triangles: &[[u32; 3]], inside: &[bool]) -> Vec<bool> {
+    let mut neighbours: HashMap<u32, BTreeSet<u32>> = HashMap::new();
+    for t in triangles {
+        for corner in 0..3 {
+            let (a, b) = (t[corner], t[(corner + 1) % 3]);
+            if inside[a as usize] && inside[b as usize] {
+                neighbours.entry(a).or_default().insert(b);
+                neighbours.entry(b).or_default().insert(a);
+            }
+        }
+    }
+    let mut seen = vec![false; inside.len()];
+    let mut best = Vec::new();
+    for start in 0..inside.len() as u32 {
+        if !inside[start as usize] || seen[start as usize] {
+            continue;
+        }
+        seen[start as usize] = true;
+        let mut component = vec![start];
+        let mut next = 0;
+        while next < component.len() {
+            for &n in neighbours.get(&component[next]).into_iter().flatten() {
+                if !std::mem::replace(&mut seen[n as usize], true) {
+                    component.push(n);
+                }
+            }
+            next += 1;
+        }
+        if component.len() > best.len() {
+            best = component;
+        }
+    }
+    let mut mask = vec![false; inside.len()];
+    for vertex in best {
+        mask[vertex as usize] = true;
+    }
+    mask
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn on_a_flat_sheet_the_error_is_what_the_doc_says() {
-        let n = 41_u32;
-        let positions: Vec<DVec3> = (0..n * n)
-            .map(|i| DVec3::new(f64::from(i % n), f64::from(i / n), 0.0))
+    /// A square of 40 x 40 cells of 1 mm, lifted to `height`.
+    fn sheet(height: impl Fn(f64, f64) -> DVec3) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let n = 41u32;
+        let positions = (0..n * n)
+            .map(|i| height(f64::from(i % n), f64::from(i / n)))
             .collect();
         let mut triangles = Vec::new();
         for y in 0..n - 1 {
             for x in 0..n - 1 {
-                let [a, b, c, d] = [
-                    y * n + x,
-                    y * n + x + 1,
-                    (y + 1) * n + x + 1,
-                    (y + 1) * n + x,
-                ];
-                triangles.extend([[a, b, c], [a, c, d]]);
+                let i = y * n + x;
+                triangles.push([i, i + 1, i + n + 1]);
+                triangles.push([i, i + n + 1, i + n]);
             }
         }
-        let middle = 20 * n + 20;
-        let distances = Geodesic::new(&positions, &triangles).distances(&[middle], 100.0);
-        let (mut worst, mut sum) = (1.0_f64, 0.0);
-        for (p, d) in positions.iter().zip(&distances) {
-            let truth = p.distance(positions[middle as usize]);
-            if truth > 0.0 {
-                assert!(*d >= truth - 1e-9);
-                worst = worst.max(d / truth);
-                sum += d / truth;
-            }
-        }
-        let mean = sum / f64::from(n * n - 1);
-        assert!(worst < 1.09 && mean < 1.04, "worst {worst}, mean {mean}");
+        (positions, triangles)
     }
 
     #[test]
-    fn what_is_beyond_reach_or_unconnected_is_infinite() {
-        let positions: Vec<DVec3> = [
-            [0., 0., 0.],
-            [1., 0., 0.],
-            [0., 1., 0.],
-            [9., 0., 0.],
-            [9., 1., 0.],
-            [8., 0., 0.],
-        ]
-        .map(DVec3::from_array)
-        .to_vec();
-        let graph = Geodesic::new(&positions, &[[0, 1, 2], [3, 4, 5]]);
-        let distances = graph.distances(&[0], 10.0);
-        assert_eq!(distances[1], 1.0);
-        assert!(distances[3].is_infinite());
-        assert!(graph.distances(&[0], 0.5)[1].is_infinite());
+    fn a_plane_has_straight_distances() {
+        let (positions, triangles) = sheet(|x, y| DVec3::new(x, y, 0.0));
+        let distance = Geodesic::new(&positions, &triangles).distances(&[0], f64::INFINITY);
+        for (p, d) in positions.iter().zip(distance) {
+            // Exact but for rounding: the unfolded source is the source.
+            assert!((p.length() - d).abs() < 1e-9, "{p} {d}");
+        }
+    }
+
+    #[test]
+    fn a_rolled_sheet_has_the_distances_of_the_flat_one() {
+        // Radius 15 mm; the chord of a 1 mm step is 0.02 % short.
+        let (positions, triangles) =
+            sheet(|x, y| DVec3::new(15.0 * (x / 15.0).sin(), y, 15.0 * (x / 15.0).cos()));
+        let distance = Geodesic::new(&positions, &triangles).distances(&[0], f64::INFINITY);
+        for (i, d) in distance.iter().enumerate() {
+            let flat = f64::from(i as u32 % 41).hypot(f64::from(i as u32 / 41));
+            assert!((flat - d).abs() <= 2e-3 * flat, "{i} {flat} {d}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_connected_is_infinitely_far() {
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let distance = Geodesic::new(&positions, &[[0, 1, 2]]).distances(&[0], f64::INFINITY);
+        assert_eq!(distance[3], f64::INFINITY);
+        let near = Geodesic::new(&positions, &[[0, 1, 2]]).distances(&[0], 0.5);
+        assert_eq!(near[1], f64::INFINITY);
     }
 }

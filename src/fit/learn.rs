@@ -49,7 +49,7 @@ impl Default for Settings {
             smoothing: Smoothing::default(),
             blending: Blending {
                 alpha: 10.0,
-                limits: [3.0, 20.0],
+                limits: [3.0, 15.0],
             },
         }
     }
@@ -216,7 +216,7 @@ struct Feature<'a> {
     areas: &'a [f64],
     mean: &'a [DVec3],
     aligned: &'a [Vec<DVec3>],
-    graph: &'a Geodesic,
+    graph: &'a Geodesic<'a>,
     loose: &'a [(Vec<u32>, Vec<u32>)],
     settings: &'a Settings,
 }

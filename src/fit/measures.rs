@@ -34,9 +34,9 @@ const fn length(
 #[rustfmt::skip]
 pub const MEASURES: [Definition; 17] = [
     length("face height", "from the nasion to the menton", ["ibug_27", "ibug_08"], ["longer face", "shorter face"]),
-    length("face width", "from cheek to cheek", ["cheek_R", "cheek_L"], ["wider cheeks", "narrower cheeks"]),
-    length("jaw width", "from gonion to gonion", ["gonion_R", "gonion_L"], ["wider jaw", "narrower jaw"]),
-    length("tragion width", "from tragion to tragion", ["tragion_R", "tragion_L"], ["wider head", "narrower head"]),
+    length("face width", "from cheek to cheek", ["cheek right", "cheek left"], ["wider cheeks", "narrower cheeks"]),
+    length("jaw width", "from gonion to gonion", ["gonion right", "gonion left"], ["wider jaw", "narrower jaw"]),
+    length("tragion width", "from tragion to tragion", ["tragion right", "tragion left"], ["wider head", "narrower head"]),
     length("forehead height", "from the trichion to the glabella", ["trichion", "glabella"], ["higher forehead", "lower forehead"]),
     length("brow distance", "between the inner ends of the brows", ["ibug_21", "ibug_22"], ["brows apart", "brows together"]),
     length("inner eye distance", "between the inner corners of the eyes", ["ibug_39", "ibug_42"], ["eyes apart", "eyes together"]),
@@ -45,7 +45,7 @@ pub const MEASURES: [Definition; 17] = [
     length("left eye height", "from lid to lid", ["ibug_43", "ibug_47"], ["left eye open", "left eye narrow"]),
     length("right eye height", "from lid to lid", ["ibug_38", "ibug_40"], ["right eye open", "right eye narrow"]),
     length("nose height", "from the nasion to the subnasale", ["ibug_27", "ibug_33"], ["longer nose", "shorter nose"]),
-    length("nose width", "from ala to ala", ["alare_R", "alare_L"], ["wider nose", "narrower nose"]),
+    length("nose width", "from ala to ala", ["alare right", "alare left"], ["wider nose", "narrower nose"]),
     length("mouth width", "from corner to corner", ["ibug_48", "ibug_54"], ["wider mouth", "narrower mouth"]),
     length("lip height", "from the upper to the lower edge of the lips", ["ibug_51", "ibug_57"], ["fuller lips", "thinner lips"]),
     length("upper lip height", "from the subnasale to the edge of the lip", ["ibug_33", "ibug_51"], ["longer upper lip", "shorter upper lip"]),

@@ -16,14 +16,16 @@ pub mod geodesic;
 pub mod learn;
 pub mod measures;
 pub mod pca;
+pub mod pictures;
 pub mod ply;
 pub mod population;
 pub mod region;
+pub mod render;
 pub mod smooth;
 pub mod subdivide;
 pub mod surround;
 pub mod template;
 
-pub use error::{FitError, FitResult};
-
 mod error;
+
+pub use error::{FitError, FitResult};

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::DVec3;
+use nalgebra::{Matrix4, Vector4};
 use rayon::prelude::*;
 
 use super::base_mesh::{BaseMesh, Target};
@@ -79,14 +80,14 @@ type Sparse = Vec<(u32, DVec3)>;
 /// Standard deviation of a control, in full targets, by the folder it comes from. The targets'
 /// full displacement is an extreme that an artist still finds believable.
 const SPREADS: [(&str, f64); 10] = [
-    ("head", 0.20),
-    ("eyes", 0.22),
+    ("head", 0.13),
+    ("eyes", 0.20),
     ("eyebrows", 0.30),
-    ("nose", 0.24),
-    ("mouth", 0.22),
+    ("nose", 0.21),
+    ("mouth", 0.19),
     ("chin", 0.26),
     ("cheek", 0.28),
-    ("forehead", 0.30),
+    ("forehead", 0.22),
     ("ears", 0.25),
     ("neck", 0.12),
 ];
@@ -95,7 +96,48 @@ const SPREADS: [(&str, f64); 10] = [
 /// removes again.
 const LEFT_OUT: [&str; 4] = ["head-age", "head-trans", "measure-neck", "neck-trans"];
 
+/// Lengths by which an implausible face is known: a name and two landmarks.
+const MEASURES: [(&str, &str, &str); 17] = [
+    ("face width", "tragion right", "tragion left"),
+    ("jaw width", "gonion right", "gonion left"),
+    ("cheek width", "cheek right", "cheek left"),
+    ("face height", "glabella", "ibug_08"),
+    ("forehead height", "glabella", "trichion"),
+    ("skull height", "ibug_27", "vertex"),
+    ("nose height", "ibug_27", "ibug_33"),
+    ("nose width", "alare right", "alare left"),
+    ("nose depth", "ibug_30", "ibug_33"),
+    ("upper lip", "ibug_33", "ibug_51"),
+    ("lips", "ibug_51", "ibug_57"),
+    ("mouth width", "ibug_48", "ibug_54"),
+    ("chin height", "ibug_57", "ibug_08"),
+    ("right eye width", "ibug_36", "ibug_39"),
+    ("left eye width", "ibug_42", "ibug_45"),
+    ("eye distance", "ibug_39", "ibug_42"),
+    ("brow height", "ibug_19", "ibug_37"),
+];
+
+/// Robust standard deviations from the median beyond which a measure is an outlier.
+const OUTLIER: f64 = 3.0;
+
+/// The measures' medians and spreads are those of this many candidates, whatever the count asked
+/// for, so that a smaller population is the beginning of a larger one.
+const PILOT: usize = 400;
+
+/// More skin triangles than this turned by over 90 degrees from the rest pose is a fold.
+const FOLDS: usize = 12;
+
+/// How far a lid's rim may sink into the eyeball beyond what it does in the rest pose, in mm.
+const LID_SINKS: f64 = 0.8;
+
+/// How far the lower lip's inner edge may stand above the upper's beyond the rest pose, in mm.
+const LIPS_CROSS: f64 = 1.2;
+
 /// Samples a population: `count` faces, the same for the same seed on any number of threads.
+///
+/// Candidates are drawn one after the other. One is rejected when any of [`MEASURES`] lies more
+/// than three robust standard deviations (1.4826 times the median absolute deviation) from the
+/// median, when its skin folds, its lips cross, or its lids sink into its eyeballs.
 pub fn sample(
     template: &Template,
     data_dir: &Path,
@@ -104,20 +146,63 @@ pub fn sample(
 ) -> FitResult<Population> {
     let base = BaseMesh::read(data_dir)?;
     let sampler = Sampler::new(template, &base)?;
-    let drawn: Vec<(Labels, Vec<DVec3>)> = (0..count)
+    let candidate = |index: usize| {
+        let labels = sampler.draw(&mut Random::stream(seed, index as u64));
+        let (face, sinks) = sampler.face(&labels);
+        (labels, face, sinks)
+    };
+    let pilot: Vec<Vec<f64>> = (0..PILOT)
         .into_par_iter()
-        .map(|index| {
-            let labels = sampler.draw(&mut Random::stream(seed, index as u64));
-            let face = sampler.face(&labels);
-            (labels, face)
+        .map(|index| sampler.measure(&candidate(index).1))
+        .collect();
+    let usual: Vec<(f64, f64)> = (0..MEASURES.len())
+        .map(|m| {
+            let centre = median(pilot.iter().map(|p| p[m]).collect());
+            let spread = median(pilot.iter().map(|p| (p[m] - centre).abs()).collect());
+            (centre, 1.4826 * spread)
         })
         .collect();
-    let (labels, faces) = drawn.into_iter().unzip();
-    Ok(Population {
-        faces,
-        labels,
+
+    let mut population = Population {
+        faces: Vec::new(),
+        labels: Vec::new(),
         rejected: BTreeMap::new(),
-    })
+    };
+    let mut first = 0;
+    while population.faces.len() < count {
+        if first > 20 * count + PILOT {
+            let cause = "hardly any candidate is a plausible face: is this the right base mesh?";
+            return Err(FitError::Input(cause.into()));
+        }
+        let batch = (count - population.faces.len()).clamp(8, 256);
+        let drawn: Vec<_> = (first..first + batch)
+            .into_par_iter()
+            .map(|index| {
+                let (labels, face, sinks) = candidate(index);
+                let fault = sampler.fault(&face, sinks, &usual);
+                (labels, face, fault)
+            })
+            .collect();
+        for (labels, face, fault) in drawn {
+            if population.faces.len() == count {
+                break;
+            }
+            match fault {
+                Some(reason) => *population.rejected.entry(reason).or_default() += 1,
+                None => {
+                    population.faces.push(face);
+                    population.labels.push(labels);
+                }
+            }
+        }
+        first += batch;
+    }
+    Ok(population)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
 }
 
 /// Writes `face_0000.ply` ..., `labels.json` and `about.json`, which `train` puts into the model.
@@ -143,8 +228,104 @@ struct Sampler<'a> {
     /// Macro displacement fields by name, over all template vertices.
     macros: BTreeMap<String, Vec<DVec3>>,
     controls: Vec<Control>,
-    left_eye: Vec<u32>,
-    right_eye: Vec<u32>,
+    eyes: [Eye; 2],
+    triangles: Vec<[u32; 3]>,
+    skin_normals: Vec<DVec3>,
+    landmarks: BTreeMap<String, usize>,
+}
+
+/// An eyeball and the rim of its lids.
+struct Eye {
+    ball: Vec<u32>,
+    rim: Vec<u32>,
+    /// Distance of each rim vertex to the eyeball's centre less its radius in the rest pose.
+    gaps: Vec<f64>,
+}
+
+impl Eye {
+    fn new(template: &Template, name: &str) -> Eye {
+        let ball = part_vertices(template, name);
+        let skin = part_vertices(template, "skin");
+        let cavities = part_vertices(template, "eye cavities");
+        let (centre, radius) = sphere(&ball, &template.positions);
+        let rim: Vec<u32> = cavities
+            .into_iter()
+            .filter(|v| skin.binary_search(v).is_ok())
+            .filter(|&v| template.positions[v as usize].x * centre.x > 0.0)
+            .collect();
+        let gaps = rim
+            .iter()
+            .map(|&v| template.positions[v as usize].distance(centre) - radius)
+            .collect();
+        Eye { ball, rim, gaps }
+    }
+
+    /// Moves and scales the eyeball so that the rim of the lids lies on it as in the rest pose,
+    /// by Gauss-Newton on centre and radius; returns by how much the worst rim vertex sinks
+    /// deeper than in the rest pose.
+    ///
+    /// The targets move lids and helper eyeballs each on their own; added up they gape or poke
+    /// through. The eyeball stays a sphere. A pull towards where the targets put it keeps the
+    /// depth, which the rim alone hardly fixes.
+    fn seat(&self, face: &mut [DVec3]) -> f64 {
+        let (given, given_radius) = sphere(&self.ball, face);
+        let (mut centre, mut radius) = (given, given_radius);
+        for _ in 0..8 {
+            let mut normal = Matrix4::identity() * 0.02 * self.rim.len() as f64;
+            let pull = (given - centre).extend(given_radius - radius).to_array();
+            let mut right = Vector4::from(pull) * 0.02 * self.rim.len() as f64;
+            for (&vertex, gap) in self.rim.iter().zip(&self.gaps) {
+                let out = face[vertex as usize] - centre;
+                let distance = out.length().max(1e-9);
+                let residual = distance - radius - gap;
+                let d = out / distance;
+                let row = Vector4::new(d.x, d.y, d.z, 1.0);
+                normal += row * row.transpose();
+                right += row * residual;
+            }
+            let Some(step) = normal.cholesky().map(|c| c.solve(&right)) else {
+                break;
+            };
+            centre += DVec3::new(step.x, step.y, step.z);
+            radius += step.w;
+        }
+        let scale = radius / given_radius;
+        for &vertex in &self.ball {
+            let p = &mut face[vertex as usize];
+            *p = centre + (*p - given).normalize_or_zero() * given_radius * scale;
+        }
+        let sinks = self
+            .rim
+            .iter()
+            .zip(&self.gaps)
+            .map(|(&v, gap)| gap - (face[v as usize].distance(centre) - radius));
+        sinks.fold(0.0, f64::max)
+    }
+}
+
+/// Centre and radius of an eyeball: its vertices come in opposite pairs ring by ring, so the
+/// least-squares sphere is well determined.
+fn sphere(ball: &[u32], face: &[DVec3]) -> (DVec3, f64) {
+    let mut normal = Matrix4::zeros();
+    let mut right = Vector4::zeros();
+    let count = ball.len().max(1) as f64;
+    let mean: DVec3 = ball.iter().map(|&v| face[v as usize]).sum::<DVec3>() / count;
+    for &vertex in ball {
+        let p = face[vertex as usize] - mean;
+        let row = Vector4::new(2.0 * p.x, 2.0 * p.y, 2.0 * p.z, 1.0);
+        normal += row * row.transpose();
+        right += row * p.length_squared();
+    }
+    match normal.cholesky().map(|c| c.solve(&right)) {
+        Some(s) => {
+            let centre = DVec3::new(s.x, s.y, s.z);
+            (
+                mean + centre,
+                (s.w + centre.length_squared()).max(0.0).sqrt(),
+            )
+        }
+        None => (mean, 0.0),
+    }
 }
 
 impl<'a> Sampler<'a> {
@@ -188,12 +369,29 @@ impl<'a> Sampler<'a> {
                 });
             }
         }
+        let all = template.triangles();
+        let skin = template.parts.first().map_or(0, |part| part.count as usize);
+        let triangles = all[..skin].to_vec();
+        for (_, a, b) in MEASURES {
+            for name in [a, b] {
+                if !template.landmarks.iter().any(|l| l.name == name) {
+                    return Err(FitError::Input(format!(
+                        "the template has no landmark {name}"
+                    )));
+                }
+            }
+        }
         Ok(Sampler {
             template,
             macros,
             controls,
-            left_eye: part_vertices(template, "left eyeball"),
-            right_eye: part_vertices(template, "right eyeball"),
+            eyes: ["left eyeball", "right eyeball"].map(|name| Eye::new(template, name)),
+            skin_normals: triangle_normals(&template.positions, &triangles),
+            triangles,
+            landmarks: (0..)
+                .zip(&template.landmarks)
+                .map(|(index, landmark)| (landmark.name.clone(), index))
+                .collect(),
         })
     }
 
@@ -240,7 +438,8 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    fn face(&self, labels: &Labels) -> Vec<DVec3> {
+    /// A face, and by how much its lids sink into its eyeballs (mm).
+    fn face(&self, labels: &Labels) -> (Vec<DVec3>, f64) {
         let mut face = self.template.positions.clone();
         for (name, weight) in macro_weights(labels) {
             // The rest pose already holds an average share of some of them.
@@ -263,16 +462,74 @@ impl<'a> Sampler<'a> {
                 }
             }
         }
-        let mean = |vertices: &[u32]| {
-            let sum: DVec3 = vertices.iter().map(|&v| face[v as usize]).sum();
-            sum / vertices.len().max(1) as f64
-        };
-        let origin = (mean(&self.left_eye) + mean(&self.right_eye)) / 2.0;
+        let sinks = self.eyes.iter().map(|eye| eye.seat(&mut face));
+        let sinks = sinks.fold(0.0, f64::max);
+        let [left, right] = self.eyes.each_ref().map(|eye| sphere(&eye.ball, &face).0);
+        let origin = (left + right) / 2.0;
         for p in &mut face {
             *p -= origin;
         }
-        face
+        (face, sinks)
     }
+
+    fn point(&self, face: &[DVec3], name: &str) -> DVec3 {
+        self.landmarks
+            .get(name)
+            .map_or(DVec3::NAN, |&index| self.template.landmark(index, face))
+    }
+
+    fn measure(&self, face: &[DVec3]) -> Vec<f64> {
+        MEASURES
+            .iter()
+            .map(|(_, a, b)| self.point(face, a).distance(self.point(face, b)))
+            .collect()
+    }
+
+    /// Why a face is not plausible, if it is not.
+    fn fault(&self, face: &[DVec3], sinks: f64, usual: &[(f64, f64)]) -> Option<String> {
+        for ((value, (centre, spread)), (name, _, _)) in
+            self.measure(face).into_iter().zip(usual).zip(MEASURES)
+        {
+            if (value - centre).abs() > OUTLIER * spread {
+                return Some(name.into());
+            }
+        }
+        let turned = triangle_normals(face, &self.triangles)
+            .iter()
+            .zip(&self.skin_normals)
+            .filter(|(now, rest)| now.dot(**rest) < 0.0)
+            .count();
+        if turned > FOLDS {
+            return Some("folded skin".into());
+        }
+        if sinks > LID_SINKS {
+            return Some("lids in eyeballs".into());
+        }
+        let gap = |positions: &[DVec3], upper: &str, lower: &str| {
+            self.point(positions, upper).y - self.point(positions, lower).y
+        };
+        for (upper, lower) in [
+            ("ibug_61", "ibug_67"),
+            ("ibug_62", "ibug_66"),
+            ("ibug_63", "ibug_65"),
+        ] {
+            let rest = gap(&self.template.positions, upper, lower).min(0.0);
+            if gap(face, upper, lower) < rest - LIPS_CROSS {
+                return Some("crossing lips".into());
+            }
+        }
+        None
+    }
+}
+
+fn triangle_normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| positions[v as usize]);
+            (b - a).cross(c - a)
+        })
+        .collect()
 }
 
 /// The vertices of a part.

@@ -1,8 +1,18 @@
 //! Divides the generic head into facial features.
+//!
+//! Each feature has lines drawn between landmarks and a reach in mm. A vertex of the skin belongs
+//! to the feature whose lines are nearest along the surface, measured in reaches, if that is
+//! below 1; what is left is `head`. Borders are therefore curves at a constant distance from a
+//! feature, and where two features meet they meet halfway. Reaches are chosen so that a border
+//! runs where the face is smooth: beyond the crease of the nose's wing, below the sulcus under
+//! the lower lip, above the brow.
 
-use super::FitResult;
-use super::base_mesh::BaseMesh;
+use glam::DVec3;
+
+use super::generic_head::{closest, mirror_name};
+use super::geodesic::{Geodesic, largest_component};
 use super::template::Template;
+use super::{FitError, FitResult};
 
 /// The regions, in the order in which vertices are numbered.
 pub const NAMES: [&str; 7] = [
@@ -15,45 +25,200 @@ pub const NAMES: [&str; 7] = [
     "head",
 ];
 
-/// Gives each vertex its region.
-pub fn assign(template: &mut Template, _base: &BaseMesh) -> FitResult<()> {
-    template.region_names = NAMES.map(String::from).to_vec();
-    let anchors: Vec<(u8, glam::DVec3, f64)> = (0..template.landmarks.len())
-        .filter_map(|i| {
-            let l = &template.landmarks[i];
-            let p = template.landmark(i, &template.positions);
-            let n: u32 = l
-                .name
-                .strip_prefix("ibug_")
-                .and_then(|n| n.parse().ok())
-                .unwrap_or(99);
-            let r = match n {
-                17..=21 | 36..=41 => 1,
-                22..=26 | 42..=47 => 0,
-                27..=35 => 2,
-                48..=67 => 3,
-                6..=10 => 4,
-                _ => match l.name.as_str() {
-                    "pogonion" | "supramentale" => 4,
-                    "alare left" | "alare right" => 2,
-                    "trichion" | "glabella" => 5,
-                    _ => return None,
-                },
-            };
-            Some((r, p, if r == 5 { 45.0 } else { 18.0 }))
-        })
-        .collect();
-    template.regions = template
-        .positions
-        .iter()
-        .map(|p| {
-            anchors
+/// A feature: its region, its lines through landmarks and its reach in mm. Lines of the left eye
+/// are mirrored for the right one.
+const FEATURES: [(&str, &[&[&str]], f64); 5] = [
+    (
+        "left eye",
+        &[
+            &["ibug_22", "ibug_23", "ibug_24", "ibug_25", "ibug_26"],
+            &[
+                "ibug_42", "ibug_43", "ibug_44", "ibug_45", "ibug_46", "ibug_47", "ibug_42",
+            ],
+            &["ibug_22", "ibug_42"],
+            &["ibug_23", "ibug_43"],
+            &["ibug_25", "ibug_44"],
+            &["ibug_26", "ibug_45"],
+            &["ibug_23", "ibug_44"],
+            &["ibug_24", "ibug_43"],
+            &["ibug_24", "ibug_45"],
+        ],
+        11.0,
+    ),
+    (
+        "nose",
+        &[
+            &["ibug_27", "ibug_28", "ibug_29", "ibug_30", "ibug_33"],
+            &[
+                "alare right",
+                "ibug_31",
+                "ibug_32",
+                "ibug_33",
+                "ibug_34",
+                "ibug_35",
+                "alare left",
+            ],
+            &["ibug_28", "alare left"],
+            &["ibug_28", "alare right"],
+            &["ibug_30", "alare left"],
+            &["ibug_30", "alare right"],
+        ],
+        11.0,
+    ),
+    (
+        "mouth",
+        &[
+            &[
+                "ibug_48", "ibug_49", "ibug_50", "ibug_51", "ibug_52", "ibug_53", "ibug_54",
+                "ibug_55", "ibug_56", "ibug_57", "ibug_58", "ibug_59", "ibug_48",
+            ],
+            &["ibug_60", "ibug_61", "ibug_62", "ibug_63", "ibug_64"],
+            &["ibug_64", "ibug_65", "ibug_66", "ibug_67", "ibug_60"],
+        ],
+        13.0,
+    ),
+    (
+        "chin",
+        &[
+            &["supramentale", "pogonion", "ibug_08"],
+            &["ibug_06", "ibug_07", "ibug_08", "ibug_09", "ibug_10"],
+            &["ibug_07", "pogonion", "ibug_09"],
+        ],
+        18.0,
+    ),
+    (
+        "forehead",
+        &[
+            &["glabella", "trichion"],
+            &["ibug_18", "trichion", "ibug_25"],
+            &["ibug_19", "trichion", "ibug_24"],
+        ],
+        24.0,
+    ),
+];
+
+/// Steps along a line between two landmarks.
+const STEPS: usize = 16;
+
+/// Gives each vertex its region; cavities and eyeballs go with their feature.
+pub fn assign(template: &mut Template) -> FitResult<()> {
+    let skin_triangles = template.parts.first().map_or(0, |part| part.count as usize);
+    let all = template.triangles();
+    let triangles = &all[..skin_triangles];
+    let index = |name: &str| {
+        NAMES
+            .iter()
+            .position(|n| *n == name)
+            .unwrap_or(NAMES.len() - 1)
+    };
+    let head = index("head");
+    let surface = Geodesic::new(&template.positions, triangles);
+    let mut score = vec![vec![f64::INFINITY; template.positions.len()]; NAMES.len()];
+    score[head].fill(1.0);
+    for (name, lines, reach) in FEATURES {
+        let mut sources = Vec::new();
+        for line in lines {
+            for ends in line.windows(2) {
+                let (a, b) = (point(template, ends[0])?, point(template, ends[1])?);
+                for step in 0..=STEPS {
+                    let p = a.lerp(b, step as f64 / STEPS as f64);
+                    let on = closest(&template.positions, triangles, p);
+                    let foot: DVec3 = on
+                        .iter()
+                        .map(|&(v, w)| template.positions[v as usize] * w)
+                        .sum();
+                    let near =
+                        |&(v, _): &(u32, f64)| (v, template.positions[v as usize].distance(foot));
+                    sources.extend(on.iter().map(near));
+                }
+            }
+        }
+        // Both sides alike: a source counts for its mirror image too, but for a paired feature,
+        // which is mirrored as a whole.
+        let paired = name == "left eye";
+        if !paired {
+            let images: Vec<_> = sources
                 .iter()
-                .map(|a| (a.0, a.1.distance(*p), a.2))
-                .filter(|a| a.1 < a.2)
-                .min_by(|a, b| a.1.total_cmp(&b.1))
-                .map_or(6, |a| a.0)
+                .map(|&(v, d)| (template.mirror[v as usize], d))
+                .collect();
+            sources.extend(images);
+        }
+        let distance = surface.distances_from(&sources, f64::INFINITY);
+        for (vertex, d) in distance.iter().enumerate() {
+            score[index(name)][vertex] = d / reach;
+            if paired {
+                let image = template.mirror[vertex] as usize;
+                score[index("right eye")][image] = d / reach;
+            }
+        }
+    }
+    let mut regions: Vec<u8> = (0..template.positions.len())
+        .map(|v| {
+            let nearest = (0..NAMES.len()).min_by(|&a, &b| score[a][v].total_cmp(&score[b][v]));
+            nearest.unwrap_or(head) as u8
         })
         .collect();
+    // A feature is one piece.
+    for region in 0..head {
+        let inside: Vec<bool> = regions.iter().map(|&r| r as usize == region).collect();
+        let kept = largest_component(triangles, &inside);
+        for vertex in 0..regions.len() {
+            if inside[vertex] && !kept[vertex] {
+                regions[vertex] = head as u8;
+            }
+        }
+    }
+    // The head is one piece too: an island of it goes to the feature it is nearest to.
+    let rest: Vec<bool> = regions.iter().map(|&r| r as usize == head).collect();
+    let kept = largest_component(triangles, &rest);
+    for vertex in 0..regions.len() {
+        if rest[vertex] && !kept[vertex] {
+            let nearest = (0..head).min_by(|&a, &b| score[a][vertex].total_cmp(&score[b][vertex]));
+            regions[vertex] = nearest.unwrap_or(head) as u8;
+        }
+    }
+    // A vertex on the midline may be as near to the left as to the right.
+    for vertex in 0..regions.len() {
+        let eye = regions[vertex] == index("left eye") as u8;
+        if template.mirror[vertex] as usize == vertex && eye {
+            regions[vertex] = head as u8;
+        }
+    }
+
+    let mut on_skin = vec![false; regions.len()];
+    for &vertex in triangles.as_flattened() {
+        on_skin[vertex as usize] = true;
+    }
+    for part in &template.parts[1..] {
+        let range = part.first as usize..(part.first + part.count) as usize;
+        for &vertex in all[range].as_flattened() {
+            let vertex = vertex as usize;
+            if !on_skin[vertex] {
+                regions[vertex] = index(match part.name.as_str() {
+                    "mouth cavity" => "mouth",
+                    _ if template.positions[vertex].x > 0.0 => "left eye",
+                    _ => "right eye",
+                }) as u8;
+            }
+        }
+    }
+    template.region_names = NAMES.map(String::from).to_vec();
+    template.regions = regions;
     Ok(())
+}
+
+/// The region that a region's mirror image is.
+pub fn mirror_region(name: &str) -> String {
+    match name.split_once(' ') {
+        Some(("left", rest)) => format!("right {rest}"),
+        Some(("right", rest)) => format!("left {rest}"),
+        _ => mirror_name(name),
+    }
+}
+
+/// A landmark's place in the rest pose.
+pub fn point(template: &Template, name: &str) -> FitResult<DVec3> {
+    let index = template.landmarks.iter().position(|l| l.name == name);
+    let index = index.ok_or_else(|| FitError::Input(format!("no landmark {name}")))?;
+    Ok(template.landmark(index, &template.positions))
 }

@@ -34,7 +34,7 @@ pub fn border(triangles: &[[u32; 3]], inside: &[bool]) -> Vec<u32> {
 /// together with nothing by triangles (eyeballs), each with the vertices (lids) that it follows as
 /// a whole. Vertices farther than `reach` mm along the surface do not follow.
 pub fn build(
-    graph: &Geodesic,
+    graph: &Geodesic<'_>,
     triangles: &[[u32; 3]],
     vertices: usize,
     support: &[u32],

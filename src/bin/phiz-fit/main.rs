@@ -9,7 +9,7 @@ use phiz::FaceModel;
 use phiz::fit::files::write_atomically;
 use phiz::fit::learn::{Learned, Settings, learn};
 use phiz::fit::template::Template;
-use phiz::fit::{FitError, FitResult, generic_head, ply, population};
+use phiz::fit::{FitError, FitResult, generic_head, pictures, ply, population, render};
 use phiz::model::About;
 
 /// Builds generic heads, populations and face models. Lengths are millimetres.
@@ -30,6 +30,8 @@ enum Verb {
     Train(TrainArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
+    /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
+    Pictures(PicturesArgs),
 }
 
 #[derive(Args)]
@@ -86,12 +88,22 @@ struct InspectArgs {
     json: bool,
 }
 
+#[derive(Args)]
+struct PicturesArgs {
+    /// The template or the model.
+    file: PathBuf,
+    /// The folder to write.
+    #[arg(short, value_name = "DIR")]
+    output: PathBuf,
+}
+
 fn main() -> ExitCode {
     let done = match Cli::parse().verb {
         Verb::Template(args) => template(&args),
         Verb::Population(args) => sample(&args),
         Verb::Train(args) => train(&args),
         Verb::Inspect(args) => inspect(&args),
+        Verb::Pictures(args) => draw(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -238,4 +250,13 @@ fn inspect(args: &InspectArgs) -> FitResult<()> {
         );
     }
     Ok(())
+}
+
+fn draw(args: &PicturesArgs) -> FitResult<()> {
+    let bytes = read(&args.file)?;
+    std::fs::create_dir_all(&args.output).map_err(|e| FitError::file(&args.output, e))?;
+    match Template::from_bytes(&bytes) {
+        Ok(template) => render::pictures(&template, &args.output),
+        Err(_) => pictures::of_model(&read_model(&args.file)?, &args.output),
+    }
 }

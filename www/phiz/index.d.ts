@@ -1,0 +1,201 @@
+/**
+ * phiz: design 3D human faces. A statistical face model in WebAssembly, for pages and for Node.
+ *
+ * Lengths are millimetres; y is up, z comes out of the face, x goes to the subject's left.
+ * Control values are percentiles of the population in [0, 1]: 0.5 is the median.
+ */
+
+/**
+ * Reads a model.
+ *
+ * @param bytes a `.phiz` blob. It is copied; you may drop it afterwards.
+ * @param options `build` forces one of the two wasm builds; by default the faster one that this
+ *   machine can run.
+ * @throws Error with the reason when the bytes are not a usable blob.
+ */
+export function load(
+  bytes: Uint8Array | ArrayBuffer,
+  options?: { build?: 'simd' | 'scalar' },
+): Promise<FaceModel>;
+
+/** The build that `load` takes by itself: `simd` where 128-bit instructions work. */
+export function fastestBuild(): 'simd' | 'scalar';
+
+/** Something a person moves: one slider. */
+export interface Control {
+  /** Its unique name, such as `nose 1`. */
+  readonly name: string;
+  /** The feature it belongs to, such as `nose`. */
+  readonly group: string;
+  /** What its values are: `percentile`. */
+  readonly unit: string;
+  /** The smallest and the largest value that `set` takes without clamping. */
+  readonly limits: readonly [number, number];
+  /** A sentence for people. */
+  readonly description: string;
+}
+
+/** A named range of triangles: `skin`, `left eyeball` ... */
+export interface Part {
+  readonly name: string;
+  /** Its first triangle; a triangle is three entries of `FaceModel.triangles`. */
+  readonly first: number;
+  /** How many triangles it has. */
+  readonly count: number;
+}
+
+/** A named point of the surface. */
+export interface Landmark {
+  /** `ibug_00` to `ibug_67`, or an anatomical name. */
+  readonly name: string;
+  /** `[vertex, weight]` pairs; the weights sum to 1. */
+  readonly stencil: readonly (readonly [number, number])[];
+}
+
+/** A length or an angle that can be read from any face. */
+export interface Measure {
+  readonly name: string;
+  /** `mm`. */
+  readonly unit: string;
+  readonly description: string;
+}
+
+/** Where a model comes from, and whom it describes. */
+export interface About {
+  /** The model's name. */
+  readonly title: string;
+  /** Who was learned from, in a sentence or two. */
+  readonly population: string;
+  /** What must not be read into it. */
+  readonly caveat: string;
+  /** How many faces it was learned from. */
+  readonly faces: number;
+  /** The program and version that made it. */
+  readonly made_by: string;
+  /** Every source with its licence. */
+  readonly licences: readonly {
+    readonly source: string;
+    readonly by: string;
+    /** SPDX name. */
+    readonly licence: string;
+  }[];
+}
+
+/** What a blob says of itself. */
+export interface ModelInfo {
+  readonly controls: readonly Control[];
+  /** The features that can be locked, blended, randomised and reset: `eyes`, `nose` ... */
+  readonly regions: readonly string[];
+  /** Finer names for parts of the surface: `left eye` ... */
+  readonly regionNames: readonly string[];
+  /** For each of `regionNames` the feature it belongs to, an index into `regions`, or null. */
+  readonly regionGroups: readonly (number | null)[];
+  readonly parts: readonly Part[];
+  readonly landmarks: readonly Landmark[];
+  readonly measures: readonly Measure[];
+  /** How far a feature's change reaches into its surround, mm: the default and the limits. */
+  readonly blending: { readonly alpha: number; readonly limits: readonly [number, number] };
+  readonly about: About;
+}
+
+/** A statistical model of faces of one topology: N vertices, M >= N texture coordinates. */
+export class FaceModel implements ModelInfo {
+  private constructor();
+
+  /** A new face: the median person. */
+  face(): Face;
+  /**
+   * The face that a code describes.
+   * @throws Error when the code was not made by this model.
+   */
+  fromCode(code: string): Face;
+
+  readonly controls: readonly Control[];
+  readonly regions: readonly string[];
+  readonly regionNames: readonly string[];
+  readonly regionGroups: readonly (number | null)[];
+  readonly parts: readonly Part[];
+  readonly landmarks: readonly Landmark[];
+  readonly measures: readonly Measure[];
+  readonly blending: { readonly alpha: number; readonly limits: readonly [number, number] };
+  readonly about: About;
+
+  /** N. */
+  readonly vertexCount: number;
+  /** Three corners a triangle, counter-clockwise from outside; a corner is an index into `uvs`. */
+  readonly triangles: Uint32Array;
+  /** Two texture coordinates a corner, M pairs. */
+  readonly uvs: Float32Array;
+  /**
+   * The vertex of each corner, M entries. Corner i < N is vertex i; the others repeat a vertex
+   * on a seam.
+   */
+  readonly uvVertices: Uint32Array;
+  /** Prescribed colours, sRGB, three bytes a vertex. */
+  readonly colours: Uint8Array;
+  /** The region of each vertex, an index into `regionNames`. */
+  readonly regionOf: Uint8Array;
+  /** The vertex on the other side of the face, for each vertex. */
+  readonly mirror: Uint32Array;
+
+  /** Releases the model's memory and that of its faces. Any later use throws. */
+  free(): void;
+}
+
+/** A face: a model and its coefficients; everything else is computed from them. */
+export class Face {
+  private constructor();
+
+  /** The model that the face belongs to. */
+  readonly model: FaceModel;
+  /** The model's controls. */
+  readonly controls: readonly Control[];
+
+  /**
+   * Moves a control.
+   * @throws Error when no control has that name or the value is not a number.
+   */
+  set(control: string, value: number): void;
+  /** Where the face stands on a control, in the control's unit. */
+  get(control: string): number;
+  /** Back to the median: all of the face, or the controls of one region. */
+  reset(region?: string): void;
+  /** Moves towards another face of the same model: t = 0 changes nothing, 1 takes it over. */
+  blend(other: Face, t: number, options?: { regions?: string[] }): void;
+  /**
+   * A random person of the population. `spread` 1 is the population's own variety. Locked
+   * regions stay.
+   * @returns the seed that was used; the same seed gives the same person again.
+   */
+  randomize(options?: { seed?: number; spread?: number; regions?: string[] }): number;
+  /** Holds a region: `randomize`, `blend` and `reset` leave it alone. */
+  lock(region: string): void;
+  unlock(region: string): void;
+  readonly locked: string[];
+  /** A measure of the present face, in the measure's unit. */
+  measure(name: string): number;
+  /** Brings a vertex to a point (mm) by the most probable change of the face. */
+  drag(vertex: number, target: ArrayLike<number>): void;
+
+  /** The whole face as a short string for URLs; may be assigned. */
+  code: string;
+  /** All coefficients in standard deviations, a copy; may be assigned. */
+  coefficients: Float32Array;
+  /** How far a feature's change reaches into its surround, mm; may be assigned. */
+  alpha: number;
+
+  /**
+   * x, y, z of each vertex, mm. A view on wasm memory: valid until the next call of anything in
+   * this package, so copy what you keep.
+   */
+  readonly positions: Float32Array;
+  /** Unit normals, as `positions`. */
+  readonly normals: Float32Array;
+  /** `[first, end)`: the vertices that the last call moved or turned. */
+  readonly changed: [number, number];
+
+  /** A face of its own with the same state. */
+  clone(): Face;
+  /** Releases the face's memory. Any later use throws. */
+  free(): void;
+}

@@ -1,0 +1,287 @@
+/** @typedef {import('./raw.js').FaceModel} RawFaceModel */
+/** @typedef {import('./raw.js').Face} RawFace */
+
+// The smallest module with a 128-bit instruction: (func (result v128) i32.const 0  i8x16.splat
+// i8x16.popcnt).
+const SIMD_PROBE = new Uint8Array([
+  0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253,
+  15, 253, 98, 11,
+]);
+
+/** @returns {'simd' | 'scalar'} */
+export function fastestBuild() {
+  return WebAssembly.validate(SIMD_PROBE) ? 'simd' : 'scalar';
+}
+
+// A build is instantiated once; all models that use it share its memory.
+/** @type {Map<string, Promise<{ glue: typeof import('./raw.js'), memory: WebAssembly.Memory }>>} */
+const instances = new Map();
+
+/** @param {'simd' | 'scalar'} build */
+async function instantiate(build) {
+  if (typeof WebAssembly !== 'object') {
+    throw new Error('WebAssembly is not available here, and phiz needs it');
+  }
+  // The two paths are written out so that bundlers find the modules and the wasm files.
+  const glue =
+    build === 'simd' ? await import('./simd/phiz.js') : await import('./scalar/phiz.js');
+  const url =
+    build === 'simd'
+      ? new URL('./simd/phiz_bg.wasm', import.meta.url)
+      : new URL('./scalar/phiz_bg.wasm', import.meta.url);
+  /** @type {URL | BufferSource} */
+  let source = url;
+  if (url.protocol === 'file:') {
+    // Node's fetch does not read files. The name is in a variable so that bundlers for pages do
+    // not try to resolve it.
+    const fs = 'node:fs/promises';
+    source = await (await import(/* @vite-ignore */ fs)).readFile(url);
+  }
+  const { memory } = await glue.default({ module_or_path: source });
+  return { glue, memory };
+}
+
+/**
+ * @param {Uint8Array | ArrayBuffer} bytes
+ * @param {{ build?: 'simd' | 'scalar' }} [options]
+ */
+export async function load(bytes, { build = fastestBuild() } = {}) {
+  let instance = instances.get(build);
+  if (!instance) {
+    instance = instantiate(build);
+    instances.set(build, instance);
+    // A failed download may be tried again.
+    instance.catch(() => instances.delete(build));
+  }
+  const { glue, memory } = await instance;
+  const view = bytes instanceof Uint8Array ? bytes : new Uint8Array(bytes);
+  return new FaceModel(glue.FaceModel.parse(view), memory);
+}
+
+export class FaceModel {
+  /** @type {RawFaceModel | null} */
+  #raw;
+  #memory;
+  #info;
+  /** @type {Set<WeakRef<Face>>} */
+  #faces = new Set();
+  /** @type {Map<string, any>} */
+  #topology = new Map();
+
+  /**
+   * @param {RawFaceModel} raw
+   * @param {WebAssembly.Memory} memory
+   */
+  constructor(raw, memory) {
+    this.#raw = raw;
+    this.#memory = memory;
+    this.#info = raw.info();
+  }
+
+  get #live() {
+    if (!this.#raw) throw new Error('this FaceModel was freed and cannot be used any more');
+    return this.#raw;
+  }
+
+  /** @param {RawFace} raw */
+  #adopt(raw) {
+    const face = new Face(raw, this, this.#memory, (clone) => this.#adopt(clone));
+    const entry = new WeakRef(face);
+    for (const known of this.#faces) if (!known.deref()) this.#faces.delete(known);
+    this.#faces.add(entry);
+    return face;
+  }
+
+  face() {
+    return this.#adopt(this.#live.face());
+  }
+
+  /** @param {string} code */
+  fromCode(code) {
+    return this.#adopt(this.#live.from_code(code));
+  }
+
+  get controls() {
+    return this.#info.controls;
+  }
+  get regions() {
+    return this.#info.regions;
+  }
+  get regionNames() {
+    return this.#info.regionNames;
+  }
+  get regionGroups() {
+    return this.#info.regionGroups;
+  }
+  get blending() {
+    return this.#info.blending;
+  }
+  get parts() {
+    return this.#info.parts;
+  }
+  get landmarks() {
+    return this.#info.landmarks;
+  }
+  get measures() {
+    return this.#info.measures;
+  }
+  get about() {
+    return this.#info.about;
+  }
+
+  /**
+   * The topology is copied out of wasm memory once.
+   * @template T
+   * @param {string} name
+   * @param {(raw: RawFaceModel) => T} read
+   * @returns {T}
+   */
+  #once(name, read) {
+    if (!this.#topology.has(name)) this.#topology.set(name, read(this.#live));
+    return this.#topology.get(name);
+  }
+
+  get triangles() {
+    return this.#once('triangles', (raw) => raw.uv_triangles());
+  }
+  get uvs() {
+    return this.#once('uvs', (raw) => raw.uvs());
+  }
+  get uvVertices() {
+    return this.#once('uvVertices', (raw) => raw.uv_vertices());
+  }
+  get colours() {
+    return this.#once('colours', (raw) => raw.colours());
+  }
+  get regionOf() {
+    return this.#once('regionOf', (raw) => raw.region_of());
+  }
+  get mirror() {
+    return this.#once('mirror', (raw) => raw.mirror());
+  }
+  get vertexCount() {
+    return this.#once('vertexCount', (raw) => raw.vertex_count());
+  }
+
+  free() {
+    if (!this.#raw) return;
+    for (const entry of this.#faces) entry.deref()?.free();
+    this.#faces.clear();
+    this.#raw.free();
+    this.#raw = null;
+  }
+}
+
+export class Face {
+  /** @type {RawFace | null} */
+  #raw;
+  #model;
+  #memory;
+  #adopt;
+
+  /**
+   * @param {RawFace} raw
+   * @param {FaceModel} model
+   * @param {WebAssembly.Memory} memory
+   * @param {(raw: RawFace) => Face} adopt
+   */
+  constructor(raw, model, memory, adopt) {
+    this.#raw = raw;
+    this.#model = model;
+    this.#memory = memory;
+    this.#adopt = adopt;
+  }
+
+  get #live() {
+    if (!this.#raw) throw new Error('this Face was freed and cannot be used any more');
+    return this.#raw;
+  }
+
+  get model() {
+    return this.#model;
+  }
+  get controls() {
+    return this.#model.controls;
+  }
+
+  /** @param {string} control @param {number} value */
+  set(control, value) {
+    this.#live.set(control, value);
+  }
+  /** @param {string} control */
+  get(control) {
+    return this.#live.get(control);
+  }
+  /** @param {string} [region] */
+  reset(region) {
+    this.#live.reset(region);
+  }
+  /** @param {Face} other @param {number} t @param {{ regions?: string[] }} [options] */
+  blend(other, t, { regions } = {}) {
+    this.#live.blend(other.#live, t, regions);
+  }
+  /** @param {{ seed?: number, spread?: number, regions?: string[] }} [options] */
+  randomize(options = {}) {
+    return this.#live.randomize(options);
+  }
+  /** @param {string} region */
+  lock(region) {
+    this.#live.lock(region);
+  }
+  /** @param {string} region */
+  unlock(region) {
+    this.#live.unlock(region);
+  }
+  get locked() {
+    return this.#live.locked();
+  }
+  /** @param {string} name */
+  measure(name) {
+    return this.#live.measure(name);
+  }
+  /** @param {number} vertex @param {ArrayLike<number>} target */
+  drag(vertex, target) {
+    this.#live.drag(vertex, target[0], target[1], target[2]);
+  }
+  get code() {
+    return this.#live.code();
+  }
+  set code(code) {
+    this.#live.set_code(code);
+  }
+  get coefficients() {
+    return this.#live.coefficients();
+  }
+  set coefficients(coefficients) {
+    this.#live.set_coefficients(coefficients);
+  }
+  get alpha() {
+    return this.#live.alpha();
+  }
+  set alpha(mm) {
+    this.#live.set_alpha(mm);
+  }
+
+  // The heap may have grown, and then old views are detached: views are made again each time.
+  get positions() {
+    const pointer = this.#live.positions_ptr();
+    return new Float32Array(this.#memory.buffer, pointer, 3 * this.#model.vertexCount);
+  }
+  get normals() {
+    const pointer = this.#live.normals_ptr();
+    return new Float32Array(this.#memory.buffer, pointer, 3 * this.#model.vertexCount);
+  }
+  /** @returns {[number, number]} */
+  get changed() {
+    const raw = this.#live;
+    return [raw.changed_first(), raw.changed_end()];
+  }
+
+  clone() {
+    return this.#adopt(this.#live.duplicate());
+  }
+  free() {
+    this.#raw?.free();
+    this.#raw = null;
+  }
+}

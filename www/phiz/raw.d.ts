@@ -1,0 +1,48 @@
+// The classes that wasm-bindgen makes of `src/wasm`, as `index.js` uses them. Not part of the
+// package: it lets `tsc` check the wrapper before any wasm is built.
+
+export class FaceModel {
+  private constructor();
+  static parse(bytes: Uint8Array): FaceModel;
+  info(): import('phiz').ModelInfo;
+  face(): Face;
+  from_code(code: string): Face;
+  uv_triangles(): Uint32Array;
+  uvs(): Float32Array;
+  uv_vertices(): Uint32Array;
+  colours(): Uint8Array;
+  region_of(): Uint8Array;
+  mirror(): Uint32Array;
+  vertex_count(): number;
+  free(): void;
+}
+
+export class Face {
+  private constructor();
+  set(control: string, value: number): void;
+  get(control: string): number;
+  reset(region?: string): void;
+  blend(other: Face, t: number, regions?: string[]): void;
+  randomize(options: { seed?: number; spread?: number; regions?: string[] }): number;
+  lock(region: string): void;
+  unlock(region: string): void;
+  locked(): string[];
+  measure(name: string): number;
+  drag(vertex: number, x: number, y: number, z: number): void;
+  code(): string;
+  set_code(code: string): void;
+  coefficients(): Float32Array;
+  set_coefficients(coefficients: Float32Array): void;
+  alpha(): number;
+  set_alpha(mm: number): void;
+  positions_ptr(): number;
+  normals_ptr(): number;
+  changed_first(): number;
+  changed_end(): number;
+  duplicate(): Face;
+  free(): void;
+}
+
+export default function init(source: {
+  module_or_path: URL | BufferSource | WebAssembly.Module;
+}): Promise<{ memory: WebAssembly.Memory }>;

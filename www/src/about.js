@@ -1,0 +1,49 @@
+import { element } from './element.js';
+import { icon } from './icons.js';
+import { text } from './text.js';
+
+/**
+ * The page explains itself: eigenmodes, percentiles, and whose faces these are.
+ * @param {import('phiz').FaceModel} model
+ */
+export function createAbout(model) {
+  const { about } = model;
+  const dialog = element(
+    'dialog',
+    {
+      class: 'about-page',
+      'aria-labelledby': 'about-title',
+      // A click beside the page closes it.
+      onclick: (/** @type {MouseEvent} */ event) => event.target === dialog && dialog.close(),
+    },
+    element(
+      'div',
+      { class: 'about-text' },
+      element(
+        'header',
+        {},
+        element('h2', { id: 'about-title' }, text.aboutTitle),
+        element(
+          'button',
+          { type: 'button', class: 'tool', 'aria-label': text.close, onclick: () => dialog.close() },
+          icon('close'),
+        ),
+      ),
+      ...text.aboutBody.flatMap(([head, body]) => [element('h3', {}, head), element('p', {}, body)]),
+      element('h3', {}, text.population),
+      element('p', {}, about.population),
+      ...(about.caveat ? [element('p', {}, about.caveat)] : []),
+      element('p', {}, text.facesLearned(about.faces)),
+      element('h3', {}, text.madeFrom),
+      element(
+        'ul',
+        {},
+        ...about.licences.map(({ source, by, licence }) =>
+          element('li', {}, `${source}, ${by} (${licence})`),
+        ),
+      ),
+      element('p', { class: 'note' }, `${about.title} · ${about.made_by}`),
+    ),
+  );
+  return dialog;
+}

@@ -1,0 +1,57 @@
+import { BufferAttribute, BufferGeometry, Color, Mesh, ShaderMaterial, Vector2 } from 'three';
+
+// The studio wall. The skin's shader calls the same function to let the neck fade into it, so
+// it is a function of the pixel alone.
+export const BACKDROP_GLSL = /* glsl */ `
+  uniform vec3 backdropCentre;
+  uniform vec3 backdropEdge;
+  uniform vec2 backdropSize;
+  vec3 backdrop() {
+    vec2 at = gl_FragCoord.xy / backdropSize - vec2(0.5, 0.56);
+    at.x *= min(backdropSize.x / backdropSize.y, 1.35);
+    float away = smoothstep(0.0, 0.95, length(at));
+    // Half a step of noise hides the bands of an eight-bit gradient.
+    float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+    return mix(backdropCentre, backdropEdge, away) + (noise - 0.5) / 255.0;
+  }
+`;
+
+/** Shared by every material that shows the backdrop. */
+export const backdropUniforms = {
+  backdropCentre: { value: new Color() },
+  backdropEdge: { value: new Color() },
+  backdropSize: { value: new Vector2(1, 1) },
+};
+
+const WALLS = {
+  light: { centre: [0.965, 0.96, 0.95], edge: [0.8, 0.805, 0.81] },
+  dark: { centre: [0.225, 0.235, 0.25], edge: [0.06, 0.065, 0.075] },
+};
+
+/** @param {'light' | 'dark'} theme */
+export function paintBackdrop(theme) {
+  const { centre, edge } = WALLS[theme];
+  backdropUniforms.backdropCentre.value.fromArray(centre);
+  backdropUniforms.backdropEdge.value.fromArray(edge);
+}
+
+/** One triangle over the whole screen, behind everything. */
+export function createBackdrop() {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute(
+    'position',
+    new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3),
+  );
+  const material = new ShaderMaterial({
+    uniforms: backdropUniforms,
+    vertexShader: 'void main() { gl_Position = vec4(position.xy, 1.0, 1.0); }',
+    fragmentShader: `${BACKDROP_GLSL} void main() { gl_FragColor = vec4(backdrop(), 1.0); }`,
+    depthTest: false,
+    depthWrite: false,
+    toneMapped: false,
+  });
+  const mesh = new Mesh(geometry, material);
+  mesh.frustumCulled = false;
+  mesh.renderOrder = -1;
+  return mesh;
+}

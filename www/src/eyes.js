@@ -1,0 +1,315 @@
+import {
+  BufferAttribute,
+  CanvasTexture,
+  Mesh,
+  MeshPhysicalMaterial,
+  ShaderChunk,
+  SphereGeometry,
+  SRGBColorSpace,
+  Vector3,
+} from 'three';
+import { chance } from './chance.js';
+
+// The model gives an eyeball's place and size; the drawn eye is a smoother one at that place: a
+// sphere with a cornea, and an iris seen through it by refraction. All lengths below are in
+// radii of the eyeball.
+const IRIS = 0.485;
+const IRIS_DEPTH = 0.8;
+const CORNEA = 0.09;
+
+/** How far the surface is from the centre, by the cosine of the angle to the gaze. */
+function surface(/** @type {number} */ cosine) {
+  const rim = Math.sqrt(1 - IRIS * IRIS);
+  const t = Math.max(0, (cosine - rim) / (1 - rim));
+  return 1 + CORNEA * t * t * (3 - 2 * t) * (1 - 0.25 * t);
+}
+
+function createGlobe() {
+  const geometry = new SphereGeometry(1, 72, 64);
+  geometry.rotateX(Math.PI / 2);
+  const position = geometry.getAttribute('position');
+  const point = new Vector3();
+  for (let i = 0; i < position.count; i++) {
+    point.fromBufferAttribute(position, i).normalize();
+    // More rings where the cornea is: the cosine moves towards the gaze.
+    const flat = Math.hypot(point.x, point.y);
+    const angle = Math.acos(point.z);
+    const bent = Math.PI * (angle / Math.PI) ** 1.45;
+    if (flat > 1e-6) point.set((point.x / flat) * Math.sin(bent), (point.y / flat) * Math.sin(bent), Math.cos(bent));
+    point.multiplyScalar(surface(point.z));
+    position.setXYZ(i, point.x, point.y, point.z);
+  }
+  geometry.computeVertexNormals();
+  // The seam of the sphere: its two columns of vertices need one normal.
+  const normal = /** @type {BufferAttribute} */ (geometry.getAttribute('normal'));
+  for (let ring = 0; ring <= 64; ring++) {
+    const [a, b] = [ring * 73, ring * 73 + 72];
+    point.fromBufferAttribute(normal, a);
+    point.x += normal.getX(b);
+    point.y += normal.getY(b);
+    point.z += normal.getZ(b);
+    point.normalize();
+    if (ring === 0) point.set(0, 0, 1);
+    if (ring === 64) point.set(0, 0, -1);
+    normal.setXYZ(a, point.x, point.y, point.z);
+    normal.setXYZ(b, point.x, point.y, point.z);
+  }
+  for (let column = 0; column <= 72; column++) {
+    normal.setXYZ(column, 0, 0, 1);
+    normal.setXYZ(64 * 73 + column, 0, 0, -1);
+  }
+  return geometry;
+}
+
+/** An iris: two layers of fibres, the collarette, the dark ring of the limbus, the pupil. */
+function paintIris() {
+  const size = 1024;
+  const canvas = document.createElement('canvas');
+  canvas.width = canvas.height = size;
+  const draw = canvas.getContext('2d');
+  if (!draw) throw new Error('this browser gives no 2D canvas');
+  const random = chance(11);
+  const r = size / 2;
+  draw.translate(r, r);
+  const base = draw.createRadialGradient(0, 0, r * 0.2, 0, 0, r);
+  base.addColorStop(0, '#5b3d22');
+  base.addColorStop(0.36, '#6b4a2a');
+  base.addColorStop(0.5, '#5a4a34');
+  base.addColorStop(0.82, '#473c2d');
+  base.addColorStop(1, '#1d1711');
+  draw.fillStyle = base;
+  draw.fillRect(-r, -r, size, size);
+  for (let n = 0; n < 1500; n++) {
+    const angle = random() * 2 * Math.PI;
+    const inner = random() < 0.5;
+    const from = (inner ? 0.3 + 0.05 * random() : 0.42 + 0.1 * random()) * r;
+    const to = (inner ? 0.48 + 0.14 * random() : 0.8 + 0.16 * random()) * r;
+    const bend = (random() - 0.5) * 0.1;
+    const bright = random();
+    draw.globalAlpha = 0.1 + 0.28 * random();
+    draw.strokeStyle = bright > 0.5 ? (inner ? '#b98a55' : '#a08a63') : '#1f150c';
+    draw.lineWidth = 1 + 2.6 * random();
+    draw.beginPath();
+    draw.moveTo(Math.cos(angle) * from, Math.sin(angle) * from);
+    draw.quadraticCurveTo(
+      Math.cos(angle + bend) * (from + to) * 0.5,
+      Math.sin(angle + bend) * (from + to) * 0.5,
+      Math.cos(angle + bend * 0.4) * to,
+      Math.sin(angle + bend * 0.4) * to,
+    );
+    draw.stroke();
+  }
+  draw.globalAlpha = 1;
+  const limbus = draw.createRadialGradient(0, 0, r * 0.76, 0, 0, r);
+  limbus.addColorStop(0, 'rgba(15,10,7,0)');
+  limbus.addColorStop(0.6, 'rgba(15,10,7,0.45)');
+  limbus.addColorStop(1, 'rgba(12,9,7,0.92)');
+  draw.fillStyle = limbus;
+  draw.fillRect(-r, -r, size, size);
+  const pupil = draw.createRadialGradient(0, 0, r * 0.27, 0, 0, r * 0.34);
+  pupil.addColorStop(0, 'rgba(4,3,3,1)');
+  pupil.addColorStop(0.55, 'rgba(5,4,3,0.96)');
+  pupil.addColorStop(1, 'rgba(10,6,4,0)');
+  draw.fillStyle = pupil;
+  draw.fillRect(-r, -r, size, size);
+  const map = new CanvasTexture(canvas);
+  map.colorSpace = SRGBColorSpace;
+  map.anisotropy = 8;
+  return map;
+}
+
+const DECLARATIONS = /* glsl */ `
+  varying vec3 vEye;
+  varying vec3 vEyeView;
+  varying vec3 vEyeNormal;
+  uniform sampler2D irisMap;
+  uniform sampler2D poreMap;
+  uniform vec3 upperLid;
+  uniform vec3 lowerLid;
+  uniform vec2 corners;
+  uniform mat3 normalMatrix;
+  float irisPart;
+  float lidShade;
+  vec2 irisAt;
+`;
+
+const COLOUR = /* glsl */ `
+  {
+    vec3 into = normalize(vEyeView);
+    vec3 bent = refract(into, normalize(vEyeNormal), 1.0 / 1.336);
+    // Where the ray meets the plane of the iris.
+    irisAt = (vEye + bent * ((vEye.z - ${IRIS_DEPTH.toFixed(3)}) / max(0.05, -bent.z))).xy / ${IRIS.toFixed(3)};
+    float away = length(vEye.xy) / ${IRIS.toFixed(3)};
+    irisPart = (1.0 - smoothstep(0.93, 1.09, away)) * step(0.0, vEye.z);
+    float inside = min(length(irisAt), 1.0);
+    vec2 map = irisAt / max(1.0, length(irisAt));
+    vec3 iris = texture2D(irisMap, map * 0.5 + 0.5).rgb;
+    // The collarette and the fibres catch more light on the side away from the lamp.
+    iris *= 1.25 + 0.35 * smoothstep(0.3, 0.9, inside);
+
+    vec4 veins = texture2D(poreMap, vEye.xy * vec2(0.9, 1.6));
+    vec3 sclera = vec3(0.83, 0.80, 0.77);
+    float side = smoothstep(corners.x, corners.y, abs(vEye.x));
+    sclera = mix(sclera, vec3(0.80, 0.60, 0.55), 0.55 * side);
+    sclera *= mix(vec3(1.0), vec3(0.98, 0.9, 0.88), veins.a * (0.5 + 0.5 * side));
+    diffuseColor.rgb = mix(sclera, iris, irisPart);
+
+    // The lids shade the eye: a soft band under the upper one, a thin one over the lower one.
+    float x = vEye.x;
+    float top = upperLid.x + x * (upperLid.y + x * upperLid.z);
+    float bottom = lowerLid.x + x * (lowerLid.y + x * lowerLid.z);
+    lidShade = smoothstep(-0.1, 0.42, top - vEye.y) * smoothstep(-0.12, 0.2, vEye.y - bottom);
+    lidShade = mix(lidShade, lidShade * 0.55, side);
+    diffuseColor.rgb *= mix(vec3(0.42, 0.28, 0.24), vec3(1.0), lidShade);
+  }
+`;
+
+const NORMAL = /* glsl */ `
+  {
+    // The iris is a shallow bowl behind the cornea: it is lit against the highlight.
+    vec3 bowl = normalize(vec3(-irisAt * 0.32, 1.0));
+    normal = normalize(mix(normal, normalize(normalMatrix * bowl), irisPart));
+  }
+`;
+
+/**
+ * Fits a sphere to points by linear least squares.
+ * @param {Float32Array} positions @param {ArrayLike<number>} vertices
+ * @param {Vector3} centre is set
+ * @returns {number} the radius
+ */
+export function fitSphere(positions, vertices, centre) {
+  // |p|^2 = 2 c.p + (r^2 - |c|^2), solved about the mean so that the numbers stay small.
+  const mean = [0, 0, 0];
+  const n = vertices.length;
+  for (let i = 0; i < n; i++) {
+    for (let k = 0; k < 3; k++) mean[k] += positions[3 * vertices[i] + k] / n;
+  }
+  const a = Array.from({ length: 4 }, () => new Float64Array(5));
+  for (let i = 0; i < n; i++) {
+    const o = 3 * vertices[i];
+    const x = positions[o] - mean[0];
+    const y = positions[o + 1] - mean[1];
+    const z = positions[o + 2] - mean[2];
+    const row = [2 * x, 2 * y, 2 * z, 1, x * x + y * y + z * z];
+    for (let j = 0; j < 4; j++) for (let k = 0; k < 5; k++) a[j][k] += row[j] * row[k];
+  }
+  for (let j = 0; j < 4; j++) {
+    let pivot = j;
+    for (let k = j + 1; k < 4; k++) if (Math.abs(a[k][j]) > Math.abs(a[pivot][j])) pivot = k;
+    [a[j], a[pivot]] = [a[pivot], a[j]];
+    for (let k = 0; k < 4; k++) {
+      if (k === j) continue;
+      const factor = a[k][j] / a[j][j];
+      for (let m = j; m < 5; m++) a[k][m] -= factor * a[j][m];
+    }
+  }
+  const [x, y, z, w] = a.map((row, j) => row[4] / row[j]);
+  centre.set(mean[0] + x, mean[1] + y, mean[2] + z);
+  return Math.sqrt(w + x * x + y * y + z * z);
+}
+
+/**
+ * The parabola nearest to points: y = c0 + c1 x + c2 x^2.
+ * @param {Vector3[]} points @param {Vector3} out
+ */
+function fitParabola(points, out) {
+  const m = [0, 1, 2].map(() => new Float64Array(4));
+  for (const p of points) {
+    const row = [1, p.x, p.x * p.x, p.y];
+    for (let j = 0; j < 3; j++) for (let k = 0; k < 4; k++) m[j][k] += row[j] * row[k];
+  }
+  for (let j = 0; j < 3; j++) {
+    for (let k = 0; k < 3; k++) {
+      if (k === j) continue;
+      const factor = m[k][j] / m[j][j];
+      for (let i = j; i < 4; i++) m[k][i] -= factor * m[j][i];
+    }
+  }
+  out.set(m[0][3] / m[0][0], m[1][3] / m[1][1], m[2][3] / m[2][2]);
+}
+
+/**
+ * @param {{ vertices: number[], landmark: (name: string, out: Vector3) => Vector3 | null }[]} sockets
+ *   one a side, the subject's right first
+ * @param {import('three').Texture} pores
+ */
+export function createEyes(sockets, pores) {
+  const globe = createGlobe();
+  const iris = paintIris();
+  const names = [
+    ['ibug_36', 'ibug_37', 'ibug_38', 'ibug_39', 'ibug_40', 'ibug_41'],
+    ['ibug_42', 'ibug_43', 'ibug_44', 'ibug_45', 'ibug_46', 'ibug_47'],
+  ];
+  const eyes = sockets.map((socket, side) => {
+    const uniforms = {
+      irisMap: { value: iris },
+      poreMap: { value: pores },
+      upperLid: { value: new Vector3(0.5, 0, 0) },
+      lowerLid: { value: new Vector3(-0.5, 0, 0) },
+      corners: { value: [0.6, 1.05] },
+    };
+    const material = new MeshPhysicalMaterial({
+      roughness: 0.6,
+      specularIntensity: 0.3,
+      clearcoat: 1,
+      clearcoatRoughness: 0.04,
+    });
+    material.onBeforeCompile = (shader) => {
+      Object.assign(shader.uniforms, uniforms);
+      shader.vertexShader = shader.vertexShader
+        .replace(
+          '#include <common>',
+          '#include <common>\nvarying vec3 vEye; varying vec3 vEyeView; varying vec3 vEyeNormal;',
+        )
+        .replace(
+          '#include <begin_vertex>',
+          /* glsl */ `#include <begin_vertex>
+          vEye = position;
+          vEyeNormal = normal;
+          vEyeView = position - (inverse(modelViewMatrix) * vec4(0.0, 0.0, 0.0, 1.0)).xyz;`,
+        );
+      shader.fragmentShader = shader.fragmentShader
+        .replace('#include <common>', `#include <common>\n${DECLARATIONS}`)
+        .replace('#include <color_fragment>', `#include <color_fragment>\n${COLOUR}`)
+        .replace('#include <normal_fragment_maps>', NORMAL)
+        .replace(
+          '#include <lights_fragment_begin>',
+          ShaderChunk.lights_fragment_begin,
+        )
+        .replace(
+          '#include <aomap_fragment>',
+          /* glsl */ `
+          reflectedLight.indirectDiffuse *= mix(0.35, 0.8, lidShade);
+          clearcoatSpecularIndirect *= smoothstep(0.1, 0.8, lidShade);
+          clearcoatSpecularDirect *= smoothstep(0.1, 0.7, lidShade);`,
+        );
+    };
+    const mesh = new Mesh(globe, material);
+    mesh.receiveShadow = true;
+    mesh.name = side === 0 ? 'right eye' : 'left eye';
+
+    const point = new Vector3();
+    /** @param {Float32Array} positions */
+    function update(positions) {
+      const radius = fitSphere(positions, socket.vertices, mesh.position);
+      mesh.scale.setScalar(radius);
+      const local = names[side].map((name) => {
+        const found = socket.landmark(name, point);
+        return found ? found.clone().sub(mesh.position).divideScalar(radius) : new Vector3();
+      });
+      fitParabola([local[0], local[1], local[2], local[3]], uniforms.upperLid.value);
+      fitParabola([local[3], local[4], local[5], local[0]], uniforms.lowerLid.value);
+      const half = (Math.abs(local[0].x) + Math.abs(local[3].x)) / 2;
+      uniforms.corners.value = [half * 0.55, half * 1.05];
+    }
+    return { mesh, update };
+  });
+  return {
+    meshes: eyes.map((eye) => eye.mesh),
+    /** @param {Float32Array} positions */
+    update(positions) {
+      for (const eye of eyes) eye.update(positions);
+    },
+  };
+}

@@ -1,0 +1,223 @@
+import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
+import { createEyes } from './eyes.js';
+import { ambientOcclusion, smoothed } from './occlusion.js';
+import { paintBrows, paintFace } from './paint.js';
+import { createPores } from './pores.js';
+import { createSkin } from './skin.js';
+
+/**
+ * The head: geometry from the model's topology and a face's vertices.
+ *
+ * @param {import('phiz').FaceModel} model
+ * @param {import('phiz').Face} face
+ */
+export function createHead(model, face) {
+  const vertexCount = model.vertexCount;
+  const corners = model.uvVertices;
+  const cornerCount = corners.length;
+
+  // Views on wasm memory die with the next call: the face at rest is copied.
+  const rest = face.positions.slice();
+  const restNormals = face.normals.slice();
+
+  const eyeball = (/** @type {{ name: string }} */ part) => /eyeball/.test(part.name);
+  const indices = [];
+  /** @type {number[][]} */
+  const eyeVertices = [];
+  for (const part of model.parts) {
+    const range = model.triangles.subarray(3 * part.first, 3 * (part.first + part.count));
+    if (eyeball(part)) {
+      eyeVertices.push([...new Set(Array.from(range, (corner) => corners[corner]))]);
+    } else indices.push(...range);
+  }
+  const index = Uint32Array.from(indices);
+  const skinTriangles = index.map((corner) => corners[corner]);
+  const allTriangles = model.triangles.map((corner) => corners[corner]);
+
+  /** @type {Map<string, readonly (readonly [number, number])[]>} */
+  const stencils = new Map(model.landmarks.map((landmark) => [landmark.name, landmark.stencil]));
+  /**
+   * @param {ArrayLike<number>} positions @param {string} name @param {Vector3} out
+   */
+  function landmark(positions, name, out) {
+    const stencil = stencils.get(name);
+    if (!stencil) return null;
+    out.set(0, 0, 0);
+    for (const [vertex, weight] of stencil) {
+      out.x += weight * positions[3 * vertex];
+      out.y += weight * positions[3 * vertex + 1];
+      out.z += weight * positions[3 * vertex + 2];
+    }
+    return out;
+  }
+  /** @type {import('./paint.js').Points} */
+  const at = new Map();
+  for (const { name } of model.landmarks) {
+    const point = landmark(rest, name, new Vector3());
+    if (point) at.set(name, [point.x, point.y, point.z]);
+  }
+
+  const bounds = new Box3();
+  const point = new Vector3();
+  for (const vertex of skinTriangles) bounds.expandByPoint(point.fromArray(rest, 3 * vertex));
+
+  const geometry = new BufferGeometry();
+  geometry.setIndex(new BufferAttribute(index, 1));
+  /** @param {(vertex: number, k: number) => number} value @param {number} size */
+  const perCorner = (value, size) => {
+    const array = new Float32Array(cornerCount * size);
+    for (let i = 0; i < cornerCount; i++) {
+      for (let k = 0; k < size; k++) array[size * i + k] = value(corners[i], k);
+    }
+    return new BufferAttribute(array, size);
+  };
+  const position = perCorner((v, k) => rest[3 * v + k], 3);
+  const normal = perCorner((v, k) => restNormals[3 * v + k], 3);
+  const mark = new BufferAttribute(new Float32Array(2 * cornerCount), 2);
+  for (const live of [position, normal, mark]) live.setUsage(DynamicDrawUsage);
+  geometry.setAttribute('position', position);
+  geometry.setAttribute('normal', normal);
+  geometry.setAttribute('mark', mark);
+  geometry.setAttribute('rest', perCorner((v, k) => rest[3 * v + k], 3));
+  geometry.setAttribute('restNormal', perCorner((v, k) => restNormals[3 * v + k], 3));
+
+  const open = ambientOcclusion(rest, restNormals, allTriangles);
+  const chin = at.get('ibug_08') ?? [0, bounds.min.y, 0];
+  const nose = at.get('ibug_30') ?? [0, 0, bounds.max.z];
+  const earX = 0.83 * bounds.max.x;
+  const brow = at.get('ibug_19') ?? [0, chin[1] + 120, 0];
+  const bottom = bounds.min.y;
+  // The neck runs out into the backdrop well above its cut edge, later in front than behind.
+  const shade = perCorner((v, k) => {
+    const [x, y, z] = [rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]];
+    if (k === 0) return open[v];
+    if (k === 1) {
+      const height = Math.max(0, 1 - Math.abs(y - (brow[1] + nose[1]) / 2 + 4) / 48);
+      const beside = Math.min(1, Math.max(0, (Math.abs(x) - earX * 0.92) / 8));
+      return z < nose[2] - 70 ? Math.min(1, height * 2.2) * beside : 0;
+    }
+    const t = Math.min(1, Math.max(0, (y - bottom - 4) / (0.82 * (chin[1] - bottom))));
+    return t * t * (3 - 2 * t);
+  }, 3);
+  geometry.setAttribute('shade', shade);
+  geometry.boundingSphere = new Sphere(
+    bounds.getCenter(new Vector3()),
+    0.6 * bounds.getSize(new Vector3()).length(),
+  );
+
+  // The skin's own colour is the commonest of the prescribed ones.
+  const colours = model.colours;
+  const votes = new Map();
+  for (const vertex of skinTriangles) {
+    const key = (colours[3 * vertex] << 16) | (colours[3 * vertex + 1] << 8) | colours[3 * vertex + 2];
+    votes.set(key, (votes.get(key) ?? 0) + 1);
+  }
+  const [commonest] = [...votes].reduce((best, entry) => (entry[1] > best[1] ? entry : best));
+  const tone = new Color().setHex(commonest, SRGBColorSpace);
+
+  const pores = createPores();
+  const skin = createSkin({
+    tone,
+    pores,
+    face: paintFace(at),
+    brows: paintBrows(at),
+    depth: nose[2] - 82,
+  });
+  const mesh = new Mesh(geometry, skin.material);
+  mesh.castShadow = true;
+  mesh.receiveShadow = true;
+  mesh.name = 'skin';
+
+  eyeVertices.sort((a, b) => rest[3 * a[0]] - rest[3 * b[0]]);
+  let present = rest;
+  const eyes = createEyes(
+    eyeVertices.map((vertices) => ({
+      vertices,
+      landmark: (name, out) => landmark(present, name, out),
+    })),
+    pores,
+  );
+  eyes.update(rest);
+
+  const group = new Group();
+  group.add(mesh, ...eyes.meshes);
+
+  /** @type {number[]} */
+  const duplicates = [];
+  for (let i = vertexCount; i < cornerCount; i++) duplicates.push(i);
+
+  /**
+   * Takes over a range of the face's vertices.
+   * @param {import('phiz').Face} from
+   * @param {readonly [number, number]} [range]
+   */
+  function update(from, [first, end] = [0, vertexCount]) {
+    if (end <= first) return;
+    for (const [attribute, key] of /** @type {const} */ ([[position, 'positions'], [normal, 'normals']])) {
+      const array = attribute.array;
+      array.set(from[key].subarray(3 * first, 3 * end), 3 * first);
+      for (const i of duplicates) {
+        const o = 3 * corners[i];
+        array[3 * i] = array[o];
+        array[3 * i + 1] = array[o + 1];
+        array[3 * i + 2] = array[o + 2];
+      }
+      attribute.addUpdateRange(3 * first, 3 * (end - first));
+      if (duplicates.length) attribute.addUpdateRange(3 * vertexCount, 3 * duplicates.length);
+      attribute.needsUpdate = true;
+    }
+    present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
+    eyes.update(present);
+  }
+
+  // What belongs to no feature's block is the head's.
+  const groups = model.regionGroups.map((g) => (g === null ? 'head' : model.regions[g]));
+  /** @type {Map<string, Float32Array>} */
+  const soft = new Map();
+  /** @param {string} group */
+  function softRegion(group) {
+    let weights = soft.get(group);
+    if (!weights) {
+      const inside = groups.map((name) => name === group);
+      weights = smoothed(
+        Float32Array.from(model.regionOf, (region) => (inside[region] ? 1 : 0)),
+        skinTriangles,
+        4,
+      );
+      soft.set(group, weights);
+    }
+    return weights;
+  }
+
+  /**
+   * Shows a feature: slot 0 is what the pointer is on, slot 1 what was just picked.
+   * @param {0 | 1} slot @param {string | null} group
+   */
+  function highlight(slot, group) {
+    const array = mark.array;
+    const weights = group === null ? null : softRegion(group);
+    for (let i = 0; i < cornerCount; i++) array[2 * i + slot] = weights ? weights[corners[i]] : 0;
+    mark.needsUpdate = true;
+  }
+
+  /** @param {number} corner */
+  function groupAt(corner) {
+    return groups[model.regionOf[corners[corner]]];
+  }
+
+  const centre = bounds.getCenter(new Vector3());
+  return {
+    group,
+    skin: mesh,
+    update,
+    highlight,
+    groupAt,
+    /** How strongly the two highlights show, 0 to 1. */
+    markStrength: skin.uniforms.markStrength.value,
+    /** What a portrait shows: from the fading neck to the crown. */
+    subject: {
+      centre: new Vector3(0, (bounds.max.y + chin[1] - 26) / 2, centre.z * 0.6),
+      height: (bounds.max.y - chin[1] + 26) * 1.2,
+    },
+  };
+}

@@ -1,0 +1,142 @@
+// How much of the sky each vertex sees: ambient occlusion, cosine weighted, by drawing the head
+// into a depth buffer from many sides. Nostrils, eye sockets, ears and lips get their depth from
+// this. It is computed once, on the median face: a slider changes it less than the eye can see.
+
+const DIRECTIONS = 96;
+const SIZE = 288;
+
+/**
+ * @param {Float32Array} positions 3 a vertex, mm
+ * @param {Float32Array} normals 3 a vertex
+ * @param {Uint32Array} triangles 3 vertices a triangle
+ * @returns {Float32Array} 1 (open) to 0 (closed) a vertex
+ */
+export function ambientOcclusion(positions, normals, triangles) {
+  const count = positions.length / 3;
+  const seen = new Float32Array(count);
+  const possible = new Float32Array(count);
+  const flat = new Float32Array(positions.length);
+  const depth = new Float32Array(SIZE * SIZE);
+  let reach = 0;
+  const centre = [0, 0, 0];
+  for (let i = 0; i < positions.length; i++) centre[i % 3] += positions[i] / count;
+  for (let i = 0; i < positions.length; i += 3) {
+    reach = Math.max(
+      reach,
+      Math.hypot(
+        positions[i] - centre[0],
+        positions[i + 1] - centre[1],
+        positions[i + 2] - centre[2],
+      ),
+    );
+  }
+  const scale = (SIZE - 4) / (2 * reach);
+
+  for (let k = 0; k < DIRECTIONS; k++) {
+    // Points of a Fibonacci spiral are spread evenly over the sphere.
+    const z = 1 - (2 * k + 1) / DIRECTIONS;
+    const radius = Math.sqrt(1 - z * z);
+    const turn = k * 2.399963229728653;
+    const d = [radius * Math.cos(turn), radius * Math.sin(turn), z];
+    const a = Math.abs(d[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0];
+    const u = normalised(cross(a, d));
+    const v = cross(d, u);
+    for (let i = 0; i < flat.length; i += 3) {
+      const x = positions[i] - centre[0];
+      const y = positions[i + 1] - centre[1];
+      const w = positions[i + 2] - centre[2];
+      flat[i] = (x * u[0] + y * u[1] + w * u[2]) * scale + SIZE / 2;
+      flat[i + 1] = (x * v[0] + y * v[1] + w * v[2]) * scale + SIZE / 2;
+      flat[i + 2] = x * d[0] + y * d[1] + w * d[2];
+    }
+    depth.fill(-Infinity);
+    for (let t = 0; t < triangles.length; t += 3) {
+      fill(depth, flat, 3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]);
+    }
+    for (let i = 0; i < count; i++) {
+      const o = 3 * i;
+      const cosine = normals[o] * d[0] + normals[o + 1] * d[1] + normals[o + 2] * d[2];
+      if (cosine <= 0.05) continue;
+      possible[i] += cosine;
+      // Step off the surface by a pixel and a half, so that it does not hide itself.
+      const off = 1.5 / scale;
+      const x = flat[o] + off * scale * dot3(normals, o, u);
+      const y = flat[o + 1] + off * scale * dot3(normals, o, v);
+      const here = flat[o + 2] + off * cosine;
+      const pixel = (y | 0) * SIZE + (x | 0);
+      if (depth[pixel] <= here + 0.6 / scale) seen[i] += cosine;
+    }
+  }
+  for (let i = 0; i < count; i++) seen[i] = possible[i] > 0 ? seen[i] / possible[i] : 0;
+  return smoothed(seen, triangles, 2);
+}
+
+/**
+ * Averages a value with its neighbours'.
+ * @param {Float32Array} values
+ * @param {Uint32Array} triangles
+ * @param {number} rounds
+ */
+export function smoothed(values, triangles, rounds) {
+  let from = values;
+  for (let round = 0; round < rounds; round++) {
+    const sum = new Float32Array(from.length);
+    const weight = new Float32Array(from.length);
+    for (let t = 0; t < triangles.length; t += 3) {
+      const [a, b, c] = [triangles[t], triangles[t + 1], triangles[t + 2]];
+      const mean = (from[a] + from[b] + from[c]) / 3;
+      sum[a] += mean;
+      sum[b] += mean;
+      sum[c] += mean;
+      weight[a]++;
+      weight[b]++;
+      weight[c]++;
+    }
+    from = sum.map((total, i) => (weight[i] > 0 ? total / weight[i] : from[i]));
+  }
+  return from;
+}
+
+/** @param {Float32Array} array @param {number} o @param {number[]} v */
+function dot3(array, o, v) {
+  return array[o] * v[0] + array[o + 1] * v[1] + array[o + 2] * v[2];
+}
+
+/** @param {number[]} a @param {number[]} b */
+function cross(a, b) {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}
+
+/** @param {number[]} v */
+function normalised(v) {
+  const length = Math.hypot(v[0], v[1], v[2]);
+  return v.map((c) => c / length);
+}
+
+/**
+ * Draws one triangle into the depth buffer; larger is nearer.
+ * @param {Float32Array} depth
+ * @param {Float32Array} p
+ * @param {number} a @param {number} b @param {number} c
+ */
+function fill(depth, p, a, b, c) {
+  const ax = p[a], ay = p[a + 1], bx = p[b], by = p[b + 1], cx = p[c], cy = p[c + 1];
+  const area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+  if (area === 0) return;
+  const x0 = Math.max(0, Math.floor(Math.min(ax, bx, cx)));
+  const x1 = Math.min(SIZE - 1, Math.ceil(Math.max(ax, bx, cx)));
+  const y0 = Math.max(0, Math.floor(Math.min(ay, by, cy)));
+  const y1 = Math.min(SIZE - 1, Math.ceil(Math.max(ay, by, cy)));
+  for (let y = y0; y <= y1; y++) {
+    for (let x = x0; x <= x1; x++) {
+      const px = x + 0.5, py = y + 0.5;
+      const wa = ((bx - px) * (cy - py) - (by - py) * (cx - px)) / area;
+      const wb = ((cx - px) * (ay - py) - (cy - py) * (ax - px)) / area;
+      const wc = 1 - wa - wb;
+      if (wa < 0 || wb < 0 || wc < 0) continue;
+      const z = wa * p[a + 2] + wb * p[b + 2] + wc * p[c + 2];
+      const o = y * SIZE + x;
+      if (z > depth[o]) depth[o] = z;
+    }
+  }
+}

@@ -1,0 +1,234 @@
+import { CanvasTexture, DataTexture, LinearFilter, LinearMipmapLinearFilter, RGBAFormat } from 'three';
+import { chance } from './chance.js';
+
+// What a make-up artist would put on the generic head, as maps over the front of the face at
+// rest: x and y in millimetres. The maps follow the vertices they were painted on, so they need
+// no seams and stay in place when the face changes shape.
+
+const SIZE = 512;
+
+/** @typedef {Map<string, [number, number, number]>} Points */
+
+/**
+ * @param {Points} at
+ * @param {number} first @param {number} last
+ */
+function points(at, first, last) {
+  const list = [];
+  for (let i = first; i <= last; i++) {
+    const p = at.get(`ibug_${String(i).padStart(2, '0')}`);
+    if (p) list.push(p);
+  }
+  return list;
+}
+
+/** @param {number} low @param {number} high @param {number} x */
+function smoothstep(low, high, x) {
+  const t = Math.min(1, Math.max(0, (x - low) / (high - low)));
+  return t * t * (3 - 2 * t);
+}
+
+/**
+ * A closed curve through points (Catmull-Rom), as a polygon.
+ * @param {[number, number, number][]} through
+ */
+function closedCurve(through) {
+  const polygon = [];
+  const n = through.length;
+  for (let i = 0; i < n; i++) {
+    const [a, b, c, d] = [-1, 0, 1, 2].map((k) => through[(i + k + n) % n]);
+    for (let s = 0; s < 6; s++) {
+      const t = s / 6;
+      const mix = (/** @type {number} */ k) =>
+        0.5 *
+        (2 * b[k] +
+          (c[k] - a[k]) * t +
+          (2 * a[k] - 5 * b[k] + 4 * c[k] - d[k]) * t * t +
+          (3 * b[k] - a[k] - 3 * c[k] + d[k]) * t ** 3);
+      polygon.push([mix(0), mix(1)]);
+    }
+  }
+  return polygon;
+}
+
+/**
+ * Signed distance to a polygon, negative inside.
+ * @param {number[][]} polygon @param {number} x @param {number} y
+ */
+function distanceTo(polygon, x, y) {
+  let nearest = Infinity;
+  let inside = false;
+  for (let i = 0, j = polygon.length - 1; i < polygon.length; j = i++) {
+    const [ax, ay] = polygon[j];
+    const [bx, by] = polygon[i];
+    const ex = bx - ax;
+    const ey = by - ay;
+    const t = Math.min(1, Math.max(0, ((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey || 1)));
+    nearest = Math.min(nearest, (x - ax - ex * t) ** 2 + (y - ay - ey * t) ** 2);
+    if (ay > y !== by > y && x < ((bx - ax) * (y - ay)) / (by - ay) + ax) inside = !inside;
+  }
+  return (inside ? -1 : 1) * Math.sqrt(nearest);
+}
+
+/**
+ * Distance to an open line of points.
+ * @param {[number, number, number][]} line @param {number} x @param {number} y
+ */
+function distanceToLine(line, x, y) {
+  let nearest = Infinity;
+  for (let i = 1; i < line.length; i++) {
+    const [ax, ay] = line[i - 1];
+    const ex = line[i][0] - ax;
+    const ey = line[i][1] - ay;
+    const t = Math.min(1, Math.max(0, ((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey || 1)));
+    nearest = Math.min(nearest, Math.hypot(x - ax - ex * t, y - ay - ey * t));
+  }
+  return nearest;
+}
+
+/**
+ * Red: lips. Green: blood under the skin (cheeks, nose, lids, chin). Blue: where the skin is
+ * thin and smooth (lids). Alpha: roots of a beard and of hair, faint.
+ *
+ * @param {Points} at landmarks of the face at rest, mm
+ * @returns {{ map: DataTexture, frame: [number, number, number, number] }} `frame` is the
+ *   lower left corner and the size of the map, mm
+ */
+export function paintFace(at) {
+  const mouth = points(at, 48, 59);
+  const lips = closedCurve(mouth);
+  const eyes = [points(at, 36, 41), points(at, 42, 47)];
+  const centres = eyes.map((eye) => [
+    eye.reduce((sum, p) => sum + p[0], 0) / eye.length,
+    eye.reduce((sum, p) => sum + p[1], 0) / eye.length,
+  ]);
+  const outlines = eyes.map(closedCurve);
+  const [tip] = points(at, 30, 30);
+  const wings = [...points(at, 31, 31), ...points(at, 35, 35)];
+  const [chin] = points(at, 8, 8);
+  const jaw = points(at, 2, 14);
+  const apart = centres[1][0] - centres[0][0];
+  const span = Math.abs(mouth[6][0] - mouth[0][0]);
+  const frame = /** @type {[number, number, number, number]} */ ([
+    -80, chin[1] - 25, 160, 160,
+  ]);
+  const pixels = new Uint8Array(SIZE * SIZE * 4);
+  const blob = (
+    /** @type {number} */ x, /** @type {number} */ y,
+    /** @type {number} */ cx, /** @type {number} */ cy,
+    /** @type {number} */ rx, /** @type {number} */ ry,
+  ) => Math.exp(-(((x - cx) / rx) ** 2) - ((y - cy) / ry) ** 2);
+
+  for (let j = 0; j < SIZE; j++) {
+    for (let i = 0; i < SIZE; i++) {
+      const x = frame[0] + ((i + 0.5) / SIZE) * frame[2];
+      const y = frame[1] + ((j + 0.5) / SIZE) * frame[3];
+      const o = 4 * (j * SIZE + i);
+      const near = Math.abs(x) < span && Math.abs(y - mouth[0][1]) < span;
+      const lip = near ? 1 - smoothstep(-1.1, 1.0, distanceTo(lips, x, y)) : 0;
+      const lids = outlines.map((outline, k) =>
+        Math.abs(x - centres[k][0]) < 40 && Math.abs(y - centres[k][1]) < 30
+          ? distanceTo(outline, x, y)
+          : 99,
+      );
+      const lid = Math.min(...lids);
+      let blood = 0.85 * blob(x, y, tip[0], tip[1] - 1, 11, 9);
+      for (const wing of wings) blood += 0.55 * blob(x, y, wing[0], wing[1] + 4, 8, 7);
+      for (const [cx, cy] of centres) {
+        blood += 0.62 * blob(x, y, cx * 1.32, cy - 0.55 * apart, 19, 15);
+        blood += 0.3 * blob(x, y, cx, cy - 0.16 * apart, 15, 6);
+        // The caruncle and the inner corners.
+        blood += 0.5 * blob(x, y, cx * 0.52, cy - 2, 4.5, 4);
+      }
+      blood += 0.35 * blob(x, y, chin[0], chin[1] + 12, 16, 9);
+      blood += 0.75 * (1 - smoothstep(0, 2.4, lid));
+      blood += 0.3 * (1 - smoothstep(0, 7, near ? distanceTo(lips, x, y) : 99));
+      const thin = 1 - smoothstep(3, 11, lid);
+      const beard =
+        near || y < mouth[0][1] + 18
+          ? smoothstep(2, 9, Math.abs(distanceTo(lips, x, y))) *
+            smoothstep(mouth[0][1] + 26, mouth[0][1] + 4, y + 0.25 * Math.abs(x)) *
+            (1 - smoothstep(-2, 14, y - jawHeight(jaw, x) - 42))
+          : 0;
+      pixels[o] = 255 * lip;
+      pixels[o + 1] = 255 * Math.min(1, blood);
+      pixels[o + 2] = 255 * thin;
+      pixels[o + 3] = 255 * Math.min(1, Math.max(0, beard));
+    }
+  }
+  const map = new DataTexture(pixels, SIZE, SIZE, RGBAFormat);
+  map.magFilter = LinearFilter;
+  map.minFilter = LinearMipmapLinearFilter;
+  map.generateMipmaps = true;
+  map.anisotropy = 4;
+  map.needsUpdate = true;
+  return { map, frame };
+}
+
+/** @param {[number, number, number][]} jaw @param {number} x */
+function jawHeight(jaw, x) {
+  let nearest = jaw[0];
+  for (const p of jaw) if (Math.abs(p[0] - x) < Math.abs(nearest[0] - x)) nearest = p;
+  return nearest[1];
+}
+
+/**
+ * Both brows, hair by hair, along the five points of each.
+ *
+ * @param {Points} at landmarks of the face at rest, mm
+ * @returns {{ map: CanvasTexture, frame: [number, number, number, number] }}
+ */
+export function paintBrows(at) {
+  const brows = [points(at, 17, 21).reverse(), points(at, 22, 26)];
+  const all = brows.flat();
+  const left = Math.min(...all.map((p) => p[0])) - 9;
+  const right = Math.max(...all.map((p) => p[0])) + 9;
+  const low = Math.min(...all.map((p) => p[1])) - 12;
+  const width = right - left;
+  const tall = width / 4;
+  const canvas = document.createElement('canvas');
+  canvas.width = 2048;
+  canvas.height = 512;
+  const draw = canvas.getContext('2d');
+  if (!draw) throw new Error('this browser gives no 2D canvas');
+  draw.fillStyle = '#000';
+  draw.fillRect(0, 0, canvas.width, canvas.height);
+  const scale = canvas.width / width;
+  draw.setTransform(scale, 0, 0, -scale, -left * scale, canvas.height + low * scale);
+  draw.lineCap = 'round';
+  const random = chance(29);
+  for (const brow of brows) {
+    const side = Math.sign(brow[4][0] - brow[0][0]);
+    const along = (/** @type {number} */ t) => {
+      const s = Math.min(3.999, t * 4);
+      const i = Math.floor(s);
+      const [a, b] = [brow[i], brow[i + 1]];
+      return [a[0] + (b[0] - a[0]) * (s - i), a[1] + (b[1] - a[1]) * (s - i)];
+    };
+    for (let n = 0; n < 620; n++) {
+      const t = random() ** 0.92;
+      const across = (random() + random()) / 2 - 0.5;
+      // A brow begins soft, is fullest at a quarter and runs out in a tail.
+      const half = 4.6 * Math.min(1, 0.55 + 2.2 * t) * (1 - 0.78 * smoothstep(0.4, 1, t));
+      const [cx, cy] = along(t);
+      const x = cx + (random() - 0.5) * 1.2 - side * 1.5 * (1 - t);
+      const y = cy + across * 2 * half - 1.2;
+      // Hairs stand up at the inner end and lie down towards the temple; the upper ones point
+      // down a little, the lower ones up.
+      const rise = (1.25 - 1.15 * smoothstep(0, 0.45, t)) - 0.55 * across + (random() - 0.5) * 0.35;
+      const length = (3.2 + 3.4 * random()) * (1 - 0.3 * t);
+      const dx = side * Math.cos(rise) * length;
+      const dy = Math.sin(rise) * length;
+      draw.globalAlpha = (0.35 + 0.5 * random()) * Math.min(1, 0.35 + 3 * t);
+      draw.strokeStyle = '#fff';
+      draw.lineWidth = 0.16 + 0.16 * random();
+      draw.beginPath();
+      draw.moveTo(x, y);
+      draw.quadraticCurveTo(x + dx * 0.55, y + dy * 0.75, x + dx, y + dy * 0.72);
+      draw.stroke();
+    }
+  }
+  const map = new CanvasTexture(canvas);
+  map.anisotropy = 8;
+  return { map, frame: [left, low, width, tall] };
+}

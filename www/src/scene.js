@@ -1,0 +1,237 @@
+import {
+  ACESFilmicToneMapping,
+  BackSide,
+  BoxGeometry,
+  Color,
+  DirectionalLight,
+  Mesh,
+  MeshBasicMaterial,
+  PCFShadowMap,
+  PerspectiveCamera,
+  PlaneGeometry,
+  PMREMGenerator,
+  Scene,
+  Spherical,
+  Vector3,
+  WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { backdropUniforms, createBackdrop, paintBackdrop } from './backdrop.js';
+
+const DEGREE = Math.PI / 180;
+
+/** Azimuth and polar angle of each view, in radians. */
+const VIEWS = {
+  front: { theta: 0, phi: 88 * DEGREE },
+  quarter: { theta: 38 * DEGREE, phi: 87 * DEGREE },
+  profile: { theta: 90 * DEGREE, phi: 88 * DEGREE },
+};
+
+/** @typedef {keyof typeof VIEWS} View */
+
+/**
+ * A photographer's studio as an environment map: a dim room and soft boxes, which also are what
+ * the eyes mirror.
+ * @param {WebGLRenderer} renderer
+ */
+function studio(renderer) {
+  const room = new Scene();
+  const wall = new MeshBasicMaterial({ color: new Color(0.3, 0.31, 0.33), side: BackSide });
+  room.add(new Mesh(new BoxGeometry(20, 20, 20), wall));
+  /** @param {number[]} at @param {number[]} size @param {number[]} colour @param {number} power */
+  const softbox = (at, size, colour, power) => {
+    const [r, g, b] = colour.map((c) => c * power);
+    const panel = new Mesh(
+      new PlaneGeometry(size[0], size[1]),
+      new MeshBasicMaterial({ color: new Color(r, g, b) }),
+    );
+    panel.position.fromArray(at);
+    panel.lookAt(0, 0, 0);
+    room.add(panel);
+  };
+  softbox([-5.5, 5, 6.5], [4.2, 4.8], [1, 0.96, 0.9], 9);
+  softbox([7.5, 1.5, 4.5], [3.2, 6], [0.92, 0.96, 1], 2.2);
+  softbox([0, 9.5, 0], [9, 9], [1, 1, 1], 1.5);
+  softbox([6, 3, -7], [2.5, 7], [1, 0.97, 0.93], 5);
+  softbox([-7, 2, -6], [2.5, 7], [0.9, 0.95, 1], 4);
+  softbox([0, -9, 2], [12, 12], [1, 0.9, 0.82], 0.45);
+  const generator = new PMREMGenerator(renderer);
+  const map = generator.fromScene(room, 0.015).texture;
+  generator.dispose();
+  room.traverse((object) => {
+    if (object instanceof Mesh) {
+      object.geometry.dispose();
+      object.material.dispose();
+    }
+  });
+  return map;
+}
+
+/** Three-point light: a warm key with a soft shadow, a cool fill, a rim from behind. */
+function createLights() {
+  const key = new DirectionalLight(new Color(1, 0.955, 0.9), 2.35);
+  key.position.set(-330, 360, 520);
+  key.castShadow = true;
+  key.shadow.mapSize.set(2048, 2048);
+  key.shadow.radius = 3.2;
+  key.shadow.bias = -0.0006;
+  key.shadow.normalBias = 0.9;
+  const box = key.shadow.camera;
+  box.left = box.bottom = -175;
+  box.right = box.top = 175;
+  box.near = 250;
+  box.far = 1150;
+  const fill = new DirectionalLight(new Color(0.86, 0.93, 1), 0.35);
+  fill.position.set(480, 60, 320);
+  const rim = new DirectionalLight(new Color(1, 0.97, 0.94), 1.5);
+  rim.position.set(380, 260, -480);
+  const hairLight = new DirectionalLight(new Color(0.9, 0.95, 1), 0.9);
+  hairLight.position.set(-420, 180, -380);
+  return [key, fill, rim, hairLight];
+}
+
+/**
+ * Renderer, camera, lights; draws only when something asks for it.
+ *
+ * @param {HTMLCanvasElement} canvas
+ * @param {{ centre: Vector3, height: number }} subject what to look at, mm
+ */
+export function createScene(canvas, subject) {
+  const renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+  renderer.toneMapping = ACESFilmicToneMapping;
+  renderer.toneMappingExposure = 0.92;
+  renderer.shadowMap.enabled = true;
+  renderer.shadowMap.type = PCFShadowMap;
+  // The head casts the only shadow: the map is drawn again when the head changes, not when the
+  // camera moves.
+  renderer.shadowMap.autoUpdate = false;
+  renderer.shadowMap.needsUpdate = true;
+
+  const scene = new Scene();
+  scene.environment = studio(renderer);
+  scene.environmentIntensity = 0.62;
+  scene.add(createBackdrop());
+  for (const light of createLights()) {
+    light.position.add(subject.centre);
+    light.target.position.copy(subject.centre);
+    scene.add(light, light.target);
+  }
+
+  const camera = new PerspectiveCamera(22, 1, 50, 5000);
+  const controls = new OrbitControls(camera, canvas);
+  const still = window.matchMedia('(prefers-reduced-motion: reduce)');
+  controls.enableDamping = !still.matches;
+  controls.dampingFactor = 0.09;
+  controls.enablePan = false;
+  controls.rotateSpeed = 0.75;
+  controls.zoomSpeed = 0.8;
+  controls.minPolarAngle = 40 * DEGREE;
+  controls.maxPolarAngle = 112 * DEGREE;
+  controls.target.copy(subject.centre);
+
+  /** @type {Set<() => void>} */
+  const beforeFrame = new Set();
+  let scheduled = false;
+  let frames = 0;
+  /** @type {null | { from: Spherical, to: Spherical, start: number }} */
+  let flight = null;
+
+  function invalidate() {
+    if (scheduled) return;
+    scheduled = true;
+    requestAnimationFrame(draw);
+  }
+
+  /** @param {number} now */
+  function draw(now) {
+    scheduled = false;
+    if (flight) {
+      const t = still.matches ? 1 : Math.min(1, (now - flight.start) / 450);
+      const ease = 1 - (1 - t) ** 3;
+      const at = new Spherical(
+        flight.from.radius + (flight.to.radius - flight.from.radius) * ease,
+        flight.from.phi + (flight.to.phi - flight.from.phi) * ease,
+        flight.from.theta + (flight.to.theta - flight.from.theta) * ease,
+      );
+      camera.position.setFromSpherical(at).add(controls.target);
+      if (t === 1) flight = null;
+      else invalidate();
+    }
+    // While damping moves the camera, `update` fires `change`, which asks for the next frame.
+    controls.update();
+    for (const step of beforeFrame) step();
+    renderer.render(scene, camera);
+    frames += 1;
+  }
+  controls.addEventListener('change', invalidate);
+  controls.addEventListener('start', () => (flight = null));
+
+  /** The distance at which the head fills the stage. */
+  function homeDistance() {
+    const tall = subject.height / (2 * Math.tan((camera.fov * DEGREE) / 2));
+    return tall * Math.max(1, 0.74 / camera.aspect);
+  }
+
+  function fit() {
+    const distance = homeDistance();
+    controls.minDistance = distance * 0.28;
+    controls.maxDistance = distance * 1.7;
+    return distance;
+  }
+
+  /** @param {View} name */
+  function view(name) {
+    const to = new Spherical(fit(), VIEWS[name].phi, VIEWS[name].theta);
+    const from = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+    // The short way round.
+    while (from.theta - to.theta > Math.PI) from.theta -= 2 * Math.PI;
+    while (to.theta - from.theta > Math.PI) from.theta += 2 * Math.PI;
+    flight = { from, to, start: performance.now() };
+    invalidate();
+  }
+
+  function resize() {
+    const { clientWidth, clientHeight } = canvas;
+    if (!clientWidth || !clientHeight) return;
+    const before = homeDistance();
+    renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    renderer.setSize(clientWidth, clientHeight, false);
+    renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
+    camera.aspect = clientWidth / clientHeight;
+    camera.updateProjectionMatrix();
+    const scale = fit() / before;
+    const arm = camera.position.clone().sub(controls.target).multiplyScalar(scale);
+    camera.position.copy(controls.target).add(arm);
+    invalidate();
+  }
+
+  camera.aspect = canvas.clientWidth / Math.max(1, canvas.clientHeight);
+  const home = VIEWS.front;
+  camera.position.setFromSphericalCoords(fit(), home.phi, home.theta).add(controls.target);
+  new ResizeObserver(resize).observe(canvas);
+  resize();
+
+  return {
+    renderer,
+    scene,
+    camera,
+    controls,
+    beforeFrame,
+    invalidate,
+    view,
+    /** Call after the head has changed shape. */
+    shapeChanged() {
+      renderer.shadowMap.needsUpdate = true;
+      invalidate();
+    },
+    /** @param {'light' | 'dark'} theme */
+    setTheme(theme) {
+      paintBackdrop(theme);
+      invalidate();
+    },
+    /** Frames drawn so far: automation can tell an idle page from a busy one. */
+    get frames() {
+      return frames;
+    },
+  };
+}

@@ -1,0 +1,207 @@
+import { Color, MeshPhysicalMaterial, ShaderChunk, Vector4 } from 'three';
+import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
+
+// Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
+// stand for that: each colour channel wraps around the terminator by its own amount, the edges
+// of shadows bleed red, and red is lit by the smooth normal while blue sees every pore.
+const LIGHTS = ShaderChunk.lights_physical_pars_fragment
+  .replace(
+    'reflectedLight.directDiffuse += irradiance * diffuseBRDF * ( 1.0 - F );',
+    /* glsl */ `
+    vec3 scatter = skinScatter;
+    vec3 facing = vec3(
+      dot(smoothNormal, directLight.direction),
+      dot(normalize(mix(smoothNormal, geometryNormal, 0.5)), directLight.direction),
+      dot(geometryNormal, directLight.direction));
+    vec3 wrapped = pow(saturate((facing + scatter) / (1.0 + scatter)), 1.0 + scatter);
+    reflectedLight.directDiffuse += wrapped * directLight.color * diffuseBRDF * (1.0 - F);
+    `,
+  )
+  .replaceAll(
+    'void RE_Direct_Physical',
+    'vec3 smoothNormal; vec3 skinScatter;\nvoid RE_Direct_Physical',
+  );
+
+const SHADOWS = ShaderChunk.lights_fragment_begin.replace(
+  /directLight\.color \*= (\( directLight\.visible && receiveShadow \) \? getShadow\( directionalShadowMap[^;]*);/,
+  (_, lit) => /* glsl */ `
+    float lit = ${lit};
+    // Around the terminator the wrap decides, not the head's shadow on itself.
+    lit = mix(1.0, lit, smoothstep(-0.12, 0.22, dot(smoothNormal, directLight.direction)));
+    directLight.color *= vec3(pow(lit, 0.62), pow(lit, 0.94), lit);`,
+);
+
+const DECLARATIONS = /* glsl */ `
+  varying vec3 vRest;
+  varying vec3 vRestNormal;
+  varying vec3 vShade; // occlusion, ear, fade
+  varying vec2 vMark;
+  uniform sampler2D poreMap;
+  uniform sampler2D faceMap;
+  uniform sampler2D browMap;
+  uniform vec4 faceFrame;
+  uniform vec4 browFrame;
+  uniform vec3 browColour;
+  uniform vec3 lipColour;
+  uniform vec3 accent;
+  uniform vec2 markStrength;
+  uniform float faceDepth;
+  ${BACKDROP_GLSL}
+
+  // Relief and mottling, projected along the three axes of the head at rest.
+  vec4 triplanar(float size, out vec3 slope) {
+    vec3 weight = pow(abs(vRestNormal), vec3(5.0));
+    weight /= weight.x + weight.y + weight.z;
+    vec4 a = texture2D(poreMap, vRest.zy / size);
+    vec4 b = texture2D(poreMap, vRest.xz / size);
+    vec4 c = texture2D(poreMap, vRest.xy / size);
+    slope = vec3(0.0, a.g - 0.5, a.r - 0.5) * weight.x
+          + vec3(b.r - 0.5, 0.0, b.g - 0.5) * weight.y
+          + vec3(c.r - 0.5, c.g - 0.5, 0.0) * weight.z;
+    return a * weight.x + b * weight.y + c * weight.z;
+  }
+`;
+
+const COLOUR = /* glsl */ `
+  vec2 faceAt = (vRest.xy - faceFrame.xy) / faceFrame.zw;
+  float front = smoothstep(faceDepth, faceDepth + 14.0, vRest.z)
+              * smoothstep(0.0, 0.03, faceAt.y) * smoothstep(1.0, 0.97, faceAt.y);
+  vec4 paint = texture2D(faceMap, faceAt) * front;
+  vec2 browAt = (vRest.xy - browFrame.xy) / browFrame.zw;
+  float inBrow = step(0.0, min(min(browAt.x, browAt.y), min(1.0 - browAt.x, 1.0 - browAt.y)));
+  float brow = texture2D(browMap, clamp(browAt, 0.0, 1.0)).r * inBrow
+             * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
+
+  vec3 fine;
+  vec3 coarse;
+  vec4 relief = triplanar(26.0, fine);
+  vec4 broad = triplanar(97.0, coarse);
+  float occlusion = vShade.x;
+  float ear = vShade.y;
+  float lip = paint.r;
+  float blood = clamp(paint.g + 0.55 * ear, 0.0, 1.0);
+  float smoothSkin = max(paint.b, 0.6 * ear);
+
+  vec3 tone = diffuseColor.rgb;
+  // Blood takes green and blue, melanin takes all, more of the blue.
+  tone *= mix(vec3(1.0), vec3(0.96, 0.70, 0.66), blood * 0.62);
+  tone *= mix(vec3(1.0), vec3(1.0, 0.88, 0.84), (broad.a - 0.5) * 0.75);
+  tone *= mix(vec3(1.0), vec3(0.93, 0.9, 0.88), (relief.a - 0.5) * 0.55);
+  tone *= 1.0 - 0.11 * (1.0 - relief.b) * (1.0 - smoothSkin);
+  tone = mix(tone, tone * vec3(0.86, 0.87, 0.9), paint.a * 0.3);
+  vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
+  tone = mix(tone, lips, lip * 0.82);
+  tone = mix(tone, browColour, clamp(brow * 1.05, 0.0, 0.94));
+  float marked = dot(smoothstep(0.15, 0.85, vMark), markStrength);
+  vec2 rim = smoothstep(0.0, 0.45, vMark) * smoothstep(1.0, 0.55, vMark);
+  diffuseColor.rgb = mix(tone, accent * (0.35 + 0.9 * dot(tone, vec3(0.33))), clamp(marked * 0.3 + dot(rim, markStrength) * 0.22, 0.0, 0.6));
+`;
+
+const NORMAL = /* glsl */ `
+  smoothNormal = normal;
+  {
+    float depth = mix(1.0, 0.35, smoothSkin) * (1.0 - lip) * (1.0 - 0.7 * brow);
+    vec3 slope = fine * 0.36 * depth + coarse * 0.10 * depth;
+    // Lips are furrowed from edge to edge, not pitted.
+    float furrow = sin(vRest.x * 5.2 + 2.6 * (broad.a - 0.5) + 5.0 * (relief.a - 0.5));
+    slope += vec3(0.055 * furrow * lip, 0.0, 0.0);
+    slope = normalMatrix * slope;
+    normal = normalize(normal - (slope - dot(slope, normal) * normal));
+  }
+  skinScatter = mix(vec3(0.34, 0.13, 0.075), vec3(0.6, 0.2, 0.12), ear) ;
+`;
+
+const ROUGHNESS = /* glsl */ `
+  float oil = clamp(paint.g * 0.4 + 0.35 * front * smoothstep(0.35, 0.8, vRestNormal.z), 0.0, 1.0);
+  float roughnessFactor = roughness;
+  roughnessFactor += 0.10 * (relief.a - 0.5) + 0.07 * (broad.a - 0.5) - 0.07 * oil;
+  roughnessFactor = mix(roughnessFactor, 0.33, lip);
+  roughnessFactor = mix(roughnessFactor, 0.62, clamp(brow, 0.0, 1.0));
+  roughnessFactor = clamp(roughnessFactor, 0.2, 1.0);
+`;
+
+const OCCLUSION = /* glsl */ `
+  {
+    // Light bounced between skin and skin is red: occlusion darkens red least.
+    vec3 open = pow(vec3(occlusion), vec3(0.78, 1.08, 1.18));
+    reflectedLight.indirectDiffuse *= open;
+    float dotNV = saturate(dot(normal, geometryViewDir));
+    float shine = computeSpecularOcclusion(dotNV, occlusion, material.roughness);
+    reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) ;
+    reflectedLight.directDiffuse *= mix(vec3(1.0), open, 0.55);
+    reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip));
+  }
+`;
+
+/**
+ * The skin: a physical material with pores, blood, lips and brows of its own.
+ *
+ * @param {{
+ *   tone: Color,
+ *   pores: import('three').Texture,
+ *   face: { map: import('three').Texture, frame: number[] },
+ *   brows: { map: import('three').Texture, frame: number[] },
+ *   depth: number,
+ * }} look `tone` is the skin's colour; `depth` the z (mm, at rest) from which on the maps apply
+ */
+export function createSkin({ tone, pores, face, brows, depth }) {
+  const uniforms = {
+    ...backdropUniforms,
+    poreMap: { value: pores },
+    faceMap: { value: face.map },
+    browMap: { value: brows.map },
+    faceFrame: { value: new Vector4().fromArray(face.frame) },
+    browFrame: { value: new Vector4().fromArray(brows.frame) },
+    browColour: { value: new Color('#2e1f17') },
+    lipColour: { value: tone.clone().multiply(new Color().setRGB(0.86, 0.46, 0.46)) },
+    accent: { value: new Color('#39a79c') },
+    markStrength: { value: [0, 0] },
+    faceDepth: { value: depth },
+  };
+  const material = new MeshPhysicalMaterial({
+    color: tone,
+    roughness: 0.52,
+    specularIntensity: 0.85,
+    ior: 1.42,
+    sheen: 0.22,
+    sheenRoughness: 0.55,
+    sheenColor: new Color(0.95, 0.72, 0.62),
+  });
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, uniforms);
+    shader.vertexShader = shader.vertexShader
+      .replace(
+        '#include <common>',
+        /* glsl */ `#include <common>
+        attribute vec3 rest;
+        attribute vec3 restNormal;
+        attribute vec3 shade;
+        attribute vec2 mark;
+        varying vec3 vRest;
+        varying vec3 vRestNormal;
+        varying vec3 vShade;
+        varying vec2 vMark;`,
+      )
+      .replace(
+        '#include <begin_vertex>',
+        /* glsl */ `#include <begin_vertex>
+        vRest = rest;
+        vRestNormal = restNormal;
+        vShade = shade;
+        vMark = mark;`,
+      );
+    shader.fragmentShader = shader.fragmentShader
+      .replace('#include <common>', `#include <common>\nuniform mat3 normalMatrix;\n${DECLARATIONS}`)
+      .replace('#include <lights_physical_pars_fragment>', LIGHTS)
+      .replace('#include <lights_fragment_begin>', SHADOWS)
+      .replace('#include <color_fragment>', `#include <color_fragment>\n${COLOUR}`)
+      .replace('#include <roughnessmap_fragment>', ROUGHNESS)
+      .replace('#include <normal_fragment_maps>', NORMAL)
+      .replace('#include <aomap_fragment>', OCCLUSION)
+      .replace(
+        '#include <dithering_fragment>',
+        'gl_FragColor.rgb = mix(backdrop(), gl_FragColor.rgb, vShade.z);',
+      );
+  };
+  return { material, uniforms };
+}
