@@ -118,7 +118,7 @@ const LIPS_CROSS: f64 = 1.2;
 
 /// Samples a population: `count` faces, the same for the same seed on any number of threads.
 ///
-/// Candidates are drawn one after the other. One is rejected when any of [`MEASURES`] lies more
+/// Candidates are drawn one after the other. One is rejected when any of 17 lengths between landmarks lies more
 /// than three robust standard deviations (1.4826 times the median absolute deviation) from the
 /// median, when its skin folds, its lips cross, or its lids sink into its eyeballs.
 pub fn sample(
