@@ -97,7 +97,7 @@ pub fn build(data_dir: &Path) -> FitResult<Template> {
     Ok(template)
 }
 
-/// The parts cut from the body, in the order of the chart numbers of [`charts`].
+/// The parts cut from the body, in the order of the chart numbers of `charts`.
 const PARTS: [&str; 3] = ["skin", "mouth cavity", "eye cavities"];
 
 /// The mirror image of a point.
@@ -225,7 +225,7 @@ fn edge_loop(
     Ok(edges)
 }
 
-/// The part of each quad, an index into [`PARTS`].
+/// The part of each quad, an index into `PARTS`.
 ///
 /// The base mesh unwraps skin, mouth cavity and each eye cavity as charts of their own, so a part
 /// is a chart: the one with the highest vertex is skin; of the others the one that crosses the
@@ -260,7 +260,7 @@ fn charts(head: &[Quad], positions: &[DVec3]) -> FitResult<Vec<u8>> {
         }
         extents.push(extent);
     }
-    // The neck below the study of the head chart is unwrapped with the trunk, so skin may be
+    // The lower neck is unwrapped with the trunk, so skin may be
     // several charts: everything that is not wholly inside the head.
     let top = extents.iter().map(|e| e.1.y).fold(f64::MIN, f64::max);
     let skin = extents.iter().position(|e| e.1.y == top);

@@ -92,6 +92,9 @@ const SPREADS: [(&str, f64); 10] = [
     ("neck", 0.12),
 ];
 
+/// Standard deviation of each asymmetry target: faces are only slightly crooked.
+const ASYMMETRY: f64 = 0.08;
+
 /// Controls left out: what the macro targets already do, and rigid motion, which alignment
 /// removes again.
 const LEFT_OUT: [&str; 4] = ["head-age", "head-trans", "measure-neck", "neck-trans"];
@@ -135,7 +138,7 @@ const LIPS_CROSS: f64 = 1.2;
 
 /// Samples a population: `count` faces, the same for the same seed on any number of threads.
 ///
-/// Candidates are drawn one after the other. One is rejected when any of [`MEASURES`] lies more
+/// Candidates are drawn one after the other. One is rejected when any of 17 lengths between landmarks lies more
 /// than three robust standard deviations (1.4826 times the median absolute deviation) from the
 /// median, when its skin folds, its lips cross, or its lids sink into its eyeballs.
 pub fn sample(
@@ -366,6 +369,24 @@ impl<'a> Sampler<'a> {
                     name,
                     spread,
                     sides: fields,
+                });
+            }
+        }
+        // Asymmetries are not in the list of controls: a target each way, `-l` and `-r`. The
+        // trunk's, which have nothing to do with faces, are spelled `asymm`.
+        for name in base.target_names("asym")? {
+            if let Some(stem) = name
+                .strip_suffix("-l")
+                .filter(|stem| stem.starts_with("asym-"))
+            {
+                let sides = vec![[
+                    sparse("asym", &name)?,
+                    sparse("asym", &format!("{stem}-r"))?,
+                ]];
+                controls.push(Control {
+                    name: stem.to_owned(),
+                    spread: ASYMMETRY,
+                    sides,
                 });
             }
         }

@@ -96,6 +96,7 @@ const FEATURES: [(&str, &[&[&str]], f64, f64); 5] = [
     (
         "forehead",
         &[
+            &["glabella", "glabella"],
             &["glabella", "trichion"],
             &["ibug_18", "trichion", "ibug_25"],
             &["ibug_19", "trichion", "ibug_24"],
@@ -169,10 +170,10 @@ pub fn assign(template: &mut Template) -> FitResult<()> {
         .collect();
     join_islands(triangles, &mut regions);
     // A vertex on the midline may be as near to the left as to the right.
-    for vertex in 0..regions.len() {
-        let eye = regions[vertex] == index("left eye") as u8;
-        if template.mirror[vertex] as usize == vertex && eye {
-            regions[vertex] = head as u8;
+    let eye = index("left eye") as u8;
+    for (vertex, region) in regions.iter_mut().enumerate() {
+        if template.mirror[vertex] as usize == vertex && *region == eye {
+            *region = head as u8;
         }
     }
 
