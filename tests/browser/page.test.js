@@ -215,6 +215,9 @@ describe('the page', () => {
     await picture(page, 'profile');
     await page.getByRole('button', { name: 'Front' }).click();
     assert.equal(differing(front, await picture(page, 'front-again')), 0);
+    await page.locator('canvas').focus();
+    await page.keyboard.press('ArrowLeft');
+    assert.ok(differing(front, await picture(page, 'turned-by-key')) > 0.01 * front.width * front.height);
     const frames = await page.evaluate(() => window.designer.frames);
     await page.waitForTimeout(700);
     assert.equal(await page.evaluate(() => window.designer.frames), frames);

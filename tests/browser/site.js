@@ -6,6 +6,7 @@ import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
 import { extname, join, normalize, sep } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { inflateSync } from 'node:zlib';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 /** @type {typeof import('playwright-core')} */
@@ -157,16 +158,48 @@ export async function picture(page, name) {
   await cover('hidden');
   const png = await page.locator('canvas').screenshot({ path: join(SCREENSHOTS, `${name}.png`) });
   await cover('');
-  return page.evaluate(async (bytes) => {
-    const bitmap = await createImageBitmap(new Blob([new Uint8Array(bytes)], { type: 'image/png' }));
-    const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
-    const draw = canvas.getContext('2d', { willReadFrequently: true });
-    draw.drawImage(bitmap, 0, 0);
-    const { data, width, height } = draw.getImageData(0, 0, bitmap.width, bitmap.height);
-    let text = '';
-    for (let i = 0; i < data.length; i += 4) text += String.fromCharCode(data[i], data[i + 1], data[i + 2]);
-    return { width, height, rgb: btoa(text) };
-  }, [...png]).then(({ width, height, rgb }) => ({ width, height, rgb: Buffer.from(rgb, 'base64') }));
+  return decodePng(png);
+}
+
+/**
+ * The pixels of an 8-bit PNG without interlacing, which is what Chromium writes.
+ * @param {Buffer} png
+ */
+function decodePng(png) {
+  const width = png.readUInt32BE(16);
+  const height = png.readUInt32BE(20);
+  const [bits, kind] = [png[24], png[25]];
+  if (bits !== 8 || (kind !== 2 && kind !== 6)) throw new Error(`a PNG of kind ${kind}, ${bits} bits`);
+  const size = kind === 6 ? 4 : 3;
+  const parts = [];
+  for (let at = 8; at < png.length; at += 12 + png.readUInt32BE(at)) {
+    if (png.toString('latin1', at + 4, at + 8) === 'IDAT') {
+      parts.push(png.subarray(at + 8, at + 8 + png.readUInt32BE(at)));
+    }
+  }
+  const raw = inflateSync(Buffer.concat(parts));
+  const stride = width * size;
+  const lines = Buffer.alloc(stride * height);
+  const rgb = Buffer.alloc(3 * width * height);
+  for (let y = 0; y < height; y++) {
+    const filter = raw[y * (stride + 1)];
+    for (let i = 0; i < stride; i++) {
+      const left = i >= size ? lines[y * stride + i - size] : 0;
+      const up = y > 0 ? lines[(y - 1) * stride + i] : 0;
+      const corner = i >= size && y > 0 ? lines[(y - 1) * stride + i - size] : 0;
+      let guess = 0;
+      if (filter === 1) guess = left;
+      else if (filter === 2) guess = up;
+      else if (filter === 3) guess = (left + up) >> 1;
+      else if (filter === 4) {
+        const [a, b, c] = [Math.abs(up - corner), Math.abs(left - corner), Math.abs(left + up - 2 * corner)];
+        guess = a <= b && a <= c ? left : b <= c ? up : corner;
+      }
+      lines[y * stride + i] = raw[y * (stride + 1) + 1 + i] + guess;
+    }
+    for (let x = 0; x < width; x++) lines.copy(rgb, 3 * (y * width + x), y * stride + x * size, y * stride + x * size + 3);
+  }
+  return { width, height, rgb };
 }
 
 /**

@@ -285,8 +285,8 @@ export function createEyes(sockets, pores) {
             vec3 lamp = normalize(vec3(-4.6, 3.1, 7.2));
             vec3 right = normalize(cross(vec3(0.0, 1.0, 0.0), lamp));
             vec2 at = vec2(dot(mirrored, right), dot(mirrored, cross(lamp, right))) / max(0.05, dot(mirrored, lamp));
-            vec2 soft = max(vec2(0.05), 0.7 * fwidth(at));
-            vec2 box = smoothstep(vec2(0.21, 0.25) + soft, vec2(0.21, 0.25) - soft, abs(at));
+            vec2 soft = max(vec2(0.07), 0.8 * fwidth(at));
+            vec2 box = smoothstep(vec2(0.17, 0.2) + soft, vec2(0.17, 0.2) - soft, abs(at));
             clearcoatSpecularIndirect += vec3(0.85, 0.82, 0.78) * box.x * box.y * step(0.05, dot(mirrored, lamp));
             clearcoatSpecularIndirect *= smoothstep(0.0, 0.35, lidShade);
           }

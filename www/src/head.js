@@ -7,6 +7,27 @@ import { createPores } from './pores.js';
 import { createSkin } from './skin.js';
 
 /**
+ * The vertices on edges that only one triangle has.
+ * @param {Uint32Array} triangles
+ */
+function openEdge(triangles) {
+  /** @type {Map<number, number>} */
+  const uses = new Map();
+  const key = (/** @type {number} */ a, /** @type {number} */ b) =>
+    Math.min(a, b) * 0x100000 + Math.max(a, b);
+  for (let t = 0; t < triangles.length; t++) {
+    const pair = key(triangles[t], triangles[t % 3 === 2 ? t - 2 : t + 1]);
+    uses.set(pair, (uses.get(pair) ?? 0) + 1);
+  }
+  /** @type {Set<number>} */
+  const vertices = new Set();
+  for (const [pair, count] of uses) {
+    if (count === 1) vertices.add(Math.floor(pair / 0x100000)).add(pair % 0x100000);
+  }
+  return [...vertices];
+}
+
+/**
  * The head: geometry from the model's topology and a face's vertices.
  *
  * @param {import('phiz').FaceModel} model
@@ -88,7 +109,8 @@ export function createHead(model, face) {
   const earX = 0.83 * bounds.max.x;
   const brow = at.get('ibug_19') ?? [0, chin[1] + 120, 0];
   const fadeEnd = Math.max(bounds.min.y + 4, chin[1] - 66);
-  // The neck runs out into the backdrop well above its cut edge, later in front than behind.
+  // The neck runs out into the backdrop before its cut edge, wherever that is.
+  const edge = openEdge(skinTriangles).filter((v) => rest[3 * v + 1] < chin[1] + 30);
   const shade = perCorner((v, k) => {
     const [x, y, z] = [rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]];
     if (k === 0) return open[v];
@@ -98,7 +120,15 @@ export function createHead(model, face) {
       return z < nose[2] - 70 ? Math.min(1, height * 2.2) * beside : 0;
     }
     const t = Math.min(1, Math.max(0, (y - fadeEnd) / (chin[1] - 14 - fadeEnd)));
-    return t * t * (3 - 2 * t);
+    let nearest = Infinity;
+    if (y < chin[1] + 40) {
+      for (const e of edge) {
+        const d = (rest[3 * e] - x) ** 2 + (rest[3 * e + 1] - y) ** 2 + (rest[3 * e + 2] - z) ** 2;
+        if (d < nearest) nearest = d;
+      }
+    }
+    const s = Math.min(1, Math.max(0, (Math.sqrt(nearest) - 3) / 36));
+    return t * t * (3 - 2 * t) * s * s * (3 - 2 * s);
   }, 3);
   geometry.setAttribute('shade', shade);
   geometry.boundingSphere = new Sphere(

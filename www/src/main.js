@@ -164,6 +164,22 @@ async function start() {
     );
   }
   views.append(tool('home', text.resetView, () => scene.view('front')));
+  /** @type {Record<string, [number, number, number?]>} */
+  const turns = {
+    ArrowLeft: [-0.12, 0],
+    ArrowRight: [0.12, 0],
+    ArrowUp: [0, -0.08],
+    ArrowDown: [0, 0.08],
+    '+': [0, 0, 0.9],
+    '=': [0, 0, 0.9],
+    '-': [0, 0, 1.1],
+  };
+  canvas.addEventListener('keydown', (event) => {
+    const turn = turns[event.key];
+    if (!turn || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    scene.turn(...turn);
+  });
   canvas.addEventListener('dblclick', () => scene.view('front'));
 
   const undo = tool('undo', text.undo, () => editor.undo());

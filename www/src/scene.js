@@ -190,6 +190,20 @@ export function createScene(canvas, subject) {
     invalidate();
   }
 
+  /**
+   * Turns the head by hand: angles in radians, and a factor of the distance.
+   * @param {number} theta @param {number} phi @param {number} [closer]
+   */
+  function turn(theta, phi, closer = 1) {
+    flight = null;
+    const at = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+    at.theta += theta;
+    at.phi = Math.min(controls.maxPolarAngle, Math.max(controls.minPolarAngle, at.phi + phi));
+    at.radius *= closer;
+    camera.position.setFromSpherical(at).add(controls.target);
+    invalidate();
+  }
+
   function resize() {
     const { clientWidth, clientHeight } = canvas;
     if (!clientWidth || !clientHeight) return;
@@ -219,6 +233,7 @@ export function createScene(canvas, subject) {
     beforeFrame,
     invalidate,
     view,
+    turn,
     /** Call after the head has changed shape. */
     shapeChanged() {
       renderer.shadowMap.needsUpdate = true;

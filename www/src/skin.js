@@ -95,7 +95,7 @@ const COLOUR = /* glsl */ `
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
   float marked = dot(smoothstep(0.15, 0.85, vMark), markStrength);
   vec2 rim = smoothstep(0.0, 0.45, vMark) * smoothstep(1.0, 0.55, vMark);
-  diffuseColor.rgb = mix(tone, accent * (0.35 + 0.9 * dot(tone, vec3(0.33))), clamp(marked * 0.3 + dot(rim, markStrength) * 0.22, 0.0, 0.6));
+  diffuseColor.rgb = mix(tone, accent * (0.35 + 0.9 * dot(tone, vec3(0.33))), clamp(marked * 0.1 + dot(rim, markStrength) * 0.3, 0.0, 0.5));
 `;
 
 const NORMAL = /* glsl */ `

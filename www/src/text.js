@@ -5,7 +5,7 @@ export const text = {
   tagline: 'face designer',
   loading: 'Loading the face model',
   features: 'Features',
-  stage: 'The face. Drag to turn it, scroll or pinch to come closer, click a feature to shape it.',
+  stage: 'The face. Drag to turn it, scroll or pinch to come closer, click a feature to shape it. The arrow keys turn it, plus and minus zoom.',
   hint: 'Click a feature to shape it',
   hintTouch: 'Tap a feature to shape it',
   views: 'View',
