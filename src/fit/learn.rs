@@ -237,7 +237,7 @@ pub fn learn(
         measures: measures(template)?,
         blending: settings.blending,
     };
-    describe(&mut parts, &coefficients)?;
+    describe(&mut parts)?;
     Ok(Learned {
         parts,
         blocks: reports,

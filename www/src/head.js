@@ -136,15 +136,15 @@ export function createHead(model, face) {
     0.6 * bounds.getSize(new Vector3()).length(),
   );
 
-  // The skin's own colour is the commonest of the prescribed ones.
+  // The skin's own colour is the median of the prescribed ones: lips, brows and cavities are few.
   const colours = model.colours;
-  const votes = new Map();
-  for (const vertex of skinTriangles) {
-    const key = (colours[3 * vertex] << 16) | (colours[3 * vertex + 1] << 8) | colours[3 * vertex + 2];
-    votes.set(key, (votes.get(key) ?? 0) + 1);
-  }
-  const [commonest] = [...votes].reduce((best, entry) => (entry[1] > best[1] ? entry : best));
-  const tone = new Color().setHex(commonest, SRGBColorSpace);
+  const part = model.parts.find(({ name }) => name === 'skin') ?? model.parts[0];
+  const onSkin = model.triangles.subarray(3 * part.first, 3 * (part.first + part.count));
+  const [red, green, blue] = [0, 1, 2].map((channel) => {
+    const values = Uint8Array.from(onSkin, (corner) => colours[3 * model.uvVertices[corner] + channel]);
+    return values.sort()[values.length >> 1] / 255;
+  });
+  const tone = new Color().setRGB(red, green, blue, SRGBColorSpace);
 
   const pores = createPores();
   const skin = createSkin({
