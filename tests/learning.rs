@@ -67,7 +67,12 @@ fn seams_are_as_clean_as_whole_faces() {
     let n = mean.len();
     let triangles = template.triangles();
     let graph = Geodesic::new(&mean, &triangles);
-    let skin = template.parts.iter().find(|p| p.name == "skin").unwrap();
+    let skin = template
+        .topology
+        .parts
+        .iter()
+        .find(|p| p.name == "skin")
+        .unwrap();
     let skin = &triangles[skin.first as usize..(skin.first + skin.count) as usize];
 
     let samples: Vec<Vec<f64>> = learned
@@ -107,9 +112,9 @@ fn seams_are_as_clean_as_whole_faces() {
     for (feature, block) in FEATURES.iter().zip(&model.parts().blocks) {
         let inside: Vec<bool> = (0..n)
             .map(|v| {
-                feature
-                    .regions
-                    .contains(&template.region_names[template.regions[v] as usize].as_str())
+                feature.regions.contains(
+                    &template.topology.region_names[template.topology.regions[v] as usize].as_str(),
+                )
             })
             .collect();
         let band = BorderBand::new(
@@ -133,7 +138,8 @@ fn seams_are_as_clean_as_whole_faces() {
             "worst {:?} at {:?} {}",
             of_region,
             mean[of_region.1[0] as usize],
-            template.region_names[template.regions[of_region.1[0] as usize] as usize]
+            template.topology.region_names
+                [template.topology.regions[of_region.1[0] as usize] as usize]
         );
         let of_region = of_region.0;
         let of_whole = signs

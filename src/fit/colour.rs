@@ -128,7 +128,7 @@ pub fn paint(template: &mut Template, eye: &Eyeball) -> FitResult<()> {
         colour = mix(colour, SCLERA_EDGE, step(40.0, 75.0, angle));
         colours[vertex as usize] = colour;
     }
-    template.colours = colours
+    template.topology.colours = colours
         .iter()
         .map(|c| c.map(|x| x.clamp(0.0, 255.0).round() as u8))
         .collect();
@@ -166,7 +166,12 @@ impl Parts {
         let vertices = |name: &str| {
             let mut mask = vec![false; n];
             let triangles = template.triangles();
-            for part in template.parts.iter().filter(|part| part.name == name) {
+            for part in template
+                .topology
+                .parts
+                .iter()
+                .filter(|part| part.name == name)
+            {
                 let range = part.first as usize..(part.first + part.count) as usize;
                 for &v in triangles[range].as_flattened() {
                     mask[v as usize] = true;
@@ -220,7 +225,11 @@ impl Parts {
 /// the nose itself is met within 14 mm, above what an open crease has.
 fn nostrils(template: &Template, base: DVec3) -> Vec<f64> {
     let triangles = template.triangles();
-    let skin = template.parts.first().map_or(0, |part| part.count as usize);
+    let skin = template
+        .topology
+        .parts
+        .first()
+        .map_or(0, |part| part.count as usize);
     let at = &template.positions;
     let near = |p: DVec3| p.distance(base) < 26.0;
     let walls: Vec<[DVec3; 3]> = triangles[..skin]

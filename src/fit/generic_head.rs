@@ -14,6 +14,7 @@ use super::eyeball::Eyeball;
 use super::subdivide::{Origin, catmull_clark};
 use super::template::{Landmark, Part, Stencils, Template};
 use super::{FitError, FitResult, colour, region};
+use crate::mesh::Topology;
 
 /// The ethnicities of the macro targets.
 pub const ETHNICITIES: [&str; 3] = ["african", "asian", "caucasian"];
@@ -444,15 +445,18 @@ impl Draft {
         }
         Template {
             positions: order.iter().map(|&v| self.positions[v]).collect(),
-            uvs,
-            uv_vertices,
-            uv_triangles,
-            parts: self.parts.clone(),
-            mirror: order
-                .iter()
-                .map(|&v| new[self.mirror[v] as usize])
-                .collect(),
-            regions: order.iter().map(|&v| region(v)).collect(),
+            topology: Topology {
+                uvs,
+                uv_vertices,
+                uv_triangles,
+                parts: self.parts.clone(),
+                mirror: order
+                    .iter()
+                    .map(|&v| new[self.mirror[v] as usize])
+                    .collect(),
+                regions: order.iter().map(|&v| region(v)).collect(),
+                ..Topology::default()
+            },
             stencils,
             ..Template::default()
         }
@@ -471,19 +475,20 @@ fn renumber(template: &Template) -> Template {
             .map(|row| stencils.entries[row[0] as usize..row[1] as usize].to_vec())
             .collect(),
         uvs: template
+            .topology
             .uvs
             .iter()
             .map(|uv| DVec2::new(uv[0].into(), uv[1].into()))
             .collect(),
         triangles: triangles
             .iter()
-            .zip(&template.uv_triangles)
+            .zip(&template.topology.uv_triangles)
             .map(|(&vertices, &uvs)| Corners { vertices, uvs })
             .collect(),
-        parts: template.parts.clone(),
-        mirror: template.mirror.clone(),
+        parts: template.topology.parts.clone(),
+        mirror: template.topology.mirror.clone(),
     };
-    let mut numbered = draft.number(|v| template.regions[v]);
+    let mut numbered = draft.number(|v| template.topology.regions[v]);
     // The order is a function of region, place and old number: find each old vertex again.
     let mut order: Vec<usize> = (0..template.positions.len()).collect();
     let low = template
@@ -491,12 +496,18 @@ fn renumber(template: &Template) -> Template {
         .iter()
         .copied()
         .fold(DVec3::INFINITY, DVec3::min);
-    order.sort_by_key(|&v| (template.regions[v], morton(template.positions[v] - low), v));
+    order.sort_by_key(|&v| {
+        (
+            template.topology.regions[v],
+            morton(template.positions[v] - low),
+            v,
+        )
+    });
     let mut new = vec![0u32; order.len()];
     for (to, &from) in order.iter().enumerate() {
         new[from] = to as u32;
     }
-    numbered.region_names = template.region_names.clone();
+    numbered.topology.region_names = template.topology.region_names.clone();
     numbered.landmarks = template.landmarks.clone();
     for landmark in &mut numbered.landmarks {
         for (vertex, _) in &mut landmark.stencil {
@@ -544,7 +555,7 @@ fn landmark_file() -> FitResult<LandmarkFile> {
 /// mesh, is moved to the closest point of the skin; both sides alike.
 fn landmarks(template: &Template, rest: &[DVec3], origin: DVec3) -> FitResult<Vec<Landmark>> {
     let file = landmark_file()?;
-    let skin = &template.parts[0];
+    let skin = &template.topology.parts[0];
     let triangles = &template.triangles()[..skin.count as usize];
     let place = |stencil: &HashMap<u32, f64>| -> DVec3 {
         stencil
@@ -575,7 +586,7 @@ fn landmarks(template: &Template, rest: &[DVec3], origin: DVec3) -> FitResult<Ve
             } else {
                 stencil
                     .iter()
-                    .map(|&(v, w)| (template.mirror[v as usize], w))
+                    .map(|&(v, w)| (template.topology.mirror[v as usize], w))
                     .collect()
             },
         });
@@ -707,7 +718,7 @@ mod tests {
     fn edges(head: &Template, parts: std::ops::Range<usize>) -> BTreeMap<(u32, u32), usize> {
         let triangles = head.triangles();
         let mut edges = BTreeMap::new();
-        for part in &head.parts[parts] {
+        for part in &head.topology.parts[parts] {
             for t in &triangles[part.first as usize..(part.first + part.count) as usize] {
                 for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
                     *edges.entry((a.min(b), a.max(b))).or_default() += 1;
@@ -720,16 +731,16 @@ mod tests {
     #[test]
     fn has_the_papers_size() {
         let Some(head) = test_head() else { return };
-        let skin: BTreeSet<u32> = head.triangles()[..head.parts[0].count as usize]
+        let skin: BTreeSet<u32> = head.triangles()[..head.topology.parts[0].count as usize]
             .as_flattened()
             .iter()
             .copied()
             .collect();
         // "about 13,000 vertices and 26,000 triangles"
         assert!((12_500..13_500).contains(&skin.len()), "{}", skin.len());
-        assert!((25_000..27_000).contains(&head.parts[0].count));
-        let covered: u32 = head.parts.iter().map(|p| p.count).sum();
-        assert_eq!(covered as usize, head.uv_triangles.len());
+        assert!((25_000..27_000).contains(&head.topology.parts[0].count));
+        let covered: u32 = head.topology.parts.iter().map(|p| p.count).sum();
+        assert_eq!(covered as usize, head.topology.uv_triangles.len());
         assert_eq!(head.landmarks.len(), 81);
     }
 
@@ -760,7 +771,7 @@ mod tests {
         );
         // A sphere with one hole: V - E + F = 1.
         let used: BTreeSet<u32> = edges.keys().flat_map(|e| [e.0, e.1]).collect();
-        let faces: u32 = head.parts[..3].iter().map(|p| p.count).sum();
+        let faces: u32 = head.topology.parts[..3].iter().map(|p| p.count).sum();
         assert_eq!(used.len() as i64 - edges.len() as i64 + i64::from(faces), 1);
     }
 
@@ -771,7 +782,7 @@ mod tests {
             let edges = edges(head, part..part + 1);
             assert!(edges.values().all(|&n| n == 2));
             let used: BTreeSet<u32> = edges.keys().flat_map(|e| [e.0, e.1]).collect();
-            let faces = head.parts[part].count;
+            let faces = head.topology.parts[part].count;
             assert_eq!(used.len() as i64 - edges.len() as i64 + i64::from(faces), 2);
         }
     }
@@ -782,8 +793,8 @@ mod tests {
         let triangles = head.triangles();
         for parts in [0..3, 3..4, 4..5] {
             // Divergence theorem, closed by the neck's plane well enough for the sign.
-            let first = head.parts[parts.start].first as usize;
-            let last = &head.parts[parts.end - 1];
+            let first = head.topology.parts[parts.start].first as usize;
+            let last = &head.topology.parts[parts.end - 1];
             let volume: f64 = triangles[first..(last.first + last.count) as usize]
                 .iter()
                 .map(|t| {
@@ -798,13 +809,14 @@ mod tests {
     #[test]
     fn mirror_is_an_involution_of_everything() {
         let Some(head) = test_head() else { return };
-        let image = |v: u32| head.mirror[v as usize];
+        let image = |v: u32| head.topology.mirror[v as usize];
         for v in 0..head.positions.len() as u32 {
             assert_eq!(image(image(v)), v);
             // Made symmetric exactly but for the last bit of a sum.
             let gap = head.positions[v as usize].distance(flip(head.positions[image(v) as usize]));
             assert!(gap < 1e-9, "{v}: {gap}");
-            let region = |v: u32| &head.region_names[head.regions[v as usize] as usize];
+            let region =
+                |v: u32| &head.topology.region_names[head.topology.regions[v as usize] as usize];
             assert_eq!(&region::mirror_region(region(v)), region(image(v)));
         }
         let key = |t: [u32; 3]| {
@@ -840,11 +852,12 @@ mod tests {
     fn texture_coordinates_belong_to_vertices() {
         let Some(head) = test_head() else { return };
         let n = head.positions.len();
-        assert!(head.uvs.len() >= n);
-        assert_eq!(head.uv_vertices.len(), head.uvs.len());
-        assert!((0..n).all(|v| head.uv_vertices[v] as usize == v));
+        assert!(head.topology.uvs.len() >= n);
+        assert_eq!(head.topology.uv_vertices.len(), head.topology.uvs.len());
+        assert!((0..n).all(|v| head.topology.uv_vertices[v] as usize == v));
         assert!(
-            head.uvs
+            head.topology
+                .uvs
                 .as_flattened()
                 .iter()
                 .all(|x| (0.0..=1.0).contains(x))
@@ -880,15 +893,15 @@ mod tests {
     #[test]
     fn regions_are_single_pieces_in_order() {
         let Some(head) = test_head() else { return };
-        assert!(head.regions.is_sorted());
-        let triangles = &head.triangles()[..head.parts[0].count as usize];
+        assert!(head.topology.regions.is_sorted());
+        let triangles = &head.triangles()[..head.topology.parts[0].count as usize];
         let mut on_skin = vec![false; head.positions.len()];
         for &v in triangles.as_flattened() {
             on_skin[v as usize] = true;
         }
-        for (region, name) in head.region_names.iter().enumerate() {
+        for (region, name) in head.topology.region_names.iter().enumerate() {
             let inside: Vec<bool> = (0..on_skin.len())
-                .map(|v| on_skin[v] && head.regions[v] as usize == region)
+                .map(|v| on_skin[v] && head.topology.regions[v] as usize == region)
                 .collect();
             let kept = crate::fit::geodesic::largest_component(triangles, &inside);
             assert!(inside.iter().any(|&x| x), "{name} is empty");

@@ -147,7 +147,7 @@ pub fn learn(
     }
     let triangles = template.triangles();
     let areas = vertex_areas(&template.positions, &triangles);
-    let skin = part_vertices(template, "skin")?;
+    let skin = template.part_vertices("skin")?;
     let mut aligned = faces;
     let mean = procrustes(&mut aligned, &template.positions, &skin, &areas);
     let alignment = rms(aligned.iter().flat_map(|face| {
@@ -229,7 +229,7 @@ pub fn learn(
             .iter()
             .map(|p| Vec3::new(p.x as f32, p.y as f32, p.z as f32))
             .collect(),
-        topology: template.topology(),
+        topology: template.topology.clone(),
         controls: controls(&blocks, &coefficients),
         blocks,
         correlation: correlation(&coefficients),
@@ -272,7 +272,7 @@ fn learn_feature(f: &Feature) -> FitResult<LearnedFeature> {
     let n = f.mean.len();
     let regions = region_numbers(f.template, f.rule.regions)?;
     let support: Vec<u32> = (0..n as u32)
-        .filter(|&v| regions.contains(&f.template.regions[v as usize]))
+        .filter(|&v| regions.contains(&f.template.topology.regions[v as usize]))
         .collect();
     let samples: Vec<Vec<f64>> = f
         .proportioned
@@ -387,7 +387,11 @@ fn region_numbers(template: &Template, names: &[&str]) -> FitResult<Vec<u8>> {
     names
         .iter()
         .map(|name| {
-            let found = template.region_names.iter().position(|r| r == name);
+            let found = template
+                .topology
+                .region_names
+                .iter()
+                .position(|r| r == name);
             found.map(|r| r as u8).ok_or_else(|| {
                 FitError::Input(format!("the template has no region called {name:?}"))
             })
@@ -395,32 +399,14 @@ fn region_numbers(template: &Template, names: &[&str]) -> FitResult<Vec<u8>> {
         .collect()
 }
 
-/// The vertices of a part, increasing.
-pub fn part_vertices(template: &Template, name: &str) -> FitResult<Vec<u32>> {
-    let Some(part) = template.parts.iter().find(|p| p.name == name) else {
-        return Err(FitError::Input(format!(
-            "the template has no part called {name:?}"
-        )));
-    };
-    let triangles = template.triangles();
-    let mut vertices: Vec<u32> = triangles[part.first as usize..(part.first + part.count) as usize]
-        .iter()
-        .flatten()
-        .copied()
-        .collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    Ok(vertices)
-}
-
 /// The eyeballs, each with the skin that lies on it (the lids): all that is nearer than 2 mm, and
 /// at least the nearest vertex.
 fn loose_parts(template: &Template, mean: &[DVec3]) -> FitResult<Vec<(Vec<u32>, Vec<u32>)>> {
-    let skin = part_vertices(template, "skin")?;
+    let skin = template.part_vertices("skin")?;
     ["left eyeball", "right eyeball"]
         .iter()
         .map(|name| {
-            let ball = part_vertices(template, name)?;
+            let ball = template.part_vertices(name)?;
             let gap = |v: u32| {
                 let p = mean[v as usize];
                 ball.iter()

@@ -1,13 +1,14 @@
 //! Registered faces as PLY files: the template's vertices in their order, in mm.
 
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::BufReader;
 use std::path::Path;
 
 use glam::DVec3;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
+use super::files::write_atomically;
 use super::template::Template;
 use super::{FitError, FitResult};
 
@@ -34,20 +35,7 @@ pub fn write_mesh(path: &Path, positions: &[DVec3], triangles: &[[u32; 3]]) -> F
             bytes.extend(vertex.to_le_bytes());
         }
     }
-    write_whole(path, &bytes)
-}
-
-/// Writes a file so that it appears whole or not at all.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> FitResult<()> {
-    let dir = match path.parent() {
-        Some(dir) if !dir.as_os_str().is_empty() => dir,
-        _ => Path::new("."),
-    };
-    let error = |e: std::io::Error| FitError::file(path, e);
-    let mut file = tempfile::NamedTempFile::new_in(dir).map_err(error)?;
-    file.write_all(bytes).map_err(error)?;
-    file.persist(path).map_err(|e| error(e.error))?;
-    Ok(())
+    write_atomically(path, &bytes)
 }
 
 /// Reads the vertex positions of a PLY file, ascii or binary of either endianness.

@@ -11,8 +11,9 @@ use nalgebra::{Matrix4, Vector4};
 use rayon::prelude::*;
 
 use super::base_mesh::{BaseMesh, Target};
+use super::files::write_atomically;
 use super::generic_head::ETHNICITIES;
-use super::ply::{write_mesh, write_whole};
+use super::ply::write_mesh;
 use super::template::Template;
 use super::{FitError, FitResult};
 use crate::Random;
@@ -220,10 +221,10 @@ pub fn write(population: &Population, template: &Template, dir: &Path) -> FitRes
     }
     let path = dir.join("labels.json");
     let json = serde_json::to_vec_pretty(&labels).map_err(|e| FitError::file(&path, e))?;
-    write_whole(&path, &json)?;
+    write_atomically(&path, &json)?;
     let path = dir.join("about.json");
     let json = serde_json::to_vec_pretty(&about()).map_err(|e| FitError::file(&path, e))?;
-    write_whole(&path, &json)
+    write_atomically(&path, &json)
 }
 
 struct Sampler<'a> {
@@ -246,10 +247,10 @@ struct Eye {
 }
 
 impl Eye {
-    fn new(template: &Template, name: &str) -> Eye {
-        let ball = part_vertices(template, name);
-        let skin = part_vertices(template, "skin");
-        let cavities = part_vertices(template, "eye cavities");
+    fn new(template: &Template, name: &str) -> FitResult<Eye> {
+        let ball = template.part_vertices(name)?;
+        let skin = template.part_vertices("skin")?;
+        let cavities = template.part_vertices("eye cavities")?;
         let (centre, radius) = sphere(&ball, &template.positions);
         let rim: Vec<u32> = cavities
             .into_iter()
@@ -260,7 +261,7 @@ impl Eye {
             .iter()
             .map(|&v| template.positions[v as usize].distance(centre) - radius)
             .collect();
-        Eye { ball, rim, gaps }
+        Ok(Eye { ball, rim, gaps })
     }
 
     /// Moves and scales the eyeball so that the rim of the lids lies on it as in the rest pose,
@@ -391,7 +392,11 @@ impl<'a> Sampler<'a> {
             }
         }
         let all = template.triangles();
-        let skin = template.parts.first().map_or(0, |part| part.count as usize);
+        let skin = template
+            .topology
+            .parts
+            .first()
+            .map_or(0, |part| part.count as usize);
         let triangles = all[..skin].to_vec();
         for (_, a, b) in MEASURES {
             for name in [a, b] {
@@ -406,7 +411,10 @@ impl<'a> Sampler<'a> {
             template,
             macros,
             controls,
-            eyes: ["left eyeball", "right eyeball"].map(|name| Eye::new(template, name)),
+            eyes: [
+                Eye::new(template, "left eyeball")?,
+                Eye::new(template, "right eyeball")?,
+            ],
             skin_normals: triangle_normals(&template.positions, &triangles),
             triangles,
             landmarks: (0..)
@@ -553,22 +561,6 @@ fn triangle_normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
         .collect()
 }
 
-/// The vertices of a part.
-pub fn part_vertices(template: &Template, name: &str) -> Vec<u32> {
-    let triangles = template.triangles();
-    let mut vertices: Vec<u32> = template
-        .parts
-        .iter()
-        .filter(|part| part.name == name)
-        .flat_map(|part| &triangles[part.first as usize..(part.first + part.count) as usize])
-        .flatten()
-        .copied()
-        .collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices
-}
-
 const LEVELS: [&str; 3] = ["min", "average", "max"];
 
 fn macro_names() -> Vec<String> {
@@ -683,7 +675,7 @@ mod tests {
     fn adults_behind_whose_lids_sit_eyes() {
         let Some(head) = test_head() else { return };
         let population = sample(head, &base_mesh_dir().unwrap(), 40, 9).unwrap();
-        let eye = Eye::new(head, "left eyeball");
+        let eye = Eye::new(head, "left eyeball").unwrap();
         for (face, labels) in population.faces.iter().zip(&population.labels) {
             assert!((18.0..=80.0).contains(&labels.age));
             assert!((labels.ethnicity.iter().sum::<f64>() - 1.0).abs() < 1e-9);

@@ -111,7 +111,11 @@ const STEPS: usize = 16;
 
 /// Gives each vertex its region; cavities and eyeballs go with their feature.
 pub fn assign(template: &mut Template) -> FitResult<()> {
-    let skin_triangles = template.parts.first().map_or(0, |part| part.count as usize);
+    let skin_triangles = template
+        .topology
+        .parts
+        .first()
+        .map_or(0, |part| part.count as usize);
     let all = template.triangles();
     let triangles = &all[..skin_triangles];
     let index = |name: &str| {
@@ -149,7 +153,7 @@ pub fn assign(template: &mut Template) -> FitResult<()> {
         if !paired {
             let images: Vec<_> = sources
                 .iter()
-                .map(|&(v, d)| (template.mirror[v as usize], d))
+                .map(|&(v, d)| (template.topology.mirror[v as usize], d))
                 .collect();
             sources.extend(images);
         }
@@ -157,7 +161,7 @@ pub fn assign(template: &mut Template) -> FitResult<()> {
         for (vertex, d) in distance.iter().enumerate() {
             score[index(name)][vertex] = d / reach;
             if paired {
-                let image = template.mirror[vertex] as usize;
+                let image = template.topology.mirror[vertex] as usize;
                 score[index("right eye")][image] = d / reach;
             }
         }
@@ -172,7 +176,7 @@ pub fn assign(template: &mut Template) -> FitResult<()> {
     // A vertex on the midline may be as near to the left as to the right.
     let eye = index("left eye") as u8;
     for (vertex, region) in regions.iter_mut().enumerate() {
-        if template.mirror[vertex] as usize == vertex && *region == eye {
+        if template.topology.mirror[vertex] as usize == vertex && *region == eye {
             *region = head as u8;
         }
     }
@@ -181,7 +185,7 @@ pub fn assign(template: &mut Template) -> FitResult<()> {
     for &vertex in triangles.as_flattened() {
         on_skin[vertex as usize] = true;
     }
-    for part in &template.parts[1..] {
+    for part in &template.topology.parts[1..] {
         let range = part.first as usize..(part.first + part.count) as usize;
         for &vertex in all[range].as_flattened() {
             let vertex = vertex as usize;
@@ -194,8 +198,8 @@ pub fn assign(template: &mut Template) -> FitResult<()> {
             }
         }
     }
-    template.region_names = NAMES.map(String::from).to_vec();
-    template.regions = regions;
+    template.topology.region_names = NAMES.map(String::from).to_vec();
+    template.topology.regions = regions;
     Ok(())
 }
 

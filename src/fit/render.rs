@@ -8,7 +8,7 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::ply::write_whole;
+use super::files::write_atomically;
 use super::template::{Part, Template};
 use super::{FitError, FitResult};
 
@@ -387,7 +387,7 @@ impl Image {
             .write_image_data(self.pixels.as_flattened())
             .map_err(error)?;
         writer.finish().map_err(error)?;
-        write_whole(path, &bytes)
+        write_atomically(path, &bytes)
     }
 }
 
@@ -436,6 +436,7 @@ pub const REGION_COLOURS: [[u8; 3]; 8] = [
 pub fn pictures(template: &Template, dir: &Path) -> FitResult<()> {
     std::fs::create_dir_all(dir).map_err(|e| FitError::file(dir, e))?;
     let regions: Vec<[u8; 3]> = template
+        .topology
         .regions
         .iter()
         .map(|&r| REGION_COLOURS[r as usize % REGION_COLOURS.len()])
@@ -443,7 +444,7 @@ pub fn pictures(template: &Template, dir: &Path) -> FitResult<()> {
     let triangles = template.triangles();
     let plain = vec![[205, 190, 180]; template.positions.len()];
     for (name, colours) in [
-        ("head", &template.colours),
+        ("head", &template.topology.colours),
         ("regions", &regions),
         ("landmarks", &plain),
     ] {
@@ -453,7 +454,7 @@ pub fn pictures(template: &Template, dir: &Path) -> FitResult<()> {
             let options = Options::new(700, 900, camera);
             let mut image = face(
                 &triangles,
-                &template.parts,
+                &template.topology.parts,
                 &template.positions,
                 colours,
                 &options,
@@ -490,9 +491,9 @@ pub fn contact_sheet(
             options.samples = 2;
             face(
                 &triangles,
-                &template.parts,
+                &template.topology.parts,
                 positions,
-                &template.colours,
+                &template.topology.colours,
                 &options,
             )
         })

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::FitResult;
+use super::{FitError, FitResult};
 use crate::Error;
 pub use crate::anatomy::{Landmark, Part};
 use crate::blob::{Blob, BlobWriter, Kind};
@@ -40,23 +40,8 @@ impl Stencils {
 pub struct Template {
     /// Rest pose, N vertices.
     pub positions: Vec<DVec3>,
-    /// Texture coordinates, M >= N. The first N belong to the vertices in order; the others are
-    /// second coordinates of vertices on a seam.
-    pub uvs: Vec<[f32; 2]>,
-    /// The vertex of each texture coordinate: M entries, `uv_vertices[i] == i` for i < N.
-    pub uv_vertices: Vec<u32>,
-    /// Triangles as indices into `uvs`, counter-clockwise seen from outside, part by part.
-    pub uv_triangles: Vec<[u32; 3]>,
-    /// The triangle groups, in order, covering all triangles.
-    pub parts: Vec<Part>,
-    /// The mirror image of each vertex (left to right); an involution.
-    pub mirror: Vec<u32>,
-    /// The names of the regions.
-    pub region_names: Vec<String>,
-    /// The region of each vertex: an index into `region_names`.
-    pub regions: Vec<u8>,
-    /// Prescribed colour of each vertex, sRGB.
-    pub colours: Vec<[u8; 3]>,
+    /// Triangles, texture coordinates, regions, mirror images and colours.
+    pub topology: Topology,
     /// The 81 feature points.
     pub landmarks: Vec<Landmark>,
     /// The subdivision as a linear operator on the base mesh's vertices, so that targets and
@@ -65,12 +50,26 @@ pub struct Template {
 }
 
 impl Template {
+    /// The vertices of a part, increasing.
+    ///
+    /// # Errors
+    /// When there is no part of that name.
+    pub fn part_vertices(&self, name: &str) -> FitResult<Vec<u32>> {
+        let Some(part) = self.topology.parts.iter().find(|p| p.name == name) else {
+            return Err(FitError::Input(format!(
+                "the template has no part called {name:?}"
+            )));
+        };
+        let part = part.first as usize..(part.first + part.count) as usize;
+        let mut vertices: Vec<u32> = self.triangles()[part].iter().flatten().copied().collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        Ok(vertices)
+    }
+
     /// Triangles as vertex indices.
     pub fn triangles(&self) -> Vec<[u32; 3]> {
-        self.uv_triangles
-            .iter()
-            .map(|t| t.map(|corner| self.uv_vertices[corner as usize]))
-            .collect()
+        self.topology.triangles()
     }
 
     /// A landmark's position on a face with this topology.
@@ -101,20 +100,6 @@ struct Header {
 /// `stencil_starts` index N + 1; `stencil_bases` index and `stencil_weights` f64, both E, the
 /// entries of the subdivision's rows.
 impl Template {
-    /// Everything but positions, points and stencils, as the model keeps it.
-    pub fn topology(&self) -> Topology {
-        Topology {
-            uvs: self.uvs.clone(),
-            uv_vertices: self.uv_vertices.clone(),
-            uv_triangles: self.uv_triangles.clone(),
-            parts: self.parts.clone(),
-            mirror: self.mirror.clone(),
-            region_names: self.region_names.clone(),
-            regions: self.regions.clone(),
-            colours: self.colours.clone(),
-        }
-    }
-
     /// The bytes of the template's blob.
     ///
     /// # Errors
@@ -123,16 +108,16 @@ impl Template {
         let header = Header {
             units: "mm".into(),
             vertices: self.positions.len() as u32,
-            corners: self.uvs.len() as u32,
-            triangles: self.uv_triangles.len() as u32,
-            regions: self.region_names.clone(),
-            parts: self.parts.clone(),
+            corners: self.topology.uvs.len() as u32,
+            triangles: self.topology.uv_triangles.len() as u32,
+            regions: self.topology.region_names.clone(),
+            parts: self.topology.parts.clone(),
             landmarks: self.landmarks.clone(),
         };
         let mut blob = BlobWriter::new(Kind::Template, &header)?;
         let flat: Vec<f64> = self.positions.iter().flat_map(|p| p.to_array()).collect();
         blob.section("positions", &flat);
-        self.topology().write(&mut blob);
+        self.topology.write(&mut blob);
         blob.indices("stencil_starts", &self.stencils.starts);
         let (bases, weights): (Vec<u32>, Vec<f64>) = self.stencils.entries.iter().copied().unzip();
         blob.indices("stencil_bases", &bases);
@@ -170,14 +155,7 @@ impl Template {
         }
         Ok(Self {
             positions: positions.chunks_exact(3).map(DVec3::from_slice).collect(),
-            uvs: topology.uvs,
-            uv_vertices: topology.uv_vertices,
-            uv_triangles: topology.uv_triangles,
-            parts: topology.parts,
-            mirror: topology.mirror,
-            region_names: topology.region_names,
-            regions: topology.regions,
-            colours: topology.colours,
+            topology,
             landmarks: header.landmarks,
             stencils: Stencils {
                 starts,

@@ -133,7 +133,7 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
         "{}: {} vertices, {} triangles, {} points",
         args.output.display(),
         template.positions.len(),
-        template.uv_triangles.len(),
+        template.topology.uv_triangles.len(),
         template.landmarks.len()
     );
     Ok(())
