@@ -177,9 +177,9 @@ wasm() {
     local build=$1 flags=$2 out=$ROOT/target/wasm-$1
     shift 2
     quietly "wasm-$build" env RUSTFLAGS="$flags" CARGO_TARGET_DIR="$out" \
-        cargo build --release --locked --lib --target wasm32-unknown-unknown
+        cargo build --profile wasm --locked --lib --target wasm32-unknown-unknown
     quietly "bindings-$build" wasm-bindgen --target web --out-name phiz --out-dir "$out/bindings" \
-        "$out/wasm32-unknown-unknown/release/phiz.wasm"
+        "$out/wasm32-unknown-unknown/wasm/phiz.wasm"
     mkdir -p "pkg/$build"
     cp "$out/bindings/phiz.js" "pkg/$build/phiz.js"
     # Every feature that rustc uses by default; SIMD only where it was asked for.
