@@ -294,12 +294,18 @@ clean() {
     rm -rf target pkg www/dist www/node_modules "$TOOLS/build"
 }
 
-case "${1:---help}" in
-    serve | build | model | bench | clean) "$1" ;;
-    test) run_tests ;;
-    -h | --help | help) usage ;;
-    *)
-        usage >&2
-        exit 2
-        ;;
-esac
+# In a function, so that the script is read whole before it starts and may change while it runs.
+main() {
+    case "${1:---help}" in
+        serve | build | model | bench | clean) "$1" ;;
+        test) run_tests ;;
+        -h | --help | help) usage ;;
+        *)
+            usage >&2
+            exit 2
+            ;;
+    esac
+    exit
+}
+
+main "$@"
