@@ -115,18 +115,32 @@ fn seams_are_as_clean_as_whole_faces() {
         let of_region = signs
             .iter()
             .flat_map(|&s| block.coefficients().map(move |i| (i, s)))
-            .map(|(i, s)| band.largest_change(&region_face(&one(i, s, total))))
-            .fold(0.0, f64::max);
+            .map(|(i, s)| {
+                let r = band.largest_change(&region_face(&one(i, s, total)));
+                (r.0, r.1, i - block.first_coefficient, s)
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap();
+        println!(
+            "worst {:?} at {:?} {}",
+            of_region,
+            mean[of_region.1[0] as usize],
+            template.region_names[template.regions[of_region.1[0] as usize] as usize]
+        );
+        let of_region = of_region.0;
         let of_whole = signs
             .iter()
             .flat_map(|&s| (0..whole.modes.len()).map(move |k| (k, s)))
-            .map(|(k, s)| band.largest_change(&whole_face(&one(k, s, whole.modes.len()))))
+            .map(|(k, s)| {
+                band.largest_change(&whole_face(&one(k, s, whole.modes.len())))
+                    .0
+            })
             .fold(0.0, f64::max);
         // Random faces: every coefficient of the region, or of the whole face, from N(0, 1).
         let mut random = Random::new(2024);
         let mut median = |faces: &mut dyn FnMut(&mut Random) -> Vec<DVec3>| -> f64 {
             let mut changes: Vec<f64> = (0..31)
-                .map(|_| band.largest_change(&faces(&mut random)))
+                .map(|_| band.largest_change(&faces(&mut random)).0)
                 .collect();
             changes.sort_by(f64::total_cmp);
             changes[15]

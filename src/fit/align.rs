@@ -57,6 +57,39 @@ impl Rigid {
     }
 }
 
+/// The affine field `A p + b` closest to the displacements `face - mean` of some vertices `p` of
+/// the mean, in the weighted least-squares sense, taken out of the whole face: what is left is the
+/// face on a head of average size and proportions.
+pub fn without_proportions(
+    face: &[DVec3],
+    mean: &[DVec3],
+    vertices: &[u32],
+    weights: &[f64],
+) -> Vec<DVec3> {
+    let row = |p: DVec3| nalgebra::Vector4::new(p.x / 100.0, p.y / 100.0, p.z / 100.0, 1.0);
+    let mut normal = nalgebra::Matrix4::zeros();
+    let mut right = nalgebra::Matrix4x3::zeros();
+    for &v in vertices {
+        let v = v as usize;
+        let r = row(mean[v]);
+        let d = face[v] - mean[v];
+        normal += r * r.transpose() * weights[v];
+        right += r * nalgebra::RowVector3::new(d.x, d.y, d.z) * weights[v];
+    }
+    // Four vertices in a plane leave a direction free; nothing is taken out then.
+    let Some(factor) = normal.cholesky() else {
+        return face.to_vec();
+    };
+    let affine = factor.solve(&right);
+    face.iter()
+        .zip(mean)
+        .map(|(&p, &m)| {
+            let d = row(m).transpose() * affine;
+            p - DVec3::new(d[0], d[1], d[2])
+        })
+        .collect()
+}
+
 /// The area of each vertex: a third of the triangles around it, mm^2.
 pub fn vertex_areas(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<f64> {
     let mut areas = vec![0.0; positions.len()];
@@ -143,6 +176,40 @@ mod tests {
                 assert!(found.apply(p).distance(truth.apply(p)) < 1e-9);
             }
         }
+    }
+
+    #[test]
+    fn proportions_are_taken_out_and_nothing_else() {
+        let mut random = Random::new(8);
+        let mean = cloud(&mut random, 50);
+        let vertices: Vec<u32> = (0..50).collect();
+        let weights = vec![1.0; 50];
+        let tall = DMat3::from_diagonal(DVec3::new(1.02, 1.1, 0.97));
+        let face: Vec<DVec3> = mean
+            .iter()
+            .map(|&p| tall * p + DVec3::new(1.0, -2.0, 0.5))
+            .collect();
+        let left = without_proportions(&face, &mean, &vertices, &weights);
+        for (a, b) in left.iter().zip(&mean) {
+            assert!(a.distance(*b) < 1e-9);
+        }
+        let bump: Vec<DVec3> = (0..50)
+            .map(|i| {
+                mean[i]
+                    + if i == 7 {
+                        DVec3::new(0.0, 0.0, 3.0)
+                    } else {
+                        DVec3::ZERO
+                    }
+            })
+            .collect();
+        let once = without_proportions(&bump, &mean, &vertices, &weights);
+        let twice = without_proportions(&once, &mean, &vertices, &weights);
+        // A projection: what is left has no affine part any more.
+        for (a, b) in once.iter().zip(&twice) {
+            assert!(a.distance(*b) < 1e-9);
+        }
+        assert!(once[7].distance(mean[7]) > 2.0);
     }
 
     #[test]

@@ -238,7 +238,7 @@ fn nostrils(template: &Template, base: DVec3) -> Vec<f64> {
             DVec3::new(r * cos, r * sin, z)
         })
         .collect();
-    (0..at.len())
+    let mut dark: Vec<f64> = (0..at.len())
         .map(|v| {
             // Seen on the nose only: not on the lips below.
             if !near(at[v]) || normal[v] == DVec3::ZERO || at[v].y < base.y - 4.0 {
@@ -255,9 +255,27 @@ fn nostrils(template: &Template, base: DVec3) -> Vec<f64> {
                     }
                 }
             }
-            0.9 * step(0.35, 0.65, met / f64::max(all, 1e-9))
+            0.9 * step(0.25, 0.55, met / f64::max(all, 1e-9))
         })
-        .collect()
+        .collect();
+    // The few directions leave grain: two rounds of averaging over neighbours.
+    for _ in 0..2 {
+        let mut sums = vec![(0.0, 0.0); at.len()];
+        for t in &triangles[..skin] {
+            for (from, to) in [(0, 1), (1, 2), (2, 0)] {
+                for (from, to) in [(t[from], t[to]), (t[to], t[from])] {
+                    sums[to as usize].0 += dark[from as usize];
+                    sums[to as usize].1 += 1.0;
+                }
+            }
+        }
+        for (value, (sum, count)) in dark.iter_mut().zip(sums) {
+            if count > 0.0 {
+                *value = 0.5 * (*value + sum / count);
+            }
+        }
+    }
+    dark
 }
 
 /// Moeller and Trumbore's test of a ray against a triangle, 1997.

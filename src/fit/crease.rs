@@ -55,16 +55,17 @@ impl BorderBand {
         self.hinges.len()
     }
 
-    /// The largest change of a dihedral angle in the band, degrees.
-    pub fn largest_change(&self, face: &[DVec3]) -> f64 {
-        self.hinges
-            .iter()
-            .zip(&self.rest)
-            .map(|(&hinge, rest)| {
-                let change = (dihedral(face, hinge) - rest).abs();
-                change.min(std::f64::consts::TAU - change).to_degrees()
-            })
-            .fold(0.0, f64::max)
+    /// The largest change of a dihedral angle in the band, degrees, and the edge it is at.
+    pub fn largest_change(&self, face: &[DVec3]) -> (f64, [u32; 2]) {
+        let mut largest = (0.0, [0, 0]);
+        for (&hinge, rest) in self.hinges.iter().zip(&self.rest) {
+            let change = (dihedral(face, hinge) - rest).abs();
+            let change = change.min(std::f64::consts::TAU - change).to_degrees();
+            if change > largest.0 {
+                largest = (change, [hinge[0], hinge[1]]);
+            }
+        }
+        largest
     }
 }
 

@@ -97,7 +97,7 @@ pub fn build(data_dir: &Path) -> FitResult<Template> {
     Ok(template)
 }
 
-/// The parts cut from the body, in the order of the chart numbers of [`charts`].
+/// The parts cut from the body, in the order of the chart numbers of `charts`.
 const PARTS: [&str; 3] = ["skin", "mouth cavity", "eye cavities"];
 
 /// The mirror image of a point.
@@ -225,7 +225,7 @@ fn edge_loop(
     Ok(edges)
 }
 
-/// The part of each quad, an index into [`PARTS`].
+/// The part of each quad, an index into `PARTS`.
 ///
 /// The base mesh unwraps skin, mouth cavity and each eye cavity as charts of their own, so a part
 /// is a chart: the one with the highest vertex is skin; of the others the one that crosses the
@@ -260,7 +260,7 @@ fn charts(head: &[Quad], positions: &[DVec3]) -> FitResult<Vec<u8>> {
         }
         extents.push(extent);
     }
-    // The neck below the study of the head chart is unwrapped with the trunk, so skin may be
+    // The lower neck is unwrapped with the trunk, so skin may be
     // several charts: everything that is not wholly inside the head.
     let top = extents.iter().map(|e| e.1.y).fold(f64::MIN, f64::max);
     let skin = extents.iter().position(|e| e.1.y == top);
@@ -693,5 +693,206 @@ pub fn mirror_name(name: &str) -> String {
         format!("{stem} right")
     } else {
         name.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use super::*;
+    use crate::fit::{base_mesh_dir, test_head};
+
+    /// The edges of the first `parts` parts with how many triangles each has.
+    fn edges(head: &Template, parts: std::ops::Range<usize>) -> BTreeMap<(u32, u32), usize> {
+        let triangles = head.triangles();
+        let mut edges = BTreeMap::new();
+        for part in &head.parts[parts] {
+            for t in &triangles[part.first as usize..(part.first + part.count) as usize] {
+                for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                    *edges.entry((a.min(b), a.max(b))).or_default() += 1;
+                }
+            }
+        }
+        edges
+    }
+
+    #[test]
+    fn has_the_papers_size() {
+        let Some(head) = test_head() else { return };
+        let skin: BTreeSet<u32> = head.triangles()[..head.parts[0].count as usize]
+            .as_flattened()
+            .iter()
+            .copied()
+            .collect();
+        // "about 13,000 vertices and 26,000 triangles"
+        assert!((12_500..13_500).contains(&skin.len()), "{}", skin.len());
+        assert!((25_000..27_000).contains(&head.parts[0].count));
+        let covered: u32 = head.parts.iter().map(|p| p.count).sum();
+        assert_eq!(covered as usize, head.uv_triangles.len());
+        assert_eq!(head.landmarks.len(), 81);
+    }
+
+    #[test]
+    fn only_the_neck_is_open() {
+        let Some(head) = test_head() else { return };
+        let edges = edges(head, 0..3);
+        assert!(edges.values().all(|&n| n == 1 || n == 2));
+        let open: Vec<_> = edges
+            .iter()
+            .filter(|(_, n)| **n == 1)
+            .map(|(e, _)| *e)
+            .collect();
+        // One loop of the neck's 42 edges, each halved, well below the chin.
+        assert_eq!(open.len(), 84);
+        let vertices: BTreeSet<u32> = open.iter().flat_map(|e| [e.0, e.1]).collect();
+        assert_eq!(vertices.len(), 84);
+        let chin = head
+            .landmarks
+            .iter()
+            .position(|l| l.name == "ibug_08")
+            .unwrap();
+        let chin = head.landmark(chin, &head.positions).y;
+        assert!(
+            vertices
+                .iter()
+                .all(|&v| head.positions[v as usize].y < chin)
+        );
+        // A sphere with one hole: V - E + F = 1.
+        let used: BTreeSet<u32> = edges.keys().flat_map(|e| [e.0, e.1]).collect();
+        let faces: u32 = head.parts[..3].iter().map(|p| p.count).sum();
+        assert_eq!(used.len() as i64 - edges.len() as i64 + i64::from(faces), 1);
+    }
+
+    #[test]
+    fn eyeballs_are_closed_spheres() {
+        let Some(head) = test_head() else { return };
+        for part in 3..5 {
+            let edges = edges(head, part..part + 1);
+            assert!(edges.values().all(|&n| n == 2));
+            let used: BTreeSet<u32> = edges.keys().flat_map(|e| [e.0, e.1]).collect();
+            let faces = head.parts[part].count;
+            assert_eq!(used.len() as i64 - edges.len() as i64 + i64::from(faces), 2);
+        }
+    }
+
+    #[test]
+    fn triangles_face_outwards() {
+        let Some(head) = test_head() else { return };
+        let triangles = head.triangles();
+        for parts in [0..3, 3..4, 4..5] {
+            // Divergence theorem, closed by the neck's plane well enough for the sign.
+            let first = head.parts[parts.start].first as usize;
+            let last = &head.parts[parts.end - 1];
+            let volume: f64 = triangles[first..(last.first + last.count) as usize]
+                .iter()
+                .map(|t| {
+                    let [a, b, c] = t.map(|v| head.positions[v as usize]);
+                    a.dot(b.cross(c)) / 6.0
+                })
+                .sum();
+            assert!(volume > 0.0);
+        }
+    }
+
+    #[test]
+    fn mirror_is_an_involution_of_everything() {
+        let Some(head) = test_head() else { return };
+        let image = |v: u32| head.mirror[v as usize];
+        for v in 0..head.positions.len() as u32 {
+            assert_eq!(image(image(v)), v);
+            // Made symmetric exactly but for the last bit of a sum.
+            let gap = head.positions[v as usize].distance(flip(head.positions[image(v) as usize]));
+            assert!(gap < 1e-9, "{v}: {gap}");
+            let region = |v: u32| &head.region_names[head.regions[v as usize] as usize];
+            assert_eq!(&region::mirror_region(region(v)), region(image(v)));
+        }
+        let key = |t: [u32; 3]| {
+            let mut t = t;
+            t.sort_unstable();
+            t
+        };
+        let triangles: BTreeSet<[u32; 3]> = head.triangles().into_iter().map(key).collect();
+        assert!(
+            triangles
+                .iter()
+                .all(|t| triangles.contains(&key(t.map(image))))
+        );
+    }
+
+    #[test]
+    fn stencils_make_the_rest_pose() {
+        let Some(head) = test_head() else { return };
+        let base = BaseMesh::read(&base_mesh_dir().unwrap()).unwrap();
+        for row in head.stencils.starts.windows(2) {
+            let row = &head.stencils.entries[row[0] as usize..row[1] as usize];
+            assert!((row.iter().map(|r| r.1).sum::<f64>() - 1.0).abs() < 1e-9);
+        }
+        let made = head.stencils.apply(&average_adult(&base).unwrap());
+        let shift = made[0] - head.positions[0];
+        for (a, b) in made.iter().zip(&head.positions) {
+            // The frames differ by the origin alone.
+            assert!((*a - *b).distance(shift) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn texture_coordinates_belong_to_vertices() {
+        let Some(head) = test_head() else { return };
+        let n = head.positions.len();
+        assert!(head.uvs.len() >= n);
+        assert_eq!(head.uv_vertices.len(), head.uvs.len());
+        assert!((0..n).all(|v| head.uv_vertices[v] as usize == v));
+        assert!(
+            head.uvs
+                .as_flattened()
+                .iter()
+                .all(|x| (0.0..=1.0).contains(x))
+        );
+    }
+
+    #[test]
+    fn landmarks_lie_on_the_face_and_mirror() {
+        let Some(head) = test_head() else { return };
+        let place: BTreeMap<&str, DVec3> = (0..81)
+            .map(|i| {
+                (
+                    head.landmarks[i].name.as_str(),
+                    head.landmark(i, &head.positions),
+                )
+            })
+            .collect();
+        assert_eq!(place.len(), 81);
+        for landmark in &head.landmarks {
+            assert!((landmark.stencil.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
+            assert!(landmark.stencil.len() <= 3);
+            let twin = place[mirror_name(&landmark.name).as_str()];
+            // Midline points are 1e-6 off at most: the closest point drops smaller weights.
+            assert!(flip(twin).distance(place[landmark.name.as_str()]) < 1e-3);
+        }
+        assert!(
+            place["ibug_36"].x < place["ibug_45"].x,
+            "36 is on the subject's right"
+        );
+        assert!(place["ibug_08"].y < place["ibug_30"].y && place["ibug_30"].z > place["ibug_08"].z);
+    }
+
+    #[test]
+    fn regions_are_single_pieces_in_order() {
+        let Some(head) = test_head() else { return };
+        assert!(head.regions.is_sorted());
+        let triangles = &head.triangles()[..head.parts[0].count as usize];
+        let mut on_skin = vec![false; head.positions.len()];
+        for &v in triangles.as_flattened() {
+            on_skin[v as usize] = true;
+        }
+        for (region, name) in head.region_names.iter().enumerate() {
+            let inside: Vec<bool> = (0..on_skin.len())
+                .map(|v| on_skin[v] && head.regions[v] as usize == region)
+                .collect();
+            let kept = crate::fit::geodesic::largest_component(triangles, &inside);
+            assert!(inside.iter().any(|&x| x), "{name} is empty");
+            assert_eq!(inside, kept, "{name} has islands");
+        }
     }
 }

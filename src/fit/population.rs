@@ -92,6 +92,9 @@ const SPREADS: [(&str, f64); 10] = [
     ("neck", 0.12),
 ];
 
+/// Standard deviation of each asymmetry target: faces are only slightly crooked.
+const ASYMMETRY: f64 = 0.08;
+
 /// Controls left out: what the macro targets already do, and rigid motion, which alignment
 /// removes again.
 const LEFT_OUT: [&str; 4] = ["head-age", "head-trans", "measure-neck", "neck-trans"];
@@ -135,7 +138,7 @@ const LIPS_CROSS: f64 = 1.2;
 
 /// Samples a population: `count` faces, the same for the same seed on any number of threads.
 ///
-/// Candidates are drawn one after the other. One is rejected when any of [`MEASURES`] lies more
+/// Candidates are drawn one after the other. One is rejected when any of 17 lengths between landmarks lies more
 /// than three robust standard deviations (1.4826 times the median absolute deviation) from the
 /// median, when its skin folds, its lips cross, or its lids sink into its eyeballs.
 pub fn sample(
@@ -366,6 +369,24 @@ impl<'a> Sampler<'a> {
                     name,
                     spread,
                     sides: fields,
+                });
+            }
+        }
+        // Asymmetries are not in the list of controls: a target each way, `-l` and `-r`. The
+        // trunk's, which have nothing to do with faces, are spelled `asymm`.
+        for name in base.target_names("asym")? {
+            if let Some(stem) = name
+                .strip_suffix("-l")
+                .filter(|stem| stem.starts_with("asym-"))
+            {
+                let sides = vec![[
+                    sparse("asym", &name)?,
+                    sparse("asym", &format!("{stem}-r"))?,
+                ]];
+                controls.push(Control {
+                    name: stem.to_owned(),
+                    spread: ASYMMETRY,
+                    sides,
                 });
             }
         }
@@ -612,4 +633,124 @@ fn macro_weights(labels: &Labels) -> Vec<(String, f64)> {
         }
     }
     weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::ply::read_faces;
+    use crate::fit::{base_mesh_dir, test_head};
+
+    #[test]
+    fn the_average_labels_give_the_rest_pose() {
+        let Some(head) = test_head() else { return };
+        let base = BaseMesh::read(&base_mesh_dir().unwrap()).unwrap();
+        let sampler = Sampler::new(head, &base).unwrap();
+        let mut labels = sampler.draw(&mut Random::new(1));
+        labels.local.values_mut().for_each(|v| *v = 0.0);
+        labels = Labels {
+            sex: 0.5,
+            age: 25.0,
+            ethnicity: [1.0 / 3.0; 3],
+            weight: 0.5,
+            muscle: 0.5,
+            ..labels
+        };
+        let (face, sinks) = sampler.face(&labels);
+        for (a, b) in face.iter().zip(&head.positions) {
+            // Seating the eyeball is an iteration.
+            assert!(a.distance(*b) < 1e-6);
+        }
+        assert!(sinks < 1e-6);
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_faces_on_any_threads() {
+        let Some(head) = test_head() else { return };
+        let dir = base_mesh_dir().unwrap();
+        let many = sample(head, &dir, 6, 5).unwrap();
+        let single = rayon::ThreadPoolBuilder::new()
+            .num_threads(1)
+            .build()
+            .unwrap();
+        let one = single.install(|| sample(head, &dir, 3, 5).unwrap());
+        assert_eq!(one.faces[..], many.faces[..3]);
+        assert_eq!(one.labels[..], many.labels[..3]);
+        assert_ne!(sample(head, &dir, 1, 6).unwrap().faces[0], one.faces[0]);
+    }
+
+    #[test]
+    fn adults_behind_whose_lids_sit_eyes() {
+        let Some(head) = test_head() else { return };
+        let population = sample(head, &base_mesh_dir().unwrap(), 40, 9).unwrap();
+        let eye = Eye::new(head, "left eyeball");
+        for (face, labels) in population.faces.iter().zip(&population.labels) {
+            assert!((18.0..=80.0).contains(&labels.age));
+            assert!((labels.ethnicity.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+            let (centre, radius) = sphere(&eye.ball, face);
+            for (&v, gap) in eye.rim.iter().zip(&eye.gaps) {
+                let now = face[v as usize].distance(centre) - radius;
+                assert!(now > gap - LID_SINKS - 1e-9, "{now} {gap}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_grotesque_is_rejected() {
+        let Some(head) = test_head() else { return };
+        let base = BaseMesh::read(&base_mesh_dir().unwrap()).unwrap();
+        let sampler = Sampler::new(head, &base).unwrap();
+        let usual: Vec<_> = sampler
+            .measure(&head.positions)
+            .iter()
+            .map(|&m| (m, 0.05 * m))
+            .collect();
+        assert_eq!(sampler.fault(&head.positions, 0.0, &usual), None);
+        let wide: Vec<DVec3> = head
+            .positions
+            .iter()
+            .map(|p| *p * DVec3::new(1.5, 1.0, 1.0))
+            .collect();
+        assert_eq!(
+            sampler.fault(&wide, 0.0, &usual).as_deref(),
+            Some("face width")
+        );
+        assert_eq!(
+            sampler.fault(&head.positions, 1.0, &usual).as_deref(),
+            Some("lids in eyeballs")
+        );
+        let inverted: Vec<DVec3> = head.positions.iter().map(|p| flip_x(*p)).collect();
+        assert_eq!(
+            sampler.fault(&inverted, 0.0, &usual).as_deref(),
+            Some("folded skin")
+        );
+    }
+
+    fn flip_x(p: DVec3) -> DVec3 {
+        p * DVec3::new(-1.0, 1.0, 1.0)
+    }
+
+    #[test]
+    fn written_faces_are_read_again() {
+        let Some(head) = test_head() else { return };
+        let population = sample(head, &base_mesh_dir().unwrap(), 2, 3).unwrap();
+        let dir = tempfile::tempdir().unwrap();
+        write(&population, head, dir.path()).unwrap();
+        let faces = read_faces(dir.path(), head).unwrap();
+        assert_eq!(faces[1].0, "face_0001");
+        for (a, b) in faces[1].1.iter().zip(&population.faces[1]) {
+            // f32 at 200 mm.
+            assert!(a.distance(*b) < 3e-5);
+        }
+        std::fs::write(
+            dir.path().join("odd.ply"),
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty float y\nproperty int z\nend_header\n1 2 3\n",
+        )
+        .unwrap();
+        let error = read_faces(dir.path(), head).unwrap_err().to_string();
+        assert!(
+            error.contains("odd.ply") && error.contains("1 vertices"),
+            "{error}"
+        );
+    }
 }

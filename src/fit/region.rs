@@ -7,6 +7,8 @@
 //! runs where the face is smooth: beyond the crease of the nose's wing, below the sulcus under
 //! the lower lip, above the brow.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use super::generic_head::{closest, mirror_name};
@@ -25,9 +27,10 @@ pub const NAMES: [&str; 7] = [
     "head",
 ];
 
-/// A feature: its region, its lines through landmarks and its reach in mm. Lines of the left eye
-/// are mirrored for the right one.
-const FEATURES: [(&str, &[&[&str]], f64); 5] = [
+/// A feature: its region, its lines through landmarks, the share of each piece of a line that is
+/// left out at its start, and its reach in mm. Lines of the left eye are mirrored for the right
+/// one; those of the forehead start above the brows.
+const FEATURES: [(&str, &[&[&str]], f64, f64); 5] = [
     (
         "left eye",
         &[
@@ -43,6 +46,7 @@ const FEATURES: [(&str, &[&[&str]], f64); 5] = [
             &["ibug_24", "ibug_43"],
             &["ibug_24", "ibug_45"],
         ],
+        0.0,
         11.0,
     ),
     (
@@ -63,6 +67,7 @@ const FEATURES: [(&str, &[&[&str]], f64); 5] = [
             &["ibug_30", "alare left"],
             &["ibug_30", "alare right"],
         ],
+        0.0,
         11.0,
     ),
     (
@@ -75,6 +80,7 @@ const FEATURES: [(&str, &[&[&str]], f64); 5] = [
             &["ibug_60", "ibug_61", "ibug_62", "ibug_63", "ibug_64"],
             &["ibug_64", "ibug_65", "ibug_66", "ibug_67", "ibug_60"],
         ],
+        0.0,
         13.0,
     ),
     (
@@ -84,15 +90,18 @@ const FEATURES: [(&str, &[&[&str]], f64); 5] = [
             &["ibug_06", "ibug_07", "ibug_08", "ibug_09", "ibug_10"],
             &["ibug_07", "pogonion", "ibug_09"],
         ],
+        0.0,
         18.0,
     ),
     (
         "forehead",
         &[
+            &["glabella", "glabella"],
             &["glabella", "trichion"],
             &["ibug_18", "trichion", "ibug_25"],
             &["ibug_19", "trichion", "ibug_24"],
         ],
+        0.4,
         24.0,
     ),
 ];
@@ -115,13 +124,14 @@ pub fn assign(template: &mut Template) -> FitResult<()> {
     let surface = Geodesic::new(&template.positions, triangles);
     let mut score = vec![vec![f64::INFINITY; template.positions.len()]; NAMES.len()];
     score[head].fill(1.0);
-    for (name, lines, reach) in FEATURES {
+    for (name, lines, skipped, reach) in FEATURES {
         let mut sources = Vec::new();
         for line in lines {
             for ends in line.windows(2) {
                 let (a, b) = (point(template, ends[0])?, point(template, ends[1])?);
                 for step in 0..=STEPS {
-                    let p = a.lerp(b, step as f64 / STEPS as f64);
+                    let along = skipped + (1.0 - skipped) * step as f64 / STEPS as f64;
+                    let p = a.lerp(b, along);
                     let on = closest(&template.positions, triangles, p);
                     let foot: DVec3 = on
                         .iter()
@@ -158,30 +168,12 @@ pub fn assign(template: &mut Template) -> FitResult<()> {
             nearest.unwrap_or(head) as u8
         })
         .collect();
-    // A feature is one piece.
-    for region in 0..head {
-        let inside: Vec<bool> = regions.iter().map(|&r| r as usize == region).collect();
-        let kept = largest_component(triangles, &inside);
-        for vertex in 0..regions.len() {
-            if inside[vertex] && !kept[vertex] {
-                regions[vertex] = head as u8;
-            }
-        }
-    }
-    // The head is one piece too: an island of it goes to the feature it is nearest to.
-    let rest: Vec<bool> = regions.iter().map(|&r| r as usize == head).collect();
-    let kept = largest_component(triangles, &rest);
-    for vertex in 0..regions.len() {
-        if rest[vertex] && !kept[vertex] {
-            let nearest = (0..head).min_by(|&a, &b| score[a][vertex].total_cmp(&score[b][vertex]));
-            regions[vertex] = nearest.unwrap_or(head) as u8;
-        }
-    }
+    join_islands(triangles, &mut regions);
     // A vertex on the midline may be as near to the left as to the right.
-    for vertex in 0..regions.len() {
-        let eye = regions[vertex] == index("left eye") as u8;
-        if template.mirror[vertex] as usize == vertex && eye {
-            regions[vertex] = head as u8;
+    let eye = index("left eye") as u8;
+    for (vertex, region) in regions.iter_mut().enumerate() {
+        if template.mirror[vertex] as usize == vertex && *region == eye {
+            *region = head as u8;
         }
     }
 
@@ -205,6 +197,40 @@ pub fn assign(template: &mut Template) -> FitResult<()> {
     template.region_names = NAMES.map(String::from).to_vec();
     template.regions = regions;
     Ok(())
+}
+
+/// Makes each region one piece: a vertex outside its region's largest component takes the region
+/// that most of its settled neighbours have.
+fn join_islands(triangles: &[[u32; 3]], regions: &mut [u8]) {
+    let mut settled = vec![false; regions.len()];
+    for region in 0..NAMES.len() as u8 {
+        let inside: Vec<bool> = regions.iter().map(|&r| r == region).collect();
+        for (vertex, kept) in largest_component(triangles, &inside)
+            .into_iter()
+            .enumerate()
+        {
+            settled[vertex] |= kept;
+        }
+    }
+    loop {
+        let mut votes: BTreeMap<u32, [usize; NAMES.len()]> = BTreeMap::new();
+        for t in triangles {
+            for (from, to) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)] {
+                let (from, to) = (t[from] as usize, t[to]);
+                if settled[from] && !settled[to as usize] {
+                    votes.entry(to).or_default()[regions[from] as usize] += 1;
+                }
+            }
+        }
+        if votes.is_empty() {
+            return;
+        }
+        for (vertex, votes) in votes {
+            let most = (0..NAMES.len()).max_by_key(|&r| votes[r]);
+            regions[vertex as usize] = most.unwrap_or(NAMES.len() - 1) as u8;
+            settled[vertex as usize] = true;
+        }
+    }
 }
 
 /// The region that a region's mirror image is.

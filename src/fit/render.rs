@@ -499,3 +499,83 @@ pub fn contact_sheet(
         .collect();
     Image::grid(&images, columns)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SQUARE: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+
+    fn square(side: f64, z: f64) -> Vec<DVec3> {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| DVec3::new(x * side, y * side, z))
+            .to_vec()
+    }
+
+    fn camera() -> Camera {
+        Camera::around(DVec3::ZERO, 100.0, 0.0, 0.0)
+    }
+
+    #[test]
+    fn the_nearer_surface_hides_the_farther_in_either_order() {
+        let (near, far) = (square(2.0, 10.0), square(10.0, 0.0));
+        let red = Mesh {
+            positions: &near,
+            triangles: &SQUARE,
+            colours: &[[200, 0, 0]; 4],
+            shine: 0.0,
+        };
+        let blue = Mesh {
+            positions: &far,
+            colours: &[[0, 0, 200]; 4],
+            ..red
+        };
+        let options = Options::new(40, 40, camera());
+        let image = render(&[red, blue], &options);
+        assert_eq!(image, render(&[blue, red], &options));
+        let [r, _, b] = image.pixels[20 * 40 + 20];
+        assert!(r > 100 && b == 0, "red in the middle");
+        let [r, _, b] = image.pixels[20 * 40 + 12];
+        assert!(b > 100 && r == 0, "blue around it");
+        assert_eq!(image.pixels[0], options.background);
+    }
+
+    #[test]
+    fn back_faces_are_not_drawn() {
+        let positions = square(10.0, 0.0);
+        let mesh = Mesh {
+            positions: &positions,
+            triangles: &SQUARE.map(|[a, b, c]| [a, c, b]),
+            colours: &[[200, 0, 0]; 4],
+            shine: 0.0,
+        };
+        let options = Options::new(20, 20, camera());
+        let image = render(&[mesh], &options);
+        assert!(image.pixels.iter().all(|p| *p == options.background));
+    }
+
+    #[test]
+    fn a_dot_falls_where_the_surface_is_drawn() {
+        // The height of the view at 100 mm is 2 * 100 * tan(11 degrees): half of it is the edge.
+        let edge = 100.0 * 11f64.to_radians().tan();
+        let at = camera()
+            .project(DVec3::new(0.0, edge, 0.0), 40, 40)
+            .unwrap();
+        assert!((at.x - 20.0).abs() < 1e-9 && at.y.abs() < 1e-9);
+        assert!(camera().project(DVec3::Z * 200.0, 40, 40).is_none());
+    }
+
+    #[test]
+    fn a_grid_wants_pictures_of_one_size() {
+        let image = |width| Image {
+            width,
+            height: 1,
+            pixels: vec![[7; 3]; width],
+        };
+        let grid = Image::grid(&[image(2), image(2), image(2)], 2).unwrap();
+        assert_eq!((grid.width, grid.height), (4, 2));
+        assert_eq!(grid.pixels[6], [255; 3]);
+        assert!(Image::grid(&[image(2), image(3)], 2).is_err());
+        assert!(Image::grid(&[], 2).is_err());
+    }
+}

@@ -173,3 +173,72 @@ impl Row {
         self.0.into_iter().filter(|&(_, w)| w != 0.0).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn quads(faces: &[[u32; 4]]) -> Vec<Quad> {
+        faces
+            .iter()
+            .map(|&f| Quad {
+                vertices: f,
+                uvs: f,
+            })
+            .collect()
+    }
+
+    const CUBE: [[u32; 4]; 6] = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+
+    #[test]
+    fn a_cube_becomes_the_published_one() {
+        let corner = |i: u32| {
+            DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 - 1.0
+        };
+        let base: Vec<DVec3> = (0..8).map(corner).collect();
+        let fine = catmull_clark(&quads(&CUBE), &[DVec2::ZERO; 8]);
+        assert_eq!((fine.rows.len(), fine.quads.len()), (8 + 12 + 6, 24));
+        for (row, origin) in fine.rows.iter().zip(&fine.origins) {
+            let p: DVec3 = row.iter().map(|&(v, w)| base[v as usize] * w).sum();
+            // A cube of half side 1: corner 5/9, edge point 3/4, face point 1 along their axes.
+            let expected = match *origin {
+                Origin::Vertex(v) => base[v as usize] * (5.0 / 9.0),
+                Origin::Edge(a, b) => (base[a as usize] + base[b as usize]) / 2.0 * 0.75,
+                Origin::Face(f) => {
+                    CUBE[f as usize]
+                        .iter()
+                        .map(|&v| base[v as usize])
+                        .sum::<DVec3>()
+                        / 4.0
+                }
+            };
+            assert!(
+                p.distance(expected) < 1e-12,
+                "{origin:?}: {p} is not {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_boundary_depends_on_the_boundary_alone() {
+        // 0-1-2 is the boundary of two quads over 3-4-5.
+        let fine = catmull_clark(&quads(&[[0, 1, 4, 3], [1, 2, 5, 4]]), &[DVec2::ZERO; 6]);
+        let row = |origin| {
+            let at = fine.origins.iter().position(|o| *o == origin).unwrap();
+            fine.rows[at].clone()
+        };
+        assert_eq!(row(Origin::Vertex(1)), [(0, 0.125), (1, 0.75), (2, 0.125)]);
+        assert_eq!(row(Origin::Edge(0, 1)), [(0, 0.5), (1, 0.5)]);
+        for row in &fine.rows {
+            assert!((row.iter().map(|r| r.1).sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+    }
+}

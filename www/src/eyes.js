@@ -3,7 +3,6 @@ import {
   CanvasTexture,
   Mesh,
   MeshPhysicalMaterial,
-  ShaderChunk,
   SphereGeometry,
   SRGBColorSpace,
   Vector3,
@@ -15,13 +14,15 @@ import { chance } from './chance.js';
 // radii of the eyeball.
 const IRIS = 0.485;
 const IRIS_DEPTH = 0.8;
-const CORNEA = 0.09;
+/** The cornea is a cap of a smaller sphere that meets the eyeball at the edge of the iris. */
+const CORNEA = 0.66;
+const CORNEA_CENTRE = Math.sqrt(1 - IRIS * IRIS) - Math.sqrt(CORNEA * CORNEA - IRIS * IRIS);
 
 /** How far the surface is from the centre, by the cosine of the angle to the gaze. */
 function surface(/** @type {number} */ cosine) {
-  const rim = Math.sqrt(1 - IRIS * IRIS);
-  const t = Math.max(0, (cosine - rim) / (1 - rim));
-  return 1 + CORNEA * t * t * (3 - 2 * t) * (1 - 0.25 * t);
+  if (cosine * cosine < 1 - IRIS * IRIS || cosine < 0) return 1;
+  const across = CORNEA_CENTRE * CORNEA_CENTRE * (1 - cosine * cosine);
+  return CORNEA_CENTRE * cosine + Math.sqrt(CORNEA * CORNEA - across);
 }
 
 function createGlobe() {
@@ -274,15 +275,22 @@ export function createEyes(sockets, pores) {
         .replace('#include <color_fragment>', `#include <color_fragment>\n${COLOUR}`)
         .replace('#include <normal_fragment_maps>', NORMAL)
         .replace(
-          '#include <lights_fragment_begin>',
-          ShaderChunk.lights_fragment_begin,
-        )
-        .replace(
           '#include <aomap_fragment>',
           /* glsl */ `
           reflectedLight.indirectDiffuse *= mix(0.35, 0.8, lidShade);
-          clearcoatSpecularIndirect *= smoothstep(0.1, 0.8, lidShade);
-          clearcoatSpecularDirect *= smoothstep(0.1, 0.7, lidShade);`,
+          // The studio's soft boxes in the eye are what makes it look alive.
+          // A mirror this small on the screen would blur them away, so the key one is drawn.
+          {
+            vec3 mirrored = inverseTransformDirection(reflect(-geometryViewDir, geometryClearcoatNormal), viewMatrix);
+            vec3 lamp = normalize(vec3(-4.6, 3.1, 7.2));
+            vec3 right = normalize(cross(vec3(0.0, 1.0, 0.0), lamp));
+            vec2 at = vec2(dot(mirrored, right), dot(mirrored, cross(lamp, right))) / max(0.05, dot(mirrored, lamp));
+            vec2 soft = max(vec2(0.07), 0.8 * fwidth(at));
+            vec2 box = smoothstep(vec2(0.17, 0.2) + soft, vec2(0.17, 0.2) - soft, abs(at));
+            clearcoatSpecularIndirect += vec3(0.85, 0.82, 0.78) * box.x * box.y * step(0.05, dot(mirrored, lamp));
+            clearcoatSpecularIndirect *= smoothstep(0.0, 0.35, lidShade);
+          }
+          clearcoatSpecularDirect *= 0.35 * smoothstep(0.1, 0.7, lidShade);`,
         );
     };
     const mesh = new Mesh(globe, material);
@@ -307,6 +315,7 @@ export function createEyes(sockets, pores) {
   });
   return {
     meshes: eyes.map((eye) => eye.mesh),
+    centres: eyes.map((eye) => eye.mesh.position),
     /** @param {Float32Array} positions */
     update(positions) {
       for (const eye of eyes) eye.update(positions);

@@ -1,4 +1,12 @@
 interface Window {
-  /** For automation: the model and the face on the page. */
-  designer: { model: import('phiz').FaceModel; face: import('phiz').Face };
+  /** For automation. */
+  designer: {
+    readonly model: import('phiz').FaceModel;
+    /** The face on the page. Whoever changes it must not expect the page to notice. */
+    readonly face: import('phiz').Face;
+    /** Frames drawn so far: an idle page draws none. */
+    readonly frames: number;
+    /** Where a landmark is on the screen, CSS pixels. */
+    onScreen(landmark: string): { x: number; y: number };
+  };
 }

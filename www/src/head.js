@@ -1,9 +1,31 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { createEyes } from './eyes.js';
+import { createLashes } from './lashes.js';
 import { ambientOcclusion, smoothed } from './occlusion.js';
 import { paintBrows, paintFace } from './paint.js';
 import { createPores } from './pores.js';
 import { createSkin } from './skin.js';
+
+/**
+ * The vertices on edges that only one triangle has.
+ * @param {Uint32Array} triangles
+ */
+function openEdge(triangles) {
+  /** @type {Map<number, number>} */
+  const uses = new Map();
+  const key = (/** @type {number} */ a, /** @type {number} */ b) =>
+    Math.min(a, b) * 0x100000 + Math.max(a, b);
+  for (let t = 0; t < triangles.length; t++) {
+    const pair = key(triangles[t], triangles[t % 3 === 2 ? t - 2 : t + 1]);
+    uses.set(pair, (uses.get(pair) ?? 0) + 1);
+  }
+  /** @type {Set<number>} */
+  const vertices = new Set();
+  for (const [pair, count] of uses) {
+    if (count === 1) vertices.add(Math.floor(pair / 0x100000)).add(pair % 0x100000);
+  }
+  return [...vertices];
+}
 
 /**
  * The head: geometry from the model's topology and a face's vertices.
@@ -86,8 +108,9 @@ export function createHead(model, face) {
   const nose = at.get('ibug_30') ?? [0, 0, bounds.max.z];
   const earX = 0.83 * bounds.max.x;
   const brow = at.get('ibug_19') ?? [0, chin[1] + 120, 0];
-  const bottom = bounds.min.y;
-  // The neck runs out into the backdrop well above its cut edge, later in front than behind.
+  const fadeEnd = Math.max(bounds.min.y + 4, chin[1] - 66);
+  // The neck runs out into the backdrop before its cut edge, wherever that is.
+  const edge = openEdge(skinTriangles).filter((v) => rest[3 * v + 1] < chin[1] + 30);
   const shade = perCorner((v, k) => {
     const [x, y, z] = [rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]];
     if (k === 0) return open[v];
@@ -96,8 +119,16 @@ export function createHead(model, face) {
       const beside = Math.min(1, Math.max(0, (Math.abs(x) - earX * 0.92) / 8));
       return z < nose[2] - 70 ? Math.min(1, height * 2.2) * beside : 0;
     }
-    const t = Math.min(1, Math.max(0, (y - bottom - 4) / (0.82 * (chin[1] - bottom))));
-    return t * t * (3 - 2 * t);
+    const t = Math.min(1, Math.max(0, (y - fadeEnd) / (chin[1] - 14 - fadeEnd)));
+    let nearest = Infinity;
+    if (y < chin[1] + 40) {
+      for (const e of edge) {
+        const d = (rest[3 * e] - x) ** 2 + (rest[3 * e + 1] - y) ** 2 + (rest[3 * e + 2] - z) ** 2;
+        if (d < nearest) nearest = d;
+      }
+    }
+    const s = Math.min(1, Math.max(0, (Math.sqrt(nearest) - 3) / 36));
+    return t * t * (3 - 2 * t) * s * s * (3 - 2 * s);
   }, 3);
   geometry.setAttribute('shade', shade);
   geometry.boundingSphere = new Sphere(
@@ -137,10 +168,15 @@ export function createHead(model, face) {
     })),
     pores,
   );
+  const lashes = createLashes(skinTriangles, rest, (name) => {
+    const stencil = stencils.get(name) ?? [[0, 1]];
+    return stencil.reduce((best, entry) => (entry[1] > best[1] ? entry : best))[0];
+  });
   eyes.update(rest);
+  lashes.update(rest, eyes.centres);
 
   const group = new Group();
-  group.add(mesh, ...eyes.meshes);
+  group.add(mesh, ...eyes.meshes, lashes.mesh);
 
   /** @type {number[]} */
   const duplicates = [];
@@ -168,6 +204,7 @@ export function createHead(model, face) {
     }
     present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
     eyes.update(present);
+    lashes.update(present, eyes.centres);
   }
 
   // What belongs to no feature's block is the head's.
@@ -212,6 +249,12 @@ export function createHead(model, face) {
     update,
     highlight,
     groupAt,
+    /** @param {string} name of a landmark, on the face as it is now */
+    landmark(name) {
+      const found = landmark(present, name, new Vector3());
+      if (!found) throw new Error(`no landmark is called "${name}"`);
+      return found;
+    },
     /** How strongly the two highlights show, 0 to 1. */
     markStrength: skin.uniforms.markStrength.value,
     /** What a portrait shows: from the fading neck to the crown. */

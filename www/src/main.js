@@ -87,7 +87,6 @@ async function start() {
   median.free();
   const { face, refused } = firstFace(model);
   const editor = createEditor(model, face);
-  window.designer = { model, face };
 
   const canvas = element('canvas', { class: 'view', tabindex: 0, role: 'img', 'aria-label': text.stage });
   const toast = createToast();
@@ -137,6 +136,15 @@ async function start() {
   });
   head.update(face);
 
+  window.designer = {
+    model,
+    face,
+    get frames() {
+      return scene.frames;
+    },
+    onScreen: (name) => scene.onScreen(head.landmark(name)),
+  };
+
   const theme = createTheme((chosen) => scene.setTheme(chosen));
   createPicking({
     canvas,
@@ -156,6 +164,22 @@ async function start() {
     );
   }
   views.append(tool('home', text.resetView, () => scene.view('front')));
+  /** @type {Record<string, [number, number, number?]>} */
+  const turns = {
+    ArrowLeft: [-0.12, 0],
+    ArrowRight: [0.12, 0],
+    ArrowUp: [0, -0.08],
+    ArrowDown: [0, 0.08],
+    '+': [0, 0, 0.9],
+    '=': [0, 0, 0.9],
+    '-': [0, 0, 1.1],
+  };
+  canvas.addEventListener('keydown', (event) => {
+    const turn = turns[event.key];
+    if (!turn || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    scene.turn(...turn);
+  });
   canvas.addEventListener('dblclick', () => scene.view('front'));
 
   const undo = tool('undo', text.undo, () => editor.undo());

@@ -125,7 +125,7 @@ export function paintFace(at) {
       const y = frame[1] + ((j + 0.5) / SIZE) * frame[3];
       const o = 4 * (j * SIZE + i);
       const near = Math.abs(x) < span && Math.abs(y - mouth[0][1]) < span;
-      const lip = near ? 1 - smoothstep(-1.1, 1.0, distanceTo(lips, x, y)) : 0;
+      const lip = near ? 1 - smoothstep(-1.5, 1.1, distanceTo(lips, x, y)) : 0;
       const lids = outlines.map((outline, k) =>
         Math.abs(x - centres[k][0]) < 40 && Math.abs(y - centres[k][1]) < 30
           ? distanceTo(outline, x, y)
@@ -205,23 +205,27 @@ export function paintBrows(at) {
       const [a, b] = [brow[i], brow[i + 1]];
       return [a[0] + (b[0] - a[0]) * (s - i), a[1] + (b[1] - a[1]) * (s - i)];
     };
-    for (let n = 0; n < 620; n++) {
-      const t = random() ** 0.92;
+    for (let n = 0; n < 520; n++) {
+      const t = random() ** 1.12;
       const across = (random() + random()) / 2 - 0.5;
       // A brow begins soft, is fullest at a quarter and runs out in a tail.
-      const half = 4.6 * Math.min(1, 0.55 + 2.2 * t) * (1 - 0.78 * smoothstep(0.4, 1, t));
+      const half = 4.3 * Math.min(1, 0.6 + 2 * t) * (1 - 0.86 * smoothstep(0.35, 1, t));
       const [cx, cy] = along(t);
       const x = cx + (random() - 0.5) * 1.2 - side * 1.5 * (1 - t);
       const y = cy + across * 2 * half - 1.2;
       // Hairs stand up at the inner end and lie down towards the temple; the upper ones point
       // down a little, the lower ones up.
-      const rise = (1.25 - 1.15 * smoothstep(0, 0.45, t)) - 0.55 * across + (random() - 0.5) * 0.35;
-      const length = (3.2 + 3.4 * random()) * (1 - 0.3 * t);
+      const [ax, ay] = along(Math.max(0, t - 0.1));
+      const [bx, by] = along(Math.min(1, t + 0.1));
+      const course = Math.atan2(by - ay, Math.abs(bx - ax));
+      const rise =
+        course + 1.2 * (1 - smoothstep(0, 0.5, t)) + 0.12 - 0.7 * across + (random() - 0.5) * 0.35;
+      const length = (3.4 + 3.2 * random()) * (1 - 0.42 * t);
       const dx = side * Math.cos(rise) * length;
       const dy = Math.sin(rise) * length;
-      draw.globalAlpha = (0.35 + 0.5 * random()) * Math.min(1, 0.35 + 3 * t);
+      draw.globalAlpha = (0.22 + 0.42 * random()) * Math.min(1, 0.3 + 3 * t) * (1 - 0.45 * smoothstep(0.75, 1, t));
       draw.strokeStyle = '#fff';
-      draw.lineWidth = 0.16 + 0.16 * random();
+      draw.lineWidth = 0.13 + 0.15 * random();
       draw.beginPath();
       draw.moveTo(x, y);
       draw.quadraticCurveTo(x + dx * 0.55, y + dy * 0.75, x + dx, y + dy * 0.72);

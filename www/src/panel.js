@@ -130,7 +130,7 @@ export function createPanel(editor, { preview, say }) {
           element('label', { for: id }, control.name),
           output,
           input,
-          element('p', { class: 'about', id: `${id}-about` }, control.description),
+          element('p', { class: 'about', id: `${id}-about` }, control.description || text.finer(title(chosen).toLowerCase())),
         );
       }),
     );

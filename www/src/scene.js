@@ -49,7 +49,7 @@ function studio(renderer) {
     panel.lookAt(0, 0, 0);
     room.add(panel);
   };
-  softbox([-5.5, 5, 6.5], [4.2, 4.8], [1, 0.96, 0.9], 9);
+  softbox([-4.6, 3.1, 7.2], [3.6, 4.2], [1, 0.96, 0.9], 10);
   softbox([7.5, 1.5, 4.5], [3.2, 6], [0.92, 0.96, 1], 2.2);
   softbox([0, 9.5, 0], [9, 9], [1, 1, 1], 1.5);
   softbox([6, 3, -7], [2.5, 7], [1, 0.97, 0.93], 5);
@@ -81,7 +81,7 @@ function createLights() {
   box.right = box.top = 175;
   box.near = 250;
   box.far = 1150;
-  const fill = new DirectionalLight(new Color(0.86, 0.93, 1), 0.35);
+  const fill = new DirectionalLight(new Color(0.9, 0.95, 1), 0.6);
   fill.position.set(480, 60, 320);
   const rim = new DirectionalLight(new Color(1, 0.97, 0.94), 1.5);
   rim.position.set(380, 260, -480);
@@ -99,7 +99,7 @@ function createLights() {
 export function createScene(canvas, subject) {
   const renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
   renderer.toneMapping = ACESFilmicToneMapping;
-  renderer.toneMappingExposure = 0.92;
+  renderer.toneMappingExposure = 0.88;
   renderer.shadowMap.enabled = true;
   renderer.shadowMap.type = PCFShadowMap;
   // The head casts the only shadow: the map is drawn again when the head changes, not when the
@@ -190,6 +190,20 @@ export function createScene(canvas, subject) {
     invalidate();
   }
 
+  /**
+   * Turns the head by hand: angles in radians, and a factor of the distance.
+   * @param {number} theta @param {number} phi @param {number} [closer]
+   */
+  function turn(theta, phi, closer = 1) {
+    flight = null;
+    const at = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+    at.theta += theta;
+    at.phi = Math.min(controls.maxPolarAngle, Math.max(controls.minPolarAngle, at.phi + phi));
+    at.radius *= closer;
+    camera.position.setFromSpherical(at).add(controls.target);
+    invalidate();
+  }
+
   function resize() {
     const { clientWidth, clientHeight } = canvas;
     if (!clientWidth || !clientHeight) return;
@@ -219,6 +233,7 @@ export function createScene(canvas, subject) {
     beforeFrame,
     invalidate,
     view,
+    turn,
     /** Call after the head has changed shape. */
     shapeChanged() {
       renderer.shadowMap.needsUpdate = true;
@@ -228,6 +243,15 @@ export function createScene(canvas, subject) {
     setTheme(theme) {
       paintBackdrop(theme);
       invalidate();
+    },
+    /** Where a point (mm) is on the screen, CSS pixels. @param {Vector3} point */
+    onScreen(point) {
+      const box = canvas.getBoundingClientRect();
+      const at = point.clone().project(camera);
+      return {
+        x: box.left + ((at.x + 1) / 2) * box.width,
+        y: box.top + ((1 - at.y) / 2) * box.height,
+      };
     },
     /** Frames drawn so far: automation can tell an idle page from a busy one. */
     get frames() {

@@ -27,8 +27,8 @@ const SHADOWS = ShaderChunk.lights_fragment_begin.replace(
   (_, lit) => /* glsl */ `
     float lit = ${lit};
     // Around the terminator the wrap decides, not the head's shadow on itself.
-    lit = mix(1.0, lit, smoothstep(-0.12, 0.22, dot(smoothNormal, directLight.direction)));
-    directLight.color *= vec3(pow(lit, 0.62), pow(lit, 0.94), lit);`,
+    lit = mix(1.0, lit, smoothstep(-0.2, 0.12, dot(smoothNormal, directLight.direction)));
+    directLight.color *= vec3(pow(lit, 0.8), pow(lit, 0.95), lit);`,
 );
 
 const DECLARATIONS = /* glsl */ `
@@ -82,33 +82,34 @@ const COLOUR = /* glsl */ `
   float blood = clamp(paint.g + 0.55 * ear, 0.0, 1.0);
   float smoothSkin = max(paint.b, 0.6 * ear);
 
-  vec3 tone = diffuseColor.rgb;
+  // The prescribed colour is seen through a little blood everywhere.
+  vec3 tone = diffuseColor.rgb * vec3(0.97, 0.875, 0.81);
   // Blood takes green and blue, melanin takes all, more of the blue.
   tone *= mix(vec3(1.0), vec3(0.96, 0.70, 0.66), blood * 0.62);
-  tone *= mix(vec3(1.0), vec3(1.0, 0.88, 0.84), (broad.a - 0.5) * 0.75);
-  tone *= mix(vec3(1.0), vec3(0.93, 0.9, 0.88), (relief.a - 0.5) * 0.55);
-  tone *= 1.0 - 0.11 * (1.0 - relief.b) * (1.0 - smoothSkin);
+  tone *= mix(vec3(1.0), vec3(1.0, 0.88, 0.84), (broad.a - 0.5) * 1.1);
+  tone *= mix(vec3(1.0), vec3(0.93, 0.9, 0.88), (relief.a - 0.5) * 0.9);
+  tone *= 1.0 - 0.2 * (1.0 - relief.b) * (1.0 - smoothSkin);
   tone = mix(tone, tone * vec3(0.86, 0.87, 0.9), paint.a * 0.3);
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
-  tone = mix(tone, lips, lip * 0.82);
-  tone = mix(tone, browColour, clamp(brow * 1.05, 0.0, 0.94));
+  tone = mix(tone, lips, lip * 0.66);
+  tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
   float marked = dot(smoothstep(0.15, 0.85, vMark), markStrength);
   vec2 rim = smoothstep(0.0, 0.45, vMark) * smoothstep(1.0, 0.55, vMark);
-  diffuseColor.rgb = mix(tone, accent * (0.35 + 0.9 * dot(tone, vec3(0.33))), clamp(marked * 0.3 + dot(rim, markStrength) * 0.22, 0.0, 0.6));
+  diffuseColor.rgb = mix(tone, accent * (0.35 + 0.9 * dot(tone, vec3(0.33))), clamp(marked * 0.1 + dot(rim, markStrength) * 0.3, 0.0, 0.5));
 `;
 
 const NORMAL = /* glsl */ `
   smoothNormal = normal;
   {
     float depth = mix(1.0, 0.35, smoothSkin) * (1.0 - lip) * (1.0 - 0.7 * brow);
-    vec3 slope = fine * 0.36 * depth + coarse * 0.10 * depth;
+    vec3 slope = fine * 0.55 * depth + coarse * 0.16 * depth;
     // Lips are furrowed from edge to edge, not pitted.
     float furrow = sin(vRest.x * 5.2 + 2.6 * (broad.a - 0.5) + 5.0 * (relief.a - 0.5));
     slope += vec3(0.055 * furrow * lip, 0.0, 0.0);
     slope = normalMatrix * slope;
     normal = normalize(normal - (slope - dot(slope, normal) * normal));
   }
-  skinScatter = mix(vec3(0.34, 0.13, 0.075), vec3(0.6, 0.2, 0.12), ear) ;
+  skinScatter = mix(vec3(0.17, 0.10, 0.075), vec3(0.5, 0.2, 0.13), ear) ;
 `;
 
 const ROUGHNESS = /* glsl */ `
@@ -153,7 +154,7 @@ export function createSkin({ tone, pores, face, brows, depth }) {
     faceFrame: { value: new Vector4().fromArray(face.frame) },
     browFrame: { value: new Vector4().fromArray(brows.frame) },
     browColour: { value: new Color('#2e1f17') },
-    lipColour: { value: tone.clone().multiply(new Color().setRGB(0.86, 0.46, 0.46)) },
+    lipColour: { value: tone.clone().multiply(new Color().setRGB(0.76, 0.38, 0.39)) },
     accent: { value: new Color('#39a79c') },
     markStrength: { value: [0, 0] },
     faceDepth: { value: depth },

@@ -1,0 +1,315 @@
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+import { differing, landmarkOnScreen, launch, moveSlider, open, picture, SCREENSHOTS, serve, settled } from './site.js';
+
+/** @type {import('playwright-core').Browser} */
+let browser;
+/** @type {Awaited<ReturnType<typeof serve>>} */
+let site;
+
+before(async () => {
+  site = await serve();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  await site?.close();
+});
+
+/** The positions on the page as a string that shows any changed bit. */
+const positions = (page) =>
+  page.evaluate(() => {
+    const { face } = window.designer;
+    const bytes = new Uint8Array(face.positions.slice().buffer);
+    let hash = 0xcbf29ce484222325n;
+    for (const byte of bytes) hash = ((hash ^ BigInt(byte)) * 0x100000001b3n) & 0xffffffffffffffffn;
+    return `${bytes.length}:${hash.toString(16)}`;
+  });
+
+describe('the page', () => {
+  test('shows a face, says nothing on the console and asks only its own origin', async () => {
+    const { context, page, complaints, requests } = await open(browser, site);
+    const shown = await picture(page, 'first');
+    // Skin is redder than blue; the backdrop is grey. A face fills a good part of the stage.
+    let skin = 0;
+    for (let o = 0; o < shown.rgb.length; o += 3) if (shown.rgb[o] > shown.rgb[o + 2] + 25) skin++;
+    const share = skin / (shown.width * shown.height);
+    assert.ok(share > 0.12 && share < 0.6, `skin covers ${(100 * share).toFixed(1)} % of the stage`);
+    // Skin has light and shadow: one flat colour is no face.
+    const tones = new Set();
+    for (let o = 0; o < shown.rgb.length; o += 3 * 7) tones.add(shown.rgb[o] >> 3);
+    assert.ok(tones.size > 16, `only ${tones.size} tones of red`);
+    assert.deepEqual(complaints, []);
+    assert.ok(requests.length > 3);
+    for (const url of requests) {
+      assert.ok(url.startsWith(site.origin) || /^(data|blob):/.test(url), `asked for ${url}`);
+    }
+    await context.close();
+  });
+
+  test('a slider of the nose changes the nose, not the backdrop; undo restores every pixel', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    const [nose, chin, brow] = [
+      await landmarkOnScreen(page, 'ibug_30'),
+      await landmarkOnScreen(page, 'ibug_08'),
+      await landmarkOnScreen(page, 'ibug_19'),
+    ];
+    const atRest = await picture(page, 'nose-median');
+    const box = await page.locator('canvas').boundingBox();
+    assert.ok(box);
+    const size = (chin.y - brow.y) / box.height;
+    const [x, y] = [(nose.x - box.x) / box.width, (nose.y - box.y) / box.height];
+
+    await moveSlider(page, 'nose 1', 0.98);
+    const moved = await picture(page, 'nose-98');
+    const around = differing(atRest, moved, [x - 0.2 * size, y - 0.25 * size, x + 0.2 * size, y + 0.2 * size]);
+    assert.ok(around > 150, `only ${around} pixels changed around the nose`);
+    for (const corner of [[0, 0, 0.12, 0.12], [0.88, 0, 1, 0.12], [0, 0.88, 0.12, 1], [0.88, 0.88, 1, 1]]) {
+      assert.equal(differing(atRest, moved, corner), 0, `the backdrop changed at ${corner}`);
+    }
+    // The crown is far from the nose.
+    assert.ok(differing(atRest, moved, [0.3, 0, 0.7, y - 1.2 * size]) < 0.1 * around);
+    assert.equal(await page.evaluate(() => Math.round(window.designer.face.get('nose 1') * 100)), 98);
+
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    const back = await picture(page, 'nose-undone');
+    assert.ok(back.rgb.equals(atRest.rgb), 'undo left a difference');
+    await page.keyboard.press('Control+y');
+    const again = await picture(page, 'nose-redone');
+    assert.ok(again.rgb.equals(moved.rgb), 'redo left a difference');
+    await page.keyboard.press('Control+z');
+    await page.keyboard.press('Control+Shift+Z');
+    assert.ok((await picture(page, 'nose-redone-2')).rgb.equals(moved.rgb));
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('one gesture is one step of undo; a double click goes back to the median', async () => {
+    const { context, page } = await open(browser, site);
+    const slider = page.getByRole('slider', { name: 'nose 1', exact: true });
+    const value = () => page.evaluate(() => window.designer.face.get('nose 1'));
+    const median = await value();
+    const box = await slider.boundingBox();
+    assert.ok(box);
+    const y = box.y + box.height / 2;
+    await page.mouse.move(box.x + box.width / 2, y);
+    await page.mouse.down();
+    for (let i = 1; i <= 8; i++) await page.mouse.move(box.x + box.width * (0.5 + 0.05 * i), y);
+    await page.mouse.up();
+    assert.ok((await value()) > 0.75);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.equal(await value(), median);
+    assert.ok(await page.getByRole('button', { name: 'Undo', exact: true }).isDisabled());
+
+    await moveSlider(page, 'nose 1', 0.2);
+    const thumb = await slider.boundingBox();
+    assert.ok(thumb);
+    await page.mouse.dblclick(thumb.x + 0.2 * thumb.width, thumb.y + thumb.height / 2);
+    assert.ok(Math.abs((await value()) - 0.5) < 0.005);
+    await context.close();
+  });
+
+  test('every slider has the name of its control, a value in words and a description', async () => {
+    const { context, page } = await open(browser, site);
+    const groups = await page.evaluate(() => [...new Set(window.designer.model.controls.map((c) => c.group))]);
+    assert.ok(groups.length >= 5, groups.join());
+    for (const group of groups) {
+      await page.locator(`.tab[data-group="${group}"]`).click();
+      const more = page.locator('.quiet');
+      if (await more.isVisible()) await more.click();
+      const expected = await page.evaluate(
+        (g) => window.designer.model.controls.filter((c) => c.group === g).map((c) => c.name),
+        group,
+      );
+      for (const name of expected) {
+        const slider = page.getByRole('slider', { name, exact: true });
+        assert.match((await slider.getAttribute('aria-valuetext')) ?? '', /^\d+(st|nd|rd|th)$/);
+        const about = page.locator(`#${await slider.getAttribute('aria-describedby')}`);
+        assert.ok(((await about.textContent()) ?? '').length > 3, `${name} has no description`);
+      }
+    }
+    await context.close();
+  });
+
+  test('clicking a feature on the face opens its sliders', async () => {
+    const { context, page } = await open(browser, site);
+    for (const [landmark, group] of [
+      ['ibug_57', 'mouth'],
+      ['ibug_30', 'nose'],
+      ['ibug_41', 'eyes'],
+      ['ibug_46', 'eyes'],
+      ['ibug_08', 'chin'],
+    ]) {
+      const at = await landmarkOnScreen(page, landmark);
+      // The chin's landmark lies on the outline: aim a little above it.
+      await page.mouse.click(at.x, at.y - (group === 'chin' ? 8 : 0));
+      assert.equal(
+        await page.locator('.tab[aria-pressed=true]').getAttribute('data-group'),
+        group,
+        `a click at ${landmark}`,
+      );
+    }
+    await settled(page);
+    await page.screenshot({ path: join(SCREENSHOTS, 'picked.png') });
+    await context.close();
+  });
+
+  test('a random face is another face, and its link gives it back bit for bit', async () => {
+    const { context, page } = await open(browser, site);
+    const median = await positions(page);
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    const random = await positions(page);
+    assert.notEqual(random, median);
+    await picture(page, 'random');
+    const { hash } = new URL(page.url());
+    assert.ok(hash.length > 10);
+
+    const second = await open(browser, site, { hash });
+    assert.equal(await positions(second.page), random);
+    await second.context.close();
+
+    // The seed gives the same person again.
+    await page.getByText('Advanced').click();
+    const seed = await page.getByRole('spinbutton', { name: 'Seed' }).inputValue();
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    assert.equal(await positions(page), median);
+    await page.getByRole('spinbutton', { name: 'Seed' }).fill(seed);
+    await page.getByRole('button', { name: 'Use', exact: true }).click();
+    assert.equal(await positions(page), random);
+    await context.close();
+  });
+
+  test('a link with nonsense shows the median face and says so', async () => {
+    const { context, page } = await open(browser, site, { hash: '#not-a-face' });
+    assert.match((await page.locator('.toast').textContent()) ?? '', /no face of this model/);
+    await context.close();
+  });
+
+  test('a locked feature stays as it is when the rest is random', async () => {
+    const { context, page } = await open(browser, site);
+    await moveSlider(page, 'nose 1', 0.9);
+    const nose = () => page.evaluate(() => window.designer.face.get('nose 1'));
+    const kept = await nose();
+    await page.getByRole('button', { name: 'Lock the nose' }).click();
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    assert.equal(await nose(), kept);
+    await page.getByRole('button', { name: 'Lock the nose' }).click();
+    await page.getByRole('button', { name: 'Random nose' }).click();
+    assert.notEqual(await nose(), kept);
+    await context.close();
+  });
+
+  test('dragging turns the head, the views turn it back, and an idle page draws nothing', async () => {
+    const { context, page } = await open(browser, site);
+    const front = await picture(page, 'front');
+    const at = await landmarkOnScreen(page, 'ibug_30');
+    await page.mouse.move(at.x, at.y);
+    await page.mouse.down();
+    await page.mouse.move(at.x + 180, at.y, { steps: 5 });
+    await page.mouse.up();
+    await page.mouse.move(5, 5);
+    const turned = await picture(page, 'turned');
+    assert.ok(differing(front, turned) > 0.05 * front.width * front.height);
+    await page.getByRole('button', { name: 'Profile' }).click();
+    await picture(page, 'profile');
+    await page.getByRole('button', { name: 'Front' }).click();
+    assert.equal(differing(front, await picture(page, 'front-again')), 0);
+    await page.locator('canvas').focus();
+    await page.keyboard.press('ArrowLeft');
+    assert.ok(differing(front, await picture(page, 'turned-by-key')) > 0.01 * front.width * front.height);
+    const frames = await page.evaluate(() => window.designer.frames);
+    await page.waitForTimeout(700);
+    assert.equal(await page.evaluate(() => window.designer.frames), frames);
+    await context.close();
+  });
+
+  test('on a phone nothing overflows, and a finger turns the head', async () => {
+    for (const width of [390, 320]) {
+      const { context, page, complaints } = await open(browser, site, {
+        viewport: { width, height: width === 390 ? 844 : 568 },
+        deviceScaleFactor: 2,
+        hasTouch: true,
+        isMobile: true,
+      });
+      const before = await picture(page, `phone-${width}`);
+      const overflow = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+      assert.ok(overflow <= 0, `${overflow} px too wide at ${width}`);
+      const at = await landmarkOnScreen(page, 'ibug_30');
+      const fingers = await context.newCDPSession(page);
+      const touch = (type, x) =>
+        fingers.send('Input.dispatchTouchEvent', { type, touchPoints: type === 'touchEnd' ? [] : [{ x, y: at.y }] });
+      await touch('touchStart', at.x);
+      for (let i = 1; i <= 5; i++) await touch('touchMove', at.x + 16 * i);
+      await touch('touchEnd', 0);
+      const turned = await picture(page, `phone-${width}-turned`);
+      assert.ok(differing(before, turned) > 0.03 * before.width * before.height);
+      await page.screenshot({ path: join(SCREENSHOTS, `phone-${width}-page.png`) });
+      assert.deepEqual(complaints, []);
+      await context.close();
+    }
+  });
+
+  test('follows the dark scheme of the system, and the toggle overrules it', async () => {
+    const { context, page } = await open(browser, site, { colorScheme: 'dark' });
+    const luminance = (shown) => (shown.rgb[0] + shown.rgb[1] + shown.rgb[2]) / 3;
+    assert.ok(luminance(await picture(page, 'dark')) < 60);
+    await page.screenshot({ path: join(SCREENSHOTS, 'dark-page.png') });
+    await page.getByRole('button', { name: 'Light or dark' }).click();
+    assert.ok(luminance(await picture(page, 'light')) > 150);
+    await context.close();
+  });
+
+  test('explains itself', async () => {
+    const { context, page } = await open(browser, site);
+    await page.getByRole('button', { name: 'What is this?' }).click();
+    const dialog = page.getByRole('dialog');
+    for (const word of ['eigenmode', 'percentile', 'population']) {
+      assert.ok(await dialog.getByText(word).first().isVisible(), word);
+    }
+    const { population } = await page.evaluate(() => window.designer.model.about);
+    assert.ok(await dialog.getByText(population).isVisible());
+    await page.screenshot({ path: join(SCREENSHOTS, 'about.png') });
+    await page.keyboard.press('Escape');
+    assert.ok(await dialog.isHidden());
+    await context.close();
+  });
+});
+
+describe('when something is missing, the page says what', () => {
+  for (const [name, model, sentence] of /** @type {const} */ ([
+    ['a damaged model', Buffer.from('this is no model'), /The face model on this site cannot be used: .+/],
+    ['no model', null, /could not be downloaded \(404/],
+  ])) {
+    test(name, async () => {
+      const broken = await serve({ model });
+      const { context, page } = await open(browser, broken);
+      assert.match((await page.getByRole('alert').textContent()) ?? '', sentence);
+      await context.close();
+      await broken.close();
+    });
+  }
+
+  test('no WebGL 2', async () => {
+    const context = await browser.newContext();
+    await context.addInitScript(() => {
+      const real = HTMLCanvasElement.prototype.getContext;
+      HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+        return kind === 'webgl2' ? null : real.call(this, kind, ...rest);
+      };
+    });
+    const page = await context.newPage();
+    await page.goto(site.url);
+    assert.match((await page.getByRole('alert').textContent()) ?? '', /WebGL 2/);
+    await context.close();
+  });
+
+  test('no WebAssembly', async () => {
+    const context = await browser.newContext();
+    await context.addInitScript(() => delete window.WebAssembly);
+    const page = await context.newPage();
+    await page.goto(site.url);
+    assert.match((await page.getByRole('alert').textContent()) ?? '', /WebAssembly/);
+    await context.close();
+  });
+});

@@ -1,0 +1,243 @@
+// The built page on a server of its own, and Chromium to open it.
+
+import { execFileSync } from 'node:child_process';
+import { createReadStream, existsSync, mkdirSync, statSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { createRequire } from 'node:module';
+import { extname, join, normalize, sep } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { inflateSync } from 'node:zlib';
+
+const require = createRequire(new URL('../../www/package.json', import.meta.url));
+/** @type {typeof import('playwright-core')} */
+const { chromium } = require('playwright-core');
+
+const DIST = fileURLToPath(new URL('../../www/dist', import.meta.url));
+export const SCREENSHOTS = fileURLToPath(new URL('../../target/screenshots', import.meta.url));
+
+const TYPES = {
+  '.html': 'text/html; charset=utf-8',
+  '.js': 'text/javascript',
+  '.css': 'text/css',
+  '.svg': 'image/svg+xml',
+  '.wasm': 'application/wasm',
+  '.phiz': 'application/octet-stream',
+};
+
+/**
+ * Serves `www/dist` under a path that is not the root: the site must work anywhere.
+ * @param {{ model?: Buffer | null }} [options] `model` replaces the model; null makes it missing
+ */
+export async function serve({ model } = {}) {
+  const base = '/some/where/';
+  const server = createServer((request, response) => {
+    const { pathname } = new URL(request.url ?? '/', 'http://localhost');
+    if (!pathname.startsWith(base)) return void response.writeHead(404).end();
+    const name = normalize(pathname.slice(base.length) || 'index.html');
+    if (name === 'model.phiz' && model !== undefined) {
+      if (model === null) return void response.writeHead(404).end();
+      return void response.writeHead(200, { 'content-length': model.length }).end(model);
+    }
+    const file = join(DIST, name);
+    if (!file.startsWith(DIST + sep) || !existsSync(file)) return void response.writeHead(404).end();
+    response.writeHead(200, {
+      'content-type': TYPES[extname(file)] ?? 'application/octet-stream',
+      'content-length': statSync(file).size,
+    });
+    createReadStream(file).pipe(response);
+  });
+  await new Promise((ready) => server.listen(0, '127.0.0.1', () => ready(undefined)));
+  const address = server.address();
+  if (!address || typeof address === 'string') throw new Error('the server has no port');
+  return {
+    url: `http://127.0.0.1:${address.port}${base}`,
+    origin: `http://127.0.0.1:${address.port}`,
+    close: () => {
+      server.closeAllConnections();
+      return new Promise((done) => server.close(done));
+    },
+  };
+}
+
+function findChromium() {
+  const named = process.env.PHIZ_CHROMIUM;
+  if (named) return named;
+  if (existsSync('/usr/bin/chromium')) return '/usr/bin/chromium';
+  for (const name of ['chromium', 'google-chrome']) {
+    try {
+      return execFileSync('which', [name], { encoding: 'utf8' }).trim();
+    } catch {
+      // Try the next name.
+    }
+  }
+  throw new Error('no Chromium found: install Debian\'s "chromium" or set PHIZ_CHROMIUM');
+}
+
+export function launch() {
+  mkdirSync(SCREENSHOTS, { recursive: true });
+  return chromium.launch({
+    executablePath: findChromium(),
+    args: [
+      '--headless',
+      '--no-sandbox',
+      '--use-gl=angle',
+      '--use-angle=swiftshader',
+      '--enable-unsafe-swiftshader',
+      '--disable-background-networking',
+      '--disable-component-update',
+      '--disable-sync',
+      '--no-first-run',
+    ],
+  });
+}
+
+/**
+ * Opens the page in a fresh profile and watches what it says and asks for.
+ * @param {import('playwright-core').Browser} browser
+ * @param {Awaited<ReturnType<typeof serve>>} site
+ * @param {import('playwright-core').BrowserContextOptions & { hash?: string }} [options]
+ */
+export async function open(browser, site, { hash = '', ...options } = {}) {
+  const context = await browser.newContext({
+    viewport: { width: 1000, height: 640 },
+    reducedMotion: 'reduce',
+    colorScheme: 'light',
+    ...options,
+  });
+  const page = await context.newPage();
+  /** @type {string[]} */
+  const complaints = [];
+  /** @type {string[]} */
+  const requests = [];
+  page.on('console', (message) => {
+    if (['error', 'warning'].includes(message.type())) complaints.push(message.text());
+  });
+  page.on('pageerror', (error) => complaints.push(error.stack ?? error.message));
+  page.on('request', (request) => requests.push(request.url()));
+  await page.goto(site.url + hash);
+  await page.waitForFunction(
+    () => document.documentElement.dataset.ready === 'true' || document.querySelector('[role=alert]'),
+    null,
+    { timeout: 60_000 },
+  );
+  return { context, page, complaints, requests };
+}
+
+/** Waits until the page has drawn what it had to draw. */
+export function settled(page) {
+  return page.evaluate(
+    () =>
+      new Promise((done) => {
+        let quiet = 0;
+        let drawn = -1;
+        const look = () => {
+          const now = window.designer.frames;
+          quiet = now === drawn ? quiet + 1 : 0;
+          drawn = now;
+          if (quiet > 6) done(undefined);
+          else requestAnimationFrame(look);
+        };
+        look();
+      }),
+  );
+}
+
+/**
+ * The stage as pixels.
+ * @param {import('playwright-core').Page} page
+ * @param {string} name the file's name among the screenshots
+ */
+export async function picture(page, name) {
+  await settled(page);
+  // What lies over the stage is not the face. (A style sheet for the screenshot would be refused
+  // by the page's own policy.)
+  const cover = (/** @type {string} */ visibility) =>
+    page.evaluate((value) => {
+      for (const over of document.querySelectorAll('.hint, .toast, .views')) over.style.visibility = value;
+    }, visibility);
+  await cover('hidden');
+  const png = await page.locator('canvas').screenshot({ path: join(SCREENSHOTS, `${name}.png`) });
+  await cover('');
+  return decodePng(png);
+}
+
+/**
+ * The pixels of an 8-bit PNG without interlacing, which is what Chromium writes.
+ * @param {Buffer} png
+ */
+function decodePng(png) {
+  const width = png.readUInt32BE(16);
+  const height = png.readUInt32BE(20);
+  const [bits, kind] = [png[24], png[25]];
+  if (bits !== 8 || (kind !== 2 && kind !== 6)) throw new Error(`a PNG of kind ${kind}, ${bits} bits`);
+  const size = kind === 6 ? 4 : 3;
+  const parts = [];
+  for (let at = 8; at < png.length; at += 12 + png.readUInt32BE(at)) {
+    if (png.toString('latin1', at + 4, at + 8) === 'IDAT') {
+      parts.push(png.subarray(at + 8, at + 8 + png.readUInt32BE(at)));
+    }
+  }
+  const raw = inflateSync(Buffer.concat(parts));
+  const stride = width * size;
+  const lines = Buffer.alloc(stride * height);
+  const rgb = Buffer.alloc(3 * width * height);
+  for (let y = 0; y < height; y++) {
+    const filter = raw[y * (stride + 1)];
+    for (let i = 0; i < stride; i++) {
+      const left = i >= size ? lines[y * stride + i - size] : 0;
+      const up = y > 0 ? lines[(y - 1) * stride + i] : 0;
+      const corner = i >= size && y > 0 ? lines[(y - 1) * stride + i - size] : 0;
+      let guess = 0;
+      if (filter === 1) guess = left;
+      else if (filter === 2) guess = up;
+      else if (filter === 3) guess = (left + up) >> 1;
+      else if (filter === 4) {
+        const [a, b, c] = [Math.abs(up - corner), Math.abs(left - corner), Math.abs(left + up - 2 * corner)];
+        guess = a <= b && a <= c ? left : b <= c ? up : corner;
+      }
+      lines[y * stride + i] = raw[y * (stride + 1) + 1 + i] + guess;
+    }
+    for (let x = 0; x < width; x++) lines.copy(rgb, 3 * (y * width + x), y * stride + x * size, y * stride + x * size + 3);
+  }
+  return { width, height, rgb };
+}
+
+/**
+ * How many pixels of a box (fractions of the picture) differ by more than a grey step of 6.
+ * @param {{ width: number, height: number, rgb: Buffer }} a
+ * @param {{ width: number, height: number, rgb: Buffer }} b
+ * @param {[number, number, number, number]} box left, top, right, bottom
+ */
+export function differing(a, b, [left, top, right, bottom] = [0, 0, 1, 1]) {
+  let count = 0;
+  for (let y = Math.floor(top * a.height); y < Math.floor(bottom * a.height); y++) {
+    for (let x = Math.floor(left * a.width); x < Math.floor(right * a.width); x++) {
+      const o = 3 * (y * a.width + x);
+      const step = Math.max(
+        Math.abs(a.rgb[o] - b.rgb[o]),
+        Math.abs(a.rgb[o + 1] - b.rgb[o + 1]),
+        Math.abs(a.rgb[o + 2] - b.rgb[o + 2]),
+      );
+      if (step > 6) count++;
+    }
+  }
+  return count;
+}
+
+/**
+ * Where a landmark of the present face is on the screen, CSS pixels.
+ * @param {import('playwright-core').Page} page @param {string} name
+ */
+export function landmarkOnScreen(page, name) {
+  return page.evaluate((landmark) => window.designer.onScreen(landmark), name);
+}
+
+/**
+ * Takes a slider to a value as a person would: focus, then the event that dragging sends.
+ * @param {import('playwright-core').Page} page @param {string} name @param {number} value
+ */
+export async function moveSlider(page, name, value) {
+  const slider = page.getByRole('slider', { name, exact: true });
+  await slider.fill(String(value));
+  await slider.dispatchEvent('change');
+}
