@@ -52,7 +52,7 @@ fn wide(positions: &[glam::Vec3]) -> Vec<DVec3> {
 
 /// Region borders bend the surface no more than a PCA of whole faces does there: for every
 /// region, each mode at +-2 sigma, and random faces, measured as the largest change of a dihedral
-/// angle within 15 mm of the border.
+/// angle within the blending distance of the border.
 #[test]
 fn seams_are_as_clean_as_whole_faces() {
     let Some(Trained {
@@ -104,13 +104,21 @@ fn seams_are_as_clean_as_whole_faces() {
     let total = model.parts().coefficients();
 
     let mut failed = false;
-    for ((name, regions), block) in FEATURES.iter().zip(&model.parts().blocks) {
+    for (feature, block) in FEATURES.iter().zip(&model.parts().blocks) {
         let inside: Vec<bool> = (0..n)
             .map(|v| {
-                regions.contains(&template.region_names[template.regions[v] as usize].as_str())
+                feature
+                    .regions
+                    .contains(&template.region_names[template.regions[v] as usize].as_str())
             })
             .collect();
-        let band = BorderBand::new(&mean, skin, &graph, &inside, 15.0);
+        let band = BorderBand::new(
+            &mean,
+            skin,
+            &graph,
+            &inside,
+            f64::from(model.parts().blending.alpha),
+        );
         let signs = [-1.0, 1.0];
         let of_region = signs
             .iter()
@@ -155,8 +163,9 @@ fn seams_are_as_clean_as_whole_faces() {
             whole_face(&c)
         });
         println!(
-            "{name:9} {:5} edges; modes at 2 sigma {of_region:5.1} deg, whole {of_whole:5.1}: {:.2} x; \
+            "{:9} {:5} edges; modes at 2 sigma {of_region:5.1} deg, whole {of_whole:5.1}: {:.2} x; \
              random {random_region:5.1}, whole {random_whole:5.1}: {:.2} x",
+            feature.name,
             band.edges(),
             of_region / of_whole,
             random_region / random_whole

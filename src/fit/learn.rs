@@ -15,15 +15,50 @@ use super::{FitError, FitResult};
 use crate::model::{About, Blending, Block, Control, FALLOFF_REACH, LIMIT, ModelParts};
 use crate::quantise::Quantised;
 
-/// The blocks of a model and the template regions that each covers; the head block, which takes
-/// what they leave over, comes after them.
-pub const FEATURES: [(&str, &[&str]); 5] = [
-    ("eyes", &["left eye", "right eye"]),
-    ("nose", &["nose"]),
-    ("mouth", &["mouth"]),
-    ("chin", &["chin"]),
-    ("forehead", &["forehead"]),
+/// A feature: a block of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeatureRule {
+    /// The block's name.
+    pub name: &'static str,
+    /// The template regions that it covers.
+    pub regions: &'static [&'static str],
+    /// Smoothing near the border: a length in mm. Longer is a gentler seam and less shape. The
+    /// forehead, on which people differ by hardly a crease, shows seams that a cheek hides.
+    pub border: f64,
+}
+
+/// The features of a model; the head block, which takes what they leave over, comes after them.
+pub const FEATURES: [FeatureRule; 5] = [
+    FeatureRule {
+        name: "eyes",
+        regions: &["left eye", "right eye"],
+        border: 9.0,
+    },
+    FeatureRule {
+        name: "nose",
+        regions: &["nose"],
+        border: 9.0,
+    },
+    FeatureRule {
+        name: "mouth",
+        regions: &["mouth"],
+        border: 9.0,
+    },
+    FeatureRule {
+        name: "chin",
+        regions: &["chin"],
+        border: 9.0,
+    },
+    FeatureRule {
+        name: "forehead",
+        regions: &["forehead"],
+        border: 20.0,
+    },
 ];
+/// Smoothing where no border is near, mm: below the size of a nostril's rim.
+const SMOOTHING_INSIDE: f64 = 0.7;
+/// The band in which smoothing goes over from border to inside, in lengths of the border's.
+const SMOOTHING_BAND: f64 = 1.5;
 const HEAD: &str = "head";
 /// Percentiles in steps of 1/64: with the 300 faces of a small population finer steps are noise.
 const QUANTILES: usize = 65;
@@ -36,8 +71,6 @@ const QUANTILE_GAP: f64 = 1e-4;
 pub struct Settings {
     /// The part of the variance that the modes of each block keep (eq. 6).
     pub tau: f64,
-    /// Smoothing of the features.
-    pub smoothing: Smoothing,
     /// Blending distance and its limits.
     pub blending: Blending,
 }
@@ -46,7 +79,6 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             tau: 0.95,
-            smoothing: Smoothing::default(),
             blending: Blending {
                 alpha: 10.0,
                 limits: [3.0, 15.0],
@@ -138,13 +170,13 @@ pub fn learn(
         .collect();
     let mut blocks = Vec::new();
     let mut reports = Vec::new();
-    for (name, regions) in FEATURES {
+    for rule in FEATURES {
         let feature = learn_feature(&Feature {
             template,
-            name,
-            regions,
+            rule,
             triangles: &triangles,
             areas: &areas,
+            skin: &skin,
             mean: &mean,
             proportioned: &proportioned,
             graph: &graph,
@@ -217,10 +249,10 @@ pub fn learn(
 
 struct Feature<'a> {
     template: &'a Template,
-    name: &'a str,
-    regions: &'a [&'a str],
+    rule: FeatureRule,
     triangles: &'a [[u32; 3]],
     areas: &'a [f64],
+    skin: &'a [u32],
     mean: &'a [DVec3],
     proportioned: &'a [Vec<DVec3>],
     graph: &'a Geodesic<'a>,
@@ -238,7 +270,7 @@ struct LearnedFeature {
 
 fn learn_feature(f: &Feature) -> FitResult<LearnedFeature> {
     let n = f.mean.len();
-    let regions = region_numbers(f.template, f.regions)?;
+    let regions = region_numbers(f.template, f.rule.regions)?;
     let support: Vec<u32> = (0..n as u32)
         .filter(|&v| regions.contains(&f.template.regions[v as usize]))
         .collect();
@@ -252,20 +284,26 @@ fn learn_feature(f: &Feature) -> FitResult<LearnedFeature> {
         })
         .collect();
     let pca = Pca::learn(&samples, f.settings.tau)
-        .map_err(|e| FitError::Input(format!("region {:?}: {e}", f.name)))?;
+        .map_err(|e| FitError::Input(format!("region {:?}: {e}", f.rule.name)))?;
 
     let mut inside = vec![false; n];
     support.iter().for_each(|&v| inside[v as usize] = true);
     let edge = border(f.triangles, &inside);
     let from_border = f.graph.distances(&edge, f64::INFINITY);
-    let from_border: Vec<f64> = support.iter().map(|&v| from_border[v as usize]).collect();
-    let smoother = Smoother::new(
-        f.settings.smoothing,
-        f.mean,
-        f.triangles,
-        &support,
-        &from_border,
-    )?;
+    // Cavities and eyeballs are inside, however far in; the region's depth is that of its skin.
+    let from_border: Vec<f64> = support
+        .iter()
+        .map(|&v| match f.skin.binary_search(&v) {
+            Ok(_) => from_border[v as usize],
+            Err(_) => f64::INFINITY,
+        })
+        .collect();
+    let smoothing = Smoothing {
+        inside: SMOOTHING_INSIDE,
+        border: f.rule.border,
+        band: SMOOTHING_BAND * f.rule.border,
+    };
+    let smoother = Smoother::new(smoothing, f.mean, f.triangles, &support, &from_border)?;
     let smooth: Vec<Vec<f64>> = pca
         .modes
         .par_iter()
@@ -293,13 +331,13 @@ fn learn_feature(f: &Feature) -> FitResult<LearnedFeature> {
     };
     Ok(LearnedFeature {
         report: BlockReport {
-            name: f.name.into(),
+            name: f.rule.name.into(),
             modes: pca.modes.len(),
             variance: explained(&pca),
             kept_by_smoothing: (energy(&smooth) / energy(&pca.modes)).sqrt(),
         },
         block: Block {
-            name: f.name.into(),
+            name: f.rule.name.into(),
             regions,
             modes: quantise(&smooth, &pca.sigmas),
             sigmas: pca.sigmas.iter().map(|&s| s as f32).collect(),

@@ -18,7 +18,7 @@ const MODES: usize = 4;
 /// # Errors
 /// When a picture cannot be written.
 pub fn of_model(model: &FaceModel, folder: &Path) -> FitResult<()> {
-    for (b, (name, _)) in FEATURES.iter().enumerate() {
+    for (b, feature) in FEATURES.iter().enumerate() {
         let block = &model.parts().blocks[b];
         let centre: DVec3 = block
             .support
@@ -39,7 +39,7 @@ pub fn of_model(model: &FaceModel, folder: &Path) -> FitResult<()> {
             }
         }
         let columns = rows.len() / 3;
-        Image::grid(&rows, columns)?.save(&folder.join(format!("modes-{name}.png")))?;
+        Image::grid(&rows, columns)?.save(&folder.join(format!("modes-{}.png", feature.name)))?;
     }
     let faces = (1..=12)
         .map(|seed| {

@@ -91,7 +91,7 @@ const FEATURES: [(&str, &[&[&str]], f64, f64); 5] = [
             &["ibug_07", "pogonion", "ibug_09"],
         ],
         0.0,
-        18.0,
+        22.0,
     ),
     (
         "forehead",

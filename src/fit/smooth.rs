@@ -19,7 +19,7 @@ use glam::DVec3;
 use super::{FitError, FitResult};
 
 /// How much a region is smoothed.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Smoothing {
     /// The length inside the region, mm.
     pub inside: f64,
@@ -27,16 +27,6 @@ pub struct Smoothing {
     pub border: f64,
     /// The distance from the border at which the inside begins, mm.
     pub band: f64,
-}
-
-impl Default for Smoothing {
-    fn default() -> Self {
-        Self {
-            inside: 0.7,
-            border: 9.0,
-            band: 14.0,
-        }
-    }
 }
 
 impl Smoothing {
@@ -83,7 +73,7 @@ impl Smoother {
     ///
     /// `support` are its vertices (increasing), `triangles` those of the whole mesh, and
     /// `border_distance` gives each support vertex's distance from the border in mm (infinite for
-    /// parts that have none, such as eyeballs).
+    /// parts that have none: cavities and eyeballs).
     ///
     /// # Errors
     /// When the system cannot be factored.
