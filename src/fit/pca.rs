@@ -73,9 +73,9 @@ impl Pca {
             eigenvalues,
             coefficients: vec![Vec::with_capacity(kept); f],
         };
-        for k in 0..kept {
+        for (k, &column) in order.iter().enumerate().take(kept) {
             let sigma = pca.eigenvalues[k].sqrt();
-            let vector = eigen.U().col(order[k]);
+            let vector = eigen.U().col(column);
             let length = sigma * ((f - 1) as f64).sqrt();
             let mut mode: Vec<f64> = {
                 let field = &x * vector;
