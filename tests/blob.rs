@@ -6,7 +6,7 @@ mod common;
 
 use std::sync::LazyLock;
 
-use common::{exercise, sheet, sheet_blob, sheet_model};
+use common::{exercise, sheet, sheet_blob, sheet_model, with_header};
 use glam::Vec3;
 use phiz::blob::{VERSION, seal};
 use phiz::{Error, FaceModel};
@@ -26,19 +26,6 @@ fn refused(bytes: &[u8]) -> String {
         Ok(_) => panic!("it was taken"),
         Err(error) => error.to_string(),
     }
-}
-
-/// The blob with `from` in its JSON header replaced by `to` of the same length, sealed.
-fn with_header(from: &str, to: &str) -> Vec<u8> {
-    assert_eq!(from.len(), to.len(), "offsets must stay");
-    let mut bytes = BLOB.clone();
-    let at = bytes
-        .windows(from.len())
-        .position(|w| w == from.as_bytes())
-        .unwrap_or_else(|| panic!("{from} is not in the header"));
-    bytes[at..at + to.len()].copy_from_slice(to.as_bytes());
-    seal(&mut bytes);
-    bytes
 }
 
 #[test]
@@ -127,7 +114,7 @@ fn oversized_numbers_in_the_header_are_refused_before_anything_is_allocated() {
         ("\"to\":2", "\"to\":3"),
         ("\"stencil\":[[14,", "\"stencil\":[[99,"),
     ] {
-        let why = refused(&with_header(from, to));
+        let why = refused(&with_header(&BLOB, from, to));
         assert!(
             why.starts_with("not a usable phiz blob: "),
             "{from} -> {to}: {why}"

@@ -118,6 +118,8 @@ impl FaceModel {
     }
 
     /// The face of a code.
+    // JavaScript calls it on a model, as the core does.
+    #[expect(clippy::wrong_self_convention)]
     pub fn from_code(&self, code: &str) -> Result<Face, JsError> {
         let face = self.model.from_code(code).map_err(error)?;
         Ok(Face { face })

@@ -342,3 +342,29 @@ pub fn head_model() -> &'static FaceModel {
         FaceModel::parse(&bytes).unwrap_or_else(|why| panic!("{MODEL}: {why}"))
     })
 }
+
+/// A blob with `from` in its JSON header replaced by `to`, whatever their lengths: table, length
+/// and checksum are made right again.
+pub fn with_header(blob: &[u8], from: &str, to: &str) -> Vec<u8> {
+    let word = |at: usize| {
+        u32::from_le_bytes([blob[at], blob[at + 1], blob[at + 2], blob[at + 3]]) as usize
+    };
+    let (length, sections) = (word(20), word(24));
+    let start = 40 + 32 * sections;
+    let header = std::str::from_utf8(&blob[start..start + length]).expect("it is JSON");
+    assert!(header.contains(from), "{from} is not in the header");
+    let header = header.replacen(from, to, 1);
+    let mut out = blob[..start].to_vec();
+    out[20..24].copy_from_slice(&(header.len() as u32).to_le_bytes());
+    out.extend_from_slice(header.as_bytes());
+    for section in 0..sections {
+        let row = 40 + 32 * section;
+        let (offset, length) = (word(row + 20), word(row + 24));
+        out.resize(out.len().next_multiple_of(16), 0);
+        let moved = out.len() as u32;
+        out[row + 20..row + 24].copy_from_slice(&moved.to_le_bytes());
+        out.extend_from_slice(&blob[offset..offset + length]);
+    }
+    phiz::blob::seal(&mut out);
+    out
+}

@@ -1,0 +1,671 @@
+//! What must hold of every face, on the committed head and on a sheet that shows its numbers.
+#![cfg(not(target_arch = "wasm32"))]
+
+mod common;
+
+use std::sync::LazyLock;
+
+use common::{COEFFICIENTS, MODEL, exercise, head_model, sheet_model};
+use glam::{DVec3, Vec3};
+use phiz::{Error, Face, FaceModel, Randomize};
+use proptest::prelude::*;
+
+static SHEET: LazyLock<FaceModel> = LazyLock::new(sheet_model);
+
+/// The models that a property is checked on.
+fn models() -> [&'static FaceModel; 2] {
+    [head_model(), &SHEET]
+}
+
+fn random(model: &FaceModel, seed: u64) -> Face {
+    let mut face = model.face();
+    face.randomize(&seeded(seed)).expect("a seed is enough");
+    face
+}
+
+fn seeded(seed: u64) -> Randomize {
+    Randomize {
+        seed: Some(seed),
+        ..Default::default()
+    }
+}
+
+fn region(model: &FaceModel, index: usize) -> String {
+    model.parts().blocks[index].name.clone()
+}
+
+/// Area-weighted normals in f64, straight from their definition.
+fn plain_normals(model: &FaceModel, positions: &[Vec3]) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; positions.len()];
+    for t in model.parts().topology.triangles() {
+        let [a, b, c] = t.map(|v| positions[v as usize].as_dvec3());
+        let normal = (b - a).cross(c - a);
+        t.iter().for_each(|&v| normals[v as usize] += normal);
+    }
+    normals.into_iter().map(DVec3::normalize_or_zero).collect()
+}
+
+/// Positions in f64, straight from the definition of blocks and surrounds.
+fn plain_positions(face: &Face) -> Vec<DVec3> {
+    let parts = face.model().parts();
+    let coefficients = face.coefficients();
+    let mut positions: Vec<DVec3> = parts.mean.iter().map(|p| p.as_dvec3()).collect();
+    for block in &parts.blocks {
+        let size = 3 * block.support.len();
+        let moved: Vec<DVec3> = (0..block.support.len())
+            .map(|slot| {
+                (0..block.sigmas.len())
+                    .map(|k| {
+                        let at = size * k + 3 * slot;
+                        let q = &block.modes.integers[at..at + 3];
+                        let c = f64::from(coefficients[block.first_coefficient + k]);
+                        DVec3::new(q[0].into(), q[1].into(), q[2].into())
+                            * (c * f64::from(block.modes.step))
+                    })
+                    .sum()
+            })
+            .collect();
+        for (&v, &d) in block.support.iter().zip(&moved) {
+            positions[v as usize] += d;
+        }
+        let Some(surround) = &block.surround else {
+            continue;
+        };
+        let each = surround.sources_each;
+        for (t, &v) in surround.targets.iter().enumerate() {
+            let fade = phiz::model::falloff(surround.distances[t] / face.alpha());
+            let pulled: DVec3 = (t * each..(t + 1) * each)
+                .map(|s| {
+                    moved[surround.sources[s] as usize] * (f64::from(surround.weights[s]) / 65535.0)
+                })
+                .sum();
+            positions[v as usize] += pulled * f64::from(fade);
+        }
+    }
+    positions
+}
+
+/// The largest distance between two faces' vertices, mm.
+fn farthest(a: &[Vec3], b: &[Vec3]) -> f32 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| a.distance(*b))
+        .fold(0.0, f32::max)
+}
+
+#[test]
+fn positions_are_those_of_the_definition() {
+    for model in models() {
+        for seed in 0..5 {
+            let face = random(model, seed);
+            let squares: f64 = plain_positions(&face)
+                .iter()
+                .zip(face.positions())
+                .map(|(plain, fast)| plain.distance_squared(fast.as_dvec3()))
+                .sum();
+            let rms = (squares / face.positions().len() as f64).sqrt();
+            // 2 micrometres is what lib.rs promises: about 100 sums of f32 terms, whose last bit
+            // is 8 nm at 100 mm.
+            assert!(rms < 0.002, "{rms} mm");
+        }
+    }
+}
+
+#[test]
+fn normals_are_those_of_a_plain_computation() {
+    for model in models() {
+        for seed in 0..5 {
+            let face = random(model, seed);
+            for (v, (plain, fast)) in plain_normals(model, face.positions())
+                .iter()
+                .zip(face.normals())
+                .enumerate()
+            {
+                // Edges are differences of coordinates near 100 mm with a last bit of 8 nm: on the
+                // shortest edges, 0.1 mm, that turns a normal by 1e-4; ten times that is allowed
+                // for vertices amid slivers. A degree is 0.017.
+                let off = plain.distance(fast.as_dvec3());
+                assert!(off < 1e-3, "vertex {v} is off by {off}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_fresh_face_is_the_median_person() {
+    for model in models() {
+        let face = model.face();
+        for control in &model.parts().controls {
+            let value = face.get(&control.name).unwrap();
+            // A coefficient is off its wish by half a step of the grid, 1/131072 sigma, and the
+            // steepest table passes under 4 percentiles a hundredth of a sigma.
+            assert!((value - 0.5).abs() < 1e-4, "{} is at {value}", control.name);
+        }
+    }
+}
+
+#[test]
+fn a_control_reads_what_it_was_set_to() {
+    for model in models() {
+        let mut face = random(model, 1);
+        for control in &model.parts().controls {
+            for value in [0.0, 0.01, 0.25, 0.5, 0.9, 1.0] {
+                face.set(&control.name, value).unwrap();
+                let got = face.get(&control.name).unwrap();
+                // As above; reading back divides by the table's local width.
+                assert!(
+                    (got - value).abs() < 2e-4,
+                    "{}: {value} reads {got}",
+                    control.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_reset_is_a_fresh_face_and_a_locked_region_is_kept() {
+    for model in models() {
+        let mut face = random(model, 2);
+        let before = face.coefficients();
+        face.lock(&region(model, 0)).unwrap();
+        face.reset(None).unwrap();
+        let own = model.parts().blocks[0].coefficients();
+        assert_eq!(face.coefficients()[own.clone()], before[own]);
+        face.unlock(&region(model, 0)).unwrap();
+        face.reset(Some(&region(model, 0))).unwrap();
+        assert_eq!(face.positions(), model.face().positions());
+        assert_eq!(face.normals(), model.face().normals());
+    }
+}
+
+#[test]
+fn a_code_gives_the_same_face_bit_for_bit() {
+    for model in models() {
+        for seed in 0..20 {
+            let mut face = random(model, seed);
+            let [least, most] = model.parts().blending.limits;
+            face.set_alpha(least + (most - least) * seed as f32 / 20.0)
+                .unwrap();
+            let code = face.code();
+            assert!(
+                code.bytes()
+                    .all(|b| b.is_ascii_alphanumeric() || b == b'-' || b == b'_')
+            );
+            let again = model.from_code(&code).unwrap();
+            assert_eq!(again.coefficients(), face.coefficients());
+            assert_eq!(again.alpha(), face.alpha());
+            assert_eq!(again.positions(), face.positions());
+            assert_eq!(again.normals(), face.normals());
+            assert_eq!(again.code(), code);
+        }
+    }
+}
+
+#[test]
+fn a_damaged_code_is_refused_and_changes_nothing() {
+    let mut face = random(&SHEET, 1);
+    let code = face.code();
+    let before = face.clone();
+    for end in 0..code.len() {
+        assert!(
+            matches!(face.set_code(&code[..end]), Err(Error::Code(_))),
+            "cut at {end}"
+        );
+    }
+    for wrong in [
+        format!("{code}A"),
+        format!("{code}!"),
+        "é".into(),
+        head_model().face().code(),
+    ] {
+        assert!(
+            matches!(face.set_code(&wrong), Err(Error::Code(_))),
+            "{wrong}"
+        );
+    }
+    assert_eq!(face.positions(), before.positions());
+    assert_eq!(face.coefficients(), before.coefficients());
+}
+
+#[test]
+fn a_blend_ends_at_its_two_faces() {
+    for model in models() {
+        let (from, to) = (random(model, 3), random(model, 4));
+        let mut face = from.clone();
+        face.blend(&to, 0.0, None).unwrap();
+        assert_eq!(face.positions(), from.positions());
+        assert_eq!(face.changed(), 0..0);
+        face.blend(&to, 1.0, None).unwrap();
+        assert_eq!(face.positions(), to.positions());
+        assert_eq!(face.normals(), to.normals());
+
+        // One region only: the others keep their coefficients.
+        let mut face = from.clone();
+        face.blend(&to, 1.0, Some(&[region(model, 1)])).unwrap();
+        for (b, block) in model.parts().blocks.iter().enumerate() {
+            let own = block.coefficients();
+            let wanted = if b == 1 { &to } else { &from };
+            assert_eq!(face.coefficients()[own.clone()], wanted.coefficients()[own]);
+        }
+    }
+}
+
+#[test]
+fn a_blend_halfway_lies_halfway() {
+    for model in models() {
+        let (from, to) = (random(model, 3), random(model, 4));
+        let mut face = from.clone();
+        face.blend(&to, 0.5, None).unwrap();
+        let middle: Vec<Vec3> = from
+            .positions()
+            .iter()
+            .zip(to.positions())
+            .map(|(a, b)| (a + b) / 2.0)
+            .collect();
+        // Half a grid step a coefficient: 100 coefficients x 1/131072 sigma x 5 mm is 4
+        // micrometres if all conspire; f32 sums add a tenth of one.
+        assert!(farthest(face.positions(), &middle) < 0.004);
+    }
+}
+
+#[test]
+fn alpha_spreads_a_feature_and_leaves_the_feature_itself() {
+    for model in models() {
+        let [least, most] = model.parts().blending.limits;
+        let control = model.parts().controls[0].name.clone();
+        let block = model
+            .parts()
+            .blocks
+            .iter()
+            .find(|b| b.surround.is_some())
+            .unwrap();
+        let surround = block.surround.as_ref().unwrap();
+        // How far the surround moves, in all, when the slider goes from one end to the other.
+        let moved = |alpha: f32| -> (f32, Vec<Vec3>) {
+            let mut face = model.face();
+            face.set_alpha(alpha).unwrap();
+            face.set(&control, 0.0).unwrap();
+            let low = face.positions().to_vec();
+            face.set(&control, 1.0).unwrap();
+            let all = |v: &u32| (face.positions()[*v as usize] - low[*v as usize]).length();
+            let feature = block
+                .support
+                .iter()
+                .map(|&v| face.positions()[v as usize] - low[v as usize]);
+            (surround.targets.iter().map(all).sum(), feature.collect())
+        };
+        let ((little, feature), (much, same)) = (moved(least), moved(most));
+        assert!(
+            much > 1.5 * little,
+            "{much} mm at {most}, {little} mm at {least}"
+        );
+        // Two differences of f32 sums near 100 mm.
+        assert!(farthest(&feature, &same) < 1e-4);
+    }
+}
+
+#[test]
+fn what_is_outside_of_the_changed_range_did_not_change() {
+    for model in models() {
+        let mut face = random(model, 5);
+        let check = |face: &mut Face, what: &str, change: &dyn Fn(&mut Face)| {
+            let before = face.clone();
+            change(face);
+            let range = face.changed();
+            let mut touched = face.positions().len()..0;
+            for v in 0..face.positions().len() {
+                if face.positions()[v] != before.positions()[v]
+                    || face.normals()[v] != before.normals()[v]
+                {
+                    touched = touched.start.min(v)..v + 1;
+                }
+            }
+            assert!(
+                touched.is_empty()
+                    || (range.start as usize <= touched.start && touched.end <= range.end as usize),
+                "{what}: it says {range:?}, but {touched:?} changed"
+            );
+            // And the normals are those of the whole mesh, not stale ones.
+            let whole = model.from_code(&face.code()).unwrap();
+            assert_eq!(whole.normals(), face.normals(), "{what}");
+        };
+        for control in &model.parts().controls {
+            check(&mut face, &control.name, &|f| {
+                f.set(&control.name, 0.8).unwrap()
+            });
+        }
+        let first = region(model, 0);
+        check(&mut face, "reset", &|f| f.reset(Some(&first)).unwrap());
+        check(&mut face, "randomize", &|f| {
+            f.randomize(&seeded(9)).unwrap();
+        });
+        check(&mut face, "drag", &|f| {
+            let target = f.positions()[0] + Vec3::Y;
+            f.drag(0, target).unwrap();
+        });
+        check(&mut face, "alpha", &|f| {
+            f.set_alpha(model.parts().blending.limits[0]).unwrap()
+        });
+        check(&mut face, "nothing", &|f| {
+            let same = f.coefficients();
+            f.set_coefficients(&same).unwrap();
+            assert_eq!(f.changed(), 0..0);
+        });
+    }
+}
+
+#[test]
+fn a_hundred_thousand_events_leave_no_drift() {
+    let mut face = SHEET.face();
+    let controls: Vec<String> = SHEET
+        .parts()
+        .controls
+        .iter()
+        .map(|c| c.name.clone())
+        .collect();
+    let mut random = phiz::Random::new(1);
+    for _ in 0..100_000 {
+        let control = &controls[random.bits() as usize % controls.len()];
+        face.set(control, random.uniform()).unwrap();
+    }
+    let fresh = SHEET.from_code(&face.code()).unwrap();
+    assert_eq!(face.positions(), fresh.positions());
+    assert_eq!(face.normals(), fresh.normals());
+    face.reset(None).unwrap();
+    assert_eq!(face.positions(), SHEET.face().positions());
+}
+
+#[test]
+fn random_faces_have_the_populations_mean_spread_and_correlation() {
+    // 4,000 draws on the sheet, whose correlations are far from 0. A correlation r of n draws has
+    // a standard error of (1 - r^2)/sqrt(n) <= 0.016 and a mean of 1/sqrt(n); five of them, and
+    // 0.01 for the cut at 3 sigmas, which takes 1.4 % off a variance.
+    let n = 4000;
+    let mut face = SHEET.face();
+    let draws: Vec<Vec<f32>> = (0..n)
+        .map(|seed| {
+            face.randomize(&seeded(seed)).unwrap();
+            face.coefficients()
+        })
+        .collect();
+    let mean = |i: usize| draws.iter().map(|d| f64::from(d[i])).sum::<f64>() / n as f64;
+    let product = |i: usize, j: usize| {
+        draws
+            .iter()
+            .map(|d| f64::from(d[i]) * f64::from(d[j]))
+            .sum::<f64>()
+            / n as f64
+    };
+    for i in 0..COEFFICIENTS {
+        assert!(mean(i).abs() < 0.08, "mean {i} is {}", mean(i));
+        // A variance has a standard error of sqrt(2/n) = 0.022.
+        assert!(
+            (product(i, i) - 1.0).abs() < 0.13,
+            "variance {i} is {}",
+            product(i, i)
+        );
+        for j in 0..i {
+            let got = product(i, j) / (product(i, i) * product(j, j)).sqrt();
+            let wanted = f64::from(SHEET.parts().correlation[i * COEFFICIENTS + j]);
+            assert!((got - wanted).abs() < 0.09, "{i}, {j}: {got}, not {wanted}");
+        }
+    }
+}
+
+#[test]
+fn a_random_face_fits_what_is_locked() {
+    // The sheet's nose ends with coefficient 2 and its mouth starts with 3, correlated by 0.6.
+    // With the nose locked at +2 sigmas, coefficient 3 is normal with mean 0.6 x 2 and variance
+    // 1 - 0.36 (the process is Markov, so 0 and 1 add nothing).
+    let mut face = SHEET.face();
+    let mut coefficients = face.coefficients();
+    coefficients[2] = 2.0;
+    face.set_coefficients(&coefficients).unwrap();
+    face.lock("nose").unwrap();
+    let n = 4000;
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for seed in 0..n {
+        face.randomize(&seeded(seed)).unwrap();
+        let drawn = face.coefficients();
+        assert_eq!(drawn[..3], coefficients[..3]);
+        sum += f64::from(drawn[3]);
+        squares += f64::from(drawn[3]).powi(2);
+    }
+    let mean = sum / n as f64;
+    let variance = squares / n as f64 - mean * mean;
+    // Five standard errors, 0.8/sqrt(n) and 0.64 sqrt(2/n); the cut at 3 sigmas takes a little.
+    assert!((mean - 1.2).abs() < 0.07, "{mean}");
+    assert!((variance - 0.64).abs() < 0.08, "{variance}");
+}
+
+#[test]
+fn a_seed_is_a_face_and_the_spread_scales_it() {
+    for model in models() {
+        assert_eq!(random(model, 7).positions(), random(model, 7).positions());
+        assert_ne!(random(model, 7).positions(), random(model, 8).positions());
+        let mut face = model.face();
+        face.randomize(&Randomize {
+            spread: Some(0.0),
+            ..seeded(7)
+        })
+        .unwrap();
+        assert!(face.coefficients().iter().all(|&c| c == 0.0));
+        face.randomize(&Randomize {
+            spread: Some(3.0),
+            ..seeded(7)
+        })
+        .unwrap();
+        assert!(face.coefficients().iter().all(|&c| c.abs() <= 3.0));
+        // Without a seed one is drawn, and given back.
+        let seed = face.randomize(&Randomize::default()).unwrap();
+        assert_eq!(random(model, seed).positions(), face.positions());
+    }
+}
+
+#[test]
+fn a_drag_brings_the_vertex_to_its_target() {
+    for model in models() {
+        let mut worst = 0.0_f32;
+        for step in 0..10 {
+            let mut face = model.face();
+            let vertex = (model.parts().mean.len() * step / 10) as u32;
+            let start = face.positions()[vertex as usize];
+            // Half a millimetre is within reach of the population everywhere on a head.
+            let target = start + Vec3::new(0.2, -0.3, 0.35);
+            face.drag(vertex, target).unwrap();
+            worst = worst.max(face.positions()[vertex as usize].distance(target));
+        }
+        // The ridge of a millionth and the grid leave micrometres; a hundredth of the way is
+        // allowed for vertices that can hardly move along an axis.
+        assert!(worst < 0.005, "{worst} mm");
+    }
+}
+
+#[test]
+fn a_drag_keeps_what_is_locked_and_stays_within_the_limits() {
+    for model in models() {
+        let mut face = random(model, 6);
+        let before = face.coefficients();
+        face.lock(&region(model, 0)).unwrap();
+        face.drag(0, Vec3::splat(1e6)).unwrap();
+        let after = face.coefficients();
+        let own = model.parts().blocks[0].coefficients();
+        assert_eq!(after[own.clone()], before[own]);
+        assert!(after.iter().all(|c| c.abs() <= 3.0));
+        for target in [f32::MAX, f32::MIN] {
+            face.drag(0, Vec3::splat(target)).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_drag_is_the_least_mahalanobis_change() {
+    // Any other change that brings the vertex to the same place is less probable: add to the
+    // drag's change any direction that does not move the vertex, and its length only grows.
+    let mut face = SHEET.face();
+    face.set_coefficients(&[0.0; COEFFICIENTS]).unwrap();
+    let target = face.positions()[20] + Vec3::new(0.5, 0.2, -0.4);
+    face.drag(20, target).unwrap();
+    let change = nalgebra::DVector::from_iterator(
+        COEFFICIENTS,
+        face.coefficients().into_iter().map(f64::from),
+    );
+    let correlation = nalgebra::DMatrix::from_row_iterator(
+        COEFFICIENTS,
+        COEFFICIENTS,
+        SHEET.parts().correlation.iter().map(|&r| f64::from(r)),
+    );
+    let precision = correlation.try_inverse().unwrap();
+    // The vertex's Jacobian by differences of one sigma; positions are linear.
+    let origin = {
+        let mut face = SHEET.face();
+        face.set_coefficients(&[0.0; COEFFICIENTS]).unwrap();
+        face.positions()[20]
+    };
+    let jacobian = nalgebra::DMatrix::from_fn(3, COEFFICIENTS, |axis, i| {
+        let mut unit = [0.0; COEFFICIENTS];
+        unit[i] = 1.0;
+        let mut face = SHEET.face();
+        face.set_coefficients(&unit).unwrap();
+        f64::from((face.positions()[20] - origin)[axis])
+    });
+    // Optimal exactly when R^-1 c lies in the row space of J: the part outside is 0 up to f32.
+    let pull = &precision * &change;
+    let gram = (&jacobian * jacobian.transpose()).try_inverse().unwrap();
+    let inside = jacobian.transpose() * gram * &jacobian * &pull;
+    assert!((pull.clone() - inside).norm() < 1e-3 * pull.norm());
+}
+
+#[test]
+fn what_has_no_meaning_is_an_error_and_changes_nothing() {
+    for model in models() {
+        let mut face = random(model, 1);
+        let before = face.clone();
+        let control = model.parts().controls[0].name.clone();
+        for value in [f64::NAN, f64::INFINITY, -0.001, 1.001] {
+            assert!(
+                matches!(face.set(&control, value), Err(Error::Value { .. })),
+                "{value}"
+            );
+            assert!(
+                matches!(face.set_alpha(value as f32), Err(Error::Value { .. })),
+                "{value}"
+            );
+            let other = model.face();
+            assert!(face.blend(&other, value, None).is_err(), "{value}");
+        }
+        for spread in [f64::NAN, -0.1, 3.1] {
+            assert!(
+                face.randomize(&Randomize {
+                    spread: Some(spread),
+                    ..seeded(1)
+                })
+                .is_err()
+            );
+        }
+        let names = Some(vec!["no such".to_owned()]);
+        assert!(
+            face.randomize(&Randomize {
+                regions: names.clone(),
+                ..seeded(1)
+            })
+            .is_err()
+        );
+        assert!(face.blend(&before, 0.5, names.as_deref()).is_err());
+        assert!(matches!(
+            face.set("no such", 0.5),
+            Err(Error::Unknown { .. })
+        ));
+        assert!(face.get("no such").is_err());
+        assert!(face.lock("no such").is_err());
+        assert!(face.unlock("no such").is_err());
+        assert!(face.reset(Some("no such")).is_err());
+        assert!(face.measure("no such").is_err());
+        assert!(face.drag(u32::MAX, Vec3::ZERO).is_err());
+        assert!(face.drag(0, Vec3::new(0.0, f32::NAN, 0.0)).is_err());
+        assert!(face.set_coefficients(&[]).is_err());
+        let mut far = before.coefficients();
+        for number in [f32::NAN, f32::NEG_INFINITY, 256.0] {
+            far[0] = number;
+            assert!(face.set_coefficients(&far).is_err());
+        }
+        assert_eq!(face.positions(), before.positions());
+        assert_eq!(face.coefficients(), before.coefficients());
+    }
+    let mut face = head_model().face();
+    assert!(matches!(
+        face.blend(&SHEET.face(), 0.5, None),
+        Err(Error::Mismatch(_))
+    ));
+}
+
+#[test]
+fn the_committed_model_takes_every_use() {
+    let model = head_model();
+    exercise(model);
+    // The bytes are what the parts write: the blob holds nothing else.
+    assert_eq!(
+        model.parts().write().unwrap(),
+        std::fs::read(MODEL).unwrap()
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// f(a + t (b - a)) = f(a) + t (f(b) - f(a)).
+    #[test]
+    fn positions_are_linear_in_the_coefficients(
+        a in prop::collection::vec(-3.0_f32..3.0, COEFFICIENTS),
+        b in prop::collection::vec(-3.0_f32..3.0, COEFFICIENTS),
+        t in 0.0_f32..1.0,
+    ) {
+        let positions = |c: &[f32]| {
+            let mut face = SHEET.face();
+            face.set_coefficients(c).expect("they are within 255 sigmas");
+            face.positions().to_vec()
+        };
+        let between: Vec<f32> = a.iter().zip(&b).map(|(a, b)| a + t * (b - a)).collect();
+        let (from, to, got) = (positions(&a), positions(&b), positions(&between));
+        let wanted: Vec<Vec3> = from.iter().zip(&to).map(|(a, b)| *a + t * (*b - *a)).collect();
+        // Three roundings to the grid of 9 coefficients, at up to 4.5 mm a sigma: 0.3
+        // micrometres each at worst; the f32 sums are smaller.
+        prop_assert!(farthest(&got, &wanted) < 0.001);
+    }
+
+    /// However a state is reached, its positions are the same bits.
+    #[test]
+    fn positions_do_not_depend_on_the_way(
+        steps in prop::collection::vec((0..10_usize, 0.0_f64..1.0), 1..30),
+    ) {
+        for model in models() {
+            let mut face = model.face();
+            for &(control, value) in &steps {
+                let controls = &model.parts().controls;
+                face.set(&controls[control % controls.len()].name, value).expect("in 0..=1");
+            }
+            let mut straight = model.face();
+            straight.set_coefficients(&face.coefficients()).expect("its own");
+            prop_assert_eq!(straight.coefficients(), face.coefficients());
+            prop_assert_eq!(straight.positions(), face.positions());
+            prop_assert_eq!(straight.normals(), face.normals());
+        }
+    }
+
+    /// Reading is monotone: a higher percentile is a higher read-out.
+    #[test]
+    fn a_control_is_monotone(control in 0..10_usize, a in 0.0_f64..1.0, b in 0.0_f64..1.0) {
+        for model in models() {
+            let controls = &model.parts().controls;
+            let control = &controls[control % controls.len()];
+            let mut face = model.face();
+            face.set(&control.name, a).expect("in 0..=1");
+            let low = control.read(&face.coefficients());
+            face.set(&control.name, b).expect("in 0..=1");
+            let high = control.read(&face.coefficients());
+            // The grid may swap what lies closer than a step of it.
+            prop_assert!((b - a) * f64::from(high - low) >= -1e-4);
+        }
+    }
+}

@@ -1,0 +1,280 @@
+// The npm package as `./build.sh build` leaves it in pkg, on the committed model.
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { after, before, describe, test } from 'node:test';
+
+import { fastestBuild, load } from '../../pkg/index.js';
+
+const bytes = await readFile(new URL('../../www/public/model.phiz', import.meta.url));
+
+/** The largest difference between two arrays of numbers. */
+function farthest(a, b) {
+  assert.equal(a.length, b.length);
+  let most = 0;
+  for (let i = 0; i < a.length; i++) most = Math.max(most, Math.abs(a[i] - b[i]));
+  return most;
+}
+
+test('Node takes the SIMD build by itself', () => {
+  assert.equal(fastestBuild(), 'simd');
+});
+
+for (const build of ['simd', 'scalar']) {
+  describe(build, () => {
+    let model;
+    let face;
+    before(async () => {
+      model = await load(bytes, { build });
+      face = model.face();
+    });
+    after(() => model.free());
+
+    test('a model says what it is', () => {
+      assert.ok(model.vertexCount > 10_000);
+      for (const region of ['eyes', 'nose', 'mouth', 'chin', 'forehead', 'head']) {
+        assert.ok(model.regions.includes(region), region);
+      }
+      assert.ok(model.about.population.length > 20, 'it says whom it was learned from');
+      assert.ok(model.about.caveat.length > 20, 'it says whom it does not describe');
+      assert.ok(model.about.licences.length > 0);
+      for (const control of model.controls) {
+        assert.equal(control.unit, 'percentile');
+        assert.deepEqual(control.limits, [0, 1]);
+        assert.ok(model.regions.includes(control.group), control.group);
+      }
+      assert.equal(new Set(model.controls.map((c) => c.name)).size, model.controls.length);
+    });
+
+    test('the topology fits together', () => {
+      const n = model.vertexCount;
+      const corners = model.uvs.length / 2;
+      assert.ok(corners >= n);
+      assert.equal(model.uvVertices.length, corners);
+      assert.equal(model.colours.length, 3 * n);
+      assert.equal(model.regionOf.length, n);
+      assert.ok(model.triangles.every((corner) => corner < corners));
+      assert.ok(model.uvVertices.every((vertex) => vertex < n));
+      assert.ok(model.mirror.every((m, v) => model.mirror[m] === v));
+      const covered = model.parts.reduce((sum, part) => sum + part.count, 0);
+      assert.equal(3 * covered, model.triangles.length);
+    });
+
+    test('a slider moves vertices, within the range that it tells', () => {
+      face.reset();
+      const before = { positions: face.positions.slice(), normals: face.normals.slice() };
+      const { name } = model.controls[0];
+      face.set(name, 0.95);
+      // A grid step of the coefficient, 1/65536 sigma, is below 1e-5 of a percentile.
+      assert.ok(Math.abs(face.get(name) - 0.95) < 1e-4);
+      const [first, end] = face.changed;
+      assert.ok(0 <= first && first < end && end <= model.vertexCount);
+      const outside = (i) => i < 3 * first || i >= 3 * end;
+      assert.ok(face.positions.every((x, i) => !outside(i) || x === before.positions[i]));
+      assert.ok(face.normals.every((x, i) => !outside(i) || x === before.normals[i]));
+      assert.ok(farthest(face.positions, before.positions) > 0.1, 'it moved visibly');
+      face.reset();
+      assert.deepEqual(face.positions, before.positions);
+    });
+
+    test('normals have length 1', () => {
+      for (let i = 0; i < face.normals.length; i += 3) {
+        const [x, y, z] = face.normals.subarray(i, i + 3);
+        // Three f32 roundings.
+        assert.ok(Math.abs(Math.hypot(x, y, z) - 1) < 1e-6, `vertex ${i / 3}`);
+      }
+    });
+
+    test('views stay right when the memory grows', () => {
+      const kept = face.positions.slice();
+      const many = Array.from({ length: 40 }, () => face.clone());
+      assert.deepEqual(face.positions, kept);
+      many.forEach((clone) => clone.free());
+    });
+
+    test('a code gives the same face again, and only on this model', () => {
+      face.randomize({ seed: 11 });
+      const again = model.fromCode(face.code);
+      assert.deepEqual(again.positions, face.positions);
+      assert.match(face.code, /^[A-Za-z0-9_-]+$/);
+      const other = model.face();
+      other.code = face.code;
+      assert.deepEqual(other.coefficients, face.coefficients);
+      assert.throws(() => model.fromCode(face.code.slice(0, -3)), /not a face code/);
+      assert.throws(() => model.fromCode('AAAA'), /not a face code/);
+      assert.throws(() => {
+        other.code = '?';
+      }, /not a face code/);
+      again.free();
+      other.free();
+    });
+
+    test('a clone lives by itself', () => {
+      const clone = face.clone();
+      assert.deepEqual(clone.positions, face.positions);
+      clone.set(model.controls[0].name, 0.1);
+      face.set(model.controls[0].name, 0.9);
+      assert.ok(farthest(clone.positions, face.positions) > 0.1);
+      clone.free();
+      assert.ok(face.positions.length > 0);
+    });
+
+    test('a locked region stays when the rest is drawn', () => {
+      face.randomize({ seed: 1 });
+      const nose = model.controls.filter((c) => c.group === 'nose').map((c) => c.name);
+      const values = nose.map((name) => face.get(name));
+      face.lock('nose');
+      assert.deepEqual(face.locked, ['nose']);
+      assert.equal(face.randomize({ seed: 2 }), 2);
+      assert.deepEqual(nose.map((name) => face.get(name)), values);
+      face.unlock('nose');
+      assert.deepEqual(face.locked, []);
+      face.randomize({ seed: 2 });
+      assert.notDeepEqual(nose.map((name) => face.get(name)), values);
+    });
+
+    test('a face moves towards another, in one region or in all', () => {
+      const [from, to] = [model.face(), model.face()];
+      to.randomize({ seed: 5 });
+      from.blend(to, 1, { regions: ['mouth'] });
+      const { group } = model.controls[0];
+      assert.notEqual(group, 'mouth');
+      assert.ok(Math.abs(from.get(model.controls[0].name) - 0.5) < 1e-4);
+      from.blend(to, 1);
+      assert.deepEqual(from.positions, to.positions);
+      from.free();
+      to.free();
+    });
+
+    test('a measure is a length in mm and follows its sliders', () => {
+      assert.ok(model.measures.length > 0);
+      for (const { name, unit } of model.measures) {
+        assert.equal(unit, 'mm');
+        const length = face.measure(name);
+        assert.ok(length > 1 && length < 400, `${name} is ${length} mm`);
+      }
+    });
+
+    test('a drag brings a vertex to its target', () => {
+      face.reset();
+      const vertex = face.model.landmarks.find((l) => l.name === 'ibug_30').stencil[0][0];
+      const target = Array.from(face.positions.subarray(3 * vertex, 3 * vertex + 3));
+      target[2] += 1;
+      face.drag(vertex, target);
+      const reached = face.positions.slice(3 * vertex, 3 * vertex + 3);
+      // A millimetre on the tip of the nose is within everyone's reach; the ridge and the grid
+      // leave micrometres.
+      assert.ok(farthest(reached, target) < 0.01, `${reached} for ${target}`);
+    });
+
+    test('alpha is live', () => {
+      face.randomize({ seed: 4 });
+      const kept = face.positions.slice();
+      const [least] = model.blending.limits;
+      const { alpha } = face;
+      face.alpha = least;
+      assert.equal(face.alpha, Math.fround(least));
+      assert.ok(farthest(face.positions, kept) > 0.01);
+      face.alpha = alpha;
+      assert.deepEqual(face.positions, kept);
+    });
+
+    test('coefficients can be put back', () => {
+      face.randomize({ seed: 6 });
+      const { coefficients } = face;
+      const kept = face.positions.slice();
+      face.reset();
+      face.coefficients = coefficients;
+      assert.deepEqual(face.positions, kept);
+    });
+
+    test('what has no meaning is an Error with a reason, and changes nothing', () => {
+      const kept = face.positions.slice();
+      const { name } = model.controls[0];
+      const wrong = [
+        [() => face.set(name, NaN), /percentile/],
+        [() => face.set(name, 1.5), /percentile/],
+        [() => face.set('no such', 0.5), /no control is called "no such"/],
+        [() => face.get('no such'), /no control/],
+        [() => face.lock('no such'), /no region/],
+        [() => face.measure('no such'), /no measure/],
+        [() => face.reset('no such'), /no region/],
+        [() => face.drag(1e9, [0, 0, 0]), /no vertex/],
+        [() => face.drag(0, [0, NaN, 0]), /target/],
+        [() => face.drag(0, []), /target/],
+        [() => face.randomize({ spread: NaN }), /spread/],
+        [() => face.randomize({ seed: -1 }), /./],
+        [() => face.randomize({ regions: ['no such'] }), /no region/],
+        [() => face.blend(face.clone(), 2), /blend/],
+        [() => (face.coefficients = new Float32Array(1)), /coefficients/],
+        [() => (face.coefficients = face.coefficients.fill(NaN)), /coefficient/],
+        [() => (face.alpha = NaN), /blending distance/],
+        [() => (face.alpha = 1e9), /blending distance/],
+      ];
+      for (const [act, reason] of wrong) {
+        assert.throws(act, (error) => error instanceof Error && reason.test(error.message), `${act}`);
+      }
+      assert.deepEqual(face.positions, kept);
+    });
+
+    test('a bad blob is an Error with a reason', async () => {
+      const flipped = Uint8Array.from(bytes);
+      flipped[5000] ^= 1;
+      const versioned = Uint8Array.from(bytes);
+      versioned[8] += 1;
+      for (const [blob, reason] of [
+        [new Uint8Array(0), /too few/],
+        [new Uint8Array(1000), /signature/],
+        [bytes.subarray(0, bytes.length - 1), /bytes long/],
+        [flipped, /checksum/],
+        [versioned, /version/],
+      ]) {
+        await assert.rejects(load(blob, { build }), (error) => {
+          return error instanceof Error && reason.test(error.message);
+        });
+      }
+    });
+
+    test('what was freed throws, and does so again', async () => {
+      const mine = await load(bytes, { build });
+      const child = mine.face();
+      const [a, b] = [child.clone(), child.clone()];
+      a.free();
+      a.free();
+      for (const use of [
+        () => a.positions,
+        () => a.set(model.controls[0].name, 0.5),
+        () => a.code,
+        () => a.clone(),
+        () => b.blend(a, 0.5),
+        () => a.changed,
+      ]) {
+        assert.throws(use, /freed/);
+      }
+      // A model takes its faces along.
+      mine.free();
+      mine.free();
+      assert.throws(() => mine.face(), /freed/);
+      assert.throws(() => child.positions, /freed/);
+      assert.throws(() => b.get(model.controls[0].name), /freed/);
+    });
+  });
+}
+
+test('both builds give the same faces', async () => {
+  const [simd, scalar] = [
+    await load(bytes, { build: 'simd' }),
+    await load(bytes, { build: 'scalar' }),
+  ];
+  for (let seed = 0; seed < 10; seed++) {
+    const [a, b] = [simd.face(), scalar.face()];
+    a.randomize({ seed });
+    b.randomize({ seed });
+    assert.equal(a.code, b.code, 'a face is the same everywhere');
+    // Sums may be taken in another order: some 30 terms of f32 near 100 mm, a last bit of 8 nm
+    // each, stay within 2 micrometres; a normal on an edge of 0.1 mm turns by 1e-3 at most.
+    assert.ok(farthest(a.positions, b.positions) < 0.002);
+    assert.ok(farthest(a.normals, b.normals) < 1e-3);
+  }
+  simd.free();
+  scalar.free();
+});

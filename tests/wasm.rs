@@ -1,0 +1,63 @@
+//! The core on wasm32, in Node: `wasm-pack test --node -- --test wasm`.
+//!
+//! The arithmetic is plain IEEE f32 without fused operations, so wasm gives the very bits that
+//! native code does; `tests/face.rs` holds those to their definition.
+#![cfg(target_arch = "wasm32")]
+
+mod common;
+
+use common::{exercise, sheet, sheet_blob, sheet_model};
+use phiz::{FaceModel, Randomize};
+use wasm_bindgen_test::wasm_bindgen_test;
+
+static HEAD: &[u8] = include_bytes!("../www/public/model.phiz");
+
+#[wasm_bindgen_test]
+fn the_committed_model_takes_every_use() {
+    exercise(&FaceModel::parse(HEAD).unwrap());
+}
+
+#[wasm_bindgen_test]
+fn the_sheet_takes_every_use_and_is_read_as_it_was_written() {
+    exercise(&sheet_model());
+    assert_eq!(*sheet_model().parts(), sheet());
+}
+
+#[wasm_bindgen_test]
+fn positions_do_not_depend_on_the_way() {
+    let model = FaceModel::parse(HEAD).unwrap();
+    let mut face = model.face();
+    for (i, control) in model.parts().controls.iter().enumerate() {
+        face.set(&control.name, (i as f64 * 0.37).fract()).unwrap();
+    }
+    let straight = model.from_code(&face.code()).unwrap();
+    assert_eq!(straight.positions(), face.positions());
+    assert_eq!(straight.normals(), face.normals());
+}
+
+#[wasm_bindgen_test]
+fn randomness_comes_from_the_platform() {
+    let mut face = sheet_model().face();
+    let seed = face.randomize(&Randomize::default()).unwrap();
+    assert!(
+        seed < 1 << 53,
+        "{seed} would not survive as a JavaScript number"
+    );
+    assert_ne!(seed, face.randomize(&Randomize::default()).unwrap());
+}
+
+/// Counts are 32 bits wide here, so products of numbers in a header can wrap; every one of these
+/// would on the way to a small section.
+#[wasm_bindgen_test]
+fn counts_that_wrap_in_32_bits_are_refused() {
+    let blob = sheet_blob();
+    for (from, to) in [
+        ("\"corners\":54,", "\"corners\":2147483702,"),
+        ("\"triangles\":70,", "\"triangles\":1431655836,"),
+        ("\"modes\":3,", "\"modes\":1431655768,"),
+        ("\"quantiles\":21,", "\"quantiles\":429496751,"),
+    ] {
+        let bytes = common::with_header(&blob, from, to);
+        assert!(FaceModel::parse(&bytes).is_err(), "{to} was taken");
+    }
+}
