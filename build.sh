@@ -269,6 +269,12 @@ model() {
     say "Pictures"
     "$fit" pictures "$work/template.phiz" -o www/docs
     "$fit" pictures www/public/model.phiz -o www/docs
+    need_node
+    need_wasm_tools
+    need_browser
+    package
+    site
+    quietly page-picture node tests/browser/picture.js
     sizes www/public/model.phiz
 }
 

@@ -149,7 +149,7 @@ impl Face {
     pub fn set(&mut self, control: &str, value: f64) -> Result<()> {
         let control = self.model.control(control)?;
         let mut coefficients = self.coefficients();
-        let wanted = control.quantile(value as f32)?;
+        let wanted = control.quantile(value)?;
         let amount = (wanted - control.read(&coefficients)) / control.gain();
         for &(i, change) in &control.direction {
             coefficients[i as usize] += amount * change;

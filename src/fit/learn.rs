@@ -52,7 +52,7 @@ pub const FEATURES: [FeatureRule; 5] = [
     FeatureRule {
         name: "forehead",
         regions: &["forehead"],
-        border: 20.0,
+        border: 18.0,
     },
 ];
 /// Smoothing where no border is near, mm: below the size of a nostril's rim.

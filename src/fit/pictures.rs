@@ -20,14 +20,14 @@ const MODES: usize = 4;
 pub fn of_model(model: &FaceModel, folder: &Path) -> FitResult<()> {
     for (b, feature) in FEATURES.iter().enumerate() {
         let block = &model.parts().blocks[b];
-        let centre: DVec3 = block
+        let height = block
             .support
             .iter()
-            .map(|&v| model.parts().mean[v as usize].as_dvec3())
-            .sum::<DVec3>()
+            .map(|&v| f64::from(model.parts().mean[v as usize].y))
+            .sum::<f64>()
             / block.support.len() as f64;
-        // Near enough for pores, far enough that the border and what follows it are in view.
-        let camera = Camera::around(centre - DVec3::Z * 10.0, 480.0, 30.0, 4.0);
+        // Near enough for a nostril's rim, far enough that the border and what follows are in view.
+        let camera = Camera::around(DVec3::new(0.0, height, -30.0), 560.0, 30.0, 4.0);
         let mut rows = Vec::new();
         for sigma in [-3.0, 0.0, 3.0] {
             for k in block.coefficients().take(MODES) {

@@ -81,7 +81,7 @@ type Sparse = Vec<(u32, DVec3)>;
 /// Standard deviation of a control, in full targets, by the folder it comes from. The targets'
 /// full displacement is an extreme that an artist still finds believable.
 const SPREADS: [(&str, f64); 10] = [
-    ("head", 0.13),
+    ("head", 0.10),
     ("eyes", 0.20),
     ("eyebrows", 0.30),
     ("nose", 0.21),

@@ -64,19 +64,19 @@ impl Control {
     ///
     /// # Errors
     /// When `percentile` is not in 0..=1.
-    pub fn quantile(&self, percentile: f32) -> Result<f32> {
+    pub fn quantile(&self, percentile: f64) -> Result<f32> {
         if !(0.0..=1.0).contains(&percentile) {
             return Err(Error::Value {
                 what: "a percentile",
                 wanted: "from 0 to 1".into(),
-                got: f64::from(percentile),
+                got: percentile,
             });
         }
         let last = self.quantiles.len() - 1;
-        let at = percentile * last as f32;
+        let at = percentile * last as f64;
         let low = (at as usize).min(last - 1);
         let (from, to) = (self.quantiles[low], self.quantiles[low + 1]);
-        Ok(from + (to - from) * (at - low as f32))
+        Ok(from + (to - from) * (at - low as f64) as f32)
     }
 
     /// The read-out of the median person.

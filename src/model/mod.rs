@@ -275,9 +275,11 @@ impl ModelParts {
         if header.vertices == 0 || header.vertices > MAX_VERTICES {
             return bad(format!("{} vertices", header.vertices));
         }
-        // Far above what Euler's formula allows for so many vertices; it keeps the products of
-        // these numbers within 32 bits, which is what wasm counts in.
-        if header.corners > 4 * MAX_VERTICES || header.triangles > 4 * MAX_VERTICES {
+        // Twice what Euler's formula allows for so many vertices. It keeps the products of these
+        // numbers within 32 bits, which is what wasm counts in, and what is derived from each
+        // block's part of the mesh a small multiple of the block's own bytes.
+        let most = 4 * header.vertices;
+        if header.corners > most || header.triangles > most {
             return bad(format!(
                 "{} texture corners and {} triangles",
                 header.corners, header.triangles

@@ -141,6 +141,10 @@ for (const build of ['simd', 'scalar']) {
       assert.ok(Math.abs(from.get(model.controls[0].name) - 0.5) < 1e-4);
       from.blend(to, 1);
       assert.deepEqual(from.positions, to.positions);
+      const { code } = from;
+      from.blend(from, 0.5);
+      assert.equal(from.code, code);
+      assert.throws(() => from.blend(from, 2), /blend/);
       from.free();
       to.free();
     });

@@ -218,7 +218,13 @@ export class Face {
   }
   /** @param {Face} other @param {number} t @param {{ regions?: string[] }} [options] */
   blend(other, t, { regions } = {}) {
-    this.#live.blend(other.#live, t, regions);
+    // wasm-bindgen does not lend the same face twice; a copy makes the same checks.
+    const source = other === this ? other.clone() : other;
+    try {
+      this.#live.blend(source.#live, t, regions);
+    } finally {
+      if (source !== other) source.free();
+    }
   }
   /** @param {{ seed?: number, spread?: number, regions?: string[] }} [options] */
   randomize(options = {}) {
