@@ -246,3 +246,24 @@ fn random_faces_look_like_the_training_faces_in_size() {
         assert!((0.75..1.3).contains(&(s2 / s1)));
     }
 }
+
+/// The same faces give the same bytes on one thread or many.
+#[test]
+fn threads_do_not_change_a_model() {
+    let Some(Trained {
+        template, learned, ..
+    }) = &*TRAINED
+    else {
+        return;
+    };
+    let some = &learned.aligned[..30];
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let about = population::about();
+            let learned = learn(template, some.to_vec(), about, &Settings::default()).unwrap();
+            learned.parts.write().unwrap()
+        })
+    };
+    assert!(on(1) == on(4));
+}

@@ -125,7 +125,8 @@ pub struct BlockReport {
 /// of each face, over the whole head. `about` is put into the model as it is.
 ///
 /// # Errors
-/// With fewer than 3 faces, faces of another topology, or a region that does not vary.
+/// With fewer than 3 faces, faces of another topology, a region that does not vary, or a tau
+/// outside (0, 1].
 pub fn learn(
     template: &Template,
     faces: Vec<Vec<DVec3>>,
@@ -133,6 +134,12 @@ pub fn learn(
     settings: &Settings,
 ) -> FitResult<Learned> {
     let n = template.positions.len();
+    let tau = settings.tau;
+    if !(tau > 0.0 && tau <= 1.0) {
+        return Err(FitError::Input(format!(
+            "tau must be over 0 and at most 1, not {tau}"
+        )));
+    }
     if faces.len() < 3 {
         return Err(FitError::Input(format!(
             "{} faces are too few to learn from; 3 is the least",

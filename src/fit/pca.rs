@@ -46,6 +46,8 @@ impl Pca {
             let mean = (0..f).map(|j| x[(i, j)]).sum::<f64>() / f as f64;
             (0..f).for_each(|j| x[(i, j)] -= mean);
         }
+        // faer splits sums by the number of threads; on one they are the same everywhere.
+        faer::set_global_parallelism(faer::Par::Seq);
         let gram = x.transpose() * &x;
         let eigen = gram
             .self_adjoint_eigen(Side::Lower)

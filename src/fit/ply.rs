@@ -46,6 +46,8 @@ pub fn read_positions(path: &Path) -> FitResult<Vec<DVec3>> {
     let parser = Parser::<Vertex>::new();
     let one_line = |e: &dyn std::fmt::Display| {
         let text = e.to_string();
+        // What follows is the parser's state, not the file's fault.
+        let text = text.split("String:").next().unwrap_or_default();
         FitError::file(path, text.split_whitespace().collect::<Vec<_>>().join(" "))
     };
     let header = parser.read_header(&mut reader).map_err(|e| one_line(&e))?;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use indicatif::ProgressBar;
 
 use phiz::FaceModel;
 use phiz::fit::files::write_atomically;
@@ -53,8 +54,8 @@ struct PopulationArgs {
     #[arg(long, value_name = "DIR")]
     base_mesh: PathBuf,
     /// How many faces.
-    #[arg(long, default_value_t = 400)]
-    count: usize,
+    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u32).range(1..))]
+    count: u32,
     /// The same seed gives the same faces.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -126,8 +127,19 @@ fn read_model(path: &Path) -> FitResult<FaceModel> {
     FaceModel::parse(&read(path)?).map_err(|e| FitError::file(path, e))
 }
 
+/// Does one step of a verb and says so while it lasts, where a person watches.
+fn step<T>(what: &'static str, work: impl FnOnce() -> FitResult<T>) -> FitResult<T> {
+    let spinner = ProgressBar::new_spinner().with_message(what);
+    spinner.enable_steady_tick(std::time::Duration::from_millis(100));
+    let done = work();
+    spinner.finish_and_clear();
+    done
+}
+
 fn template(args: &TemplateArgs) -> FitResult<()> {
-    let template = generic_head::build(&args.base_mesh)?;
+    let template = step("building the generic head", || {
+        generic_head::build(&args.base_mesh)
+    })?;
     write_atomically(&args.output, &template.to_bytes()?)?;
     println!(
         "{}: {} vertices, {} triangles, {} points",
@@ -141,8 +153,12 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
 
 fn sample(args: &PopulationArgs) -> FitResult<()> {
     let template = read_template(&args.template)?;
-    let people = population::sample(&template, &args.base_mesh, args.count, args.seed)?;
-    population::write(&people, &template, &args.output)?;
+    let people = step("sampling faces", || {
+        population::sample(&template, &args.base_mesh, args.count as usize, args.seed)
+    })?;
+    step("writing faces", || {
+        population::write(&people, &template, &args.output)
+    })?;
     println!("{}: {} faces", args.output.display(), people.faces.len());
     Ok(())
 }
@@ -150,13 +166,15 @@ fn sample(args: &PopulationArgs) -> FitResult<()> {
 fn train(args: &TrainArgs) -> FitResult<()> {
     let template = read_template(&args.template)?;
     let (_names, faces): (Vec<_>, Vec<_>) =
-        ply::read_faces(&args.faces, &template)?.into_iter().unzip();
+        step("reading faces", || ply::read_faces(&args.faces, &template))?
+            .into_iter()
+            .unzip();
     let about = about(&args.faces)?;
     let settings = Settings {
         tau: args.tau,
         ..Settings::default()
     };
-    let learned = learn(&template, faces, about, &settings)?;
+    let learned = step("learning", || learn(&template, faces, about, &settings))?;
     let bytes = learned.parts.write()?;
     // What is written is read once before it replaces anything.
     FaceModel::parse(&bytes)?;
