@@ -25,6 +25,9 @@ pub struct FeatureRule {
     /// Smoothing near the border: a length in mm. Longer is a gentler seam and less shape. The
     /// forehead, on which people differ by hardly a crease, shows seams that a cheek hides.
     pub border: f64,
+    /// Smoothing where no border is near, mm. On the chin, a cleft that one mode has to itself
+    /// would be a cut; elsewhere it is below the size of a nostril's rim.
+    pub inside: f64,
 }
 
 /// The features of a model; the head block, which takes what they leave over, comes after them.
@@ -33,30 +36,33 @@ pub const FEATURES: [FeatureRule; 5] = [
         name: "eyes",
         regions: &["left eye", "right eye"],
         border: 9.0,
+        inside: 0.7,
     },
     FeatureRule {
         name: "nose",
         regions: &["nose"],
         border: 9.0,
+        inside: 0.7,
     },
     FeatureRule {
         name: "mouth",
         regions: &["mouth"],
         border: 9.0,
+        inside: 0.7,
     },
     FeatureRule {
         name: "chin",
         regions: &["chin"],
         border: 9.0,
+        inside: 2.0,
     },
     FeatureRule {
         name: "forehead",
         regions: &["forehead"],
         border: 18.0,
+        inside: 0.7,
     },
 ];
-/// Smoothing where no border is near, mm: below the size of a nostril's rim.
-const SMOOTHING_INSIDE: f64 = 0.7;
 /// The band in which smoothing goes over from border to inside, in lengths of the border's.
 const SMOOTHING_BAND: f64 = 1.5;
 const HEAD: &str = "head";
@@ -306,7 +312,7 @@ fn learn_feature(f: &Feature) -> FitResult<LearnedFeature> {
         })
         .collect();
     let smoothing = Smoothing {
-        inside: SMOOTHING_INSIDE,
+        inside: f.rule.inside,
         border: f.rule.border,
         band: SMOOTHING_BAND * f.rule.border,
     };
