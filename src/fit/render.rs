@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::files::write_atomically;
-use super::template::{Part, Template};
+use super::template::Part;
 use super::{FitError, FitResult};
 
 /// Where a picture is taken from.
@@ -417,88 +417,6 @@ pub fn face(
         })
         .collect();
     render(&meshes, options)
-}
-
-/// Distinct colours for regions, in the order of their numbers.
-pub const REGION_COLOURS: [[u8; 3]; 8] = [
-    [86, 140, 226],
-    [120, 190, 240],
-    [236, 150, 60],
-    [214, 80, 96],
-    [112, 186, 100],
-    [170, 120, 210],
-    [206, 200, 190],
-    [120, 120, 120],
-];
-
-/// Writes pictures of the template for a person to check: `head.png` (front, three-quarter,
-/// side), `regions.png` and `landmarks.png`.
-pub fn pictures(template: &Template, dir: &Path) -> FitResult<()> {
-    std::fs::create_dir_all(dir).map_err(|e| FitError::file(dir, e))?;
-    let regions: Vec<[u8; 3]> = template
-        .topology
-        .regions
-        .iter()
-        .map(|&r| REGION_COLOURS[r as usize % REGION_COLOURS.len()])
-        .collect();
-    let triangles = template.triangles();
-    let plain = vec![[205, 190, 180]; template.positions.len()];
-    for (name, colours) in [
-        ("head", &template.topology.colours),
-        ("regions", &regions),
-        ("landmarks", &plain),
-    ] {
-        let mut images = Vec::new();
-        for yaw in [0.0, 40.0, 90.0] {
-            let camera = Camera::around(DVec3::new(0.0, -25.0, -50.0), 900.0, yaw, 2.0);
-            let options = Options::new(700, 900, camera);
-            let mut image = face(
-                &triangles,
-                &template.topology.parts,
-                &template.positions,
-                colours,
-                &options,
-            );
-            if name == "landmarks" {
-                for index in 0..template.landmarks.len() {
-                    let p = template.landmark(index, &template.positions);
-                    let hidden = p.x < -1.0 && yaw > 45.0;
-                    if !hidden {
-                        image.dot(&camera, p, 4.0, [200, 30, 40]);
-                    }
-                }
-            }
-            images.push(image);
-        }
-        Image::grid(&images, 3)?.save(&dir.join(format!("{name}.png")))?;
-    }
-    Ok(())
-}
-
-/// A contact sheet of faces of the template's topology, `columns` a row.
-pub fn contact_sheet(
-    template: &Template,
-    faces: &[Vec<DVec3>],
-    columns: usize,
-    size: usize,
-) -> FitResult<Image> {
-    let triangles = template.triangles();
-    let images: Vec<Image> = faces
-        .iter()
-        .map(|positions| {
-            let camera = Camera::around(DVec3::new(0.0, -25.0, -40.0), 1000.0, 25.0, 0.0);
-            let mut options = Options::new(size, size * 6 / 5, camera);
-            options.samples = 2;
-            face(
-                &triangles,
-                &template.topology.parts,
-                positions,
-                &template.topology.colours,
-                &options,
-            )
-        })
-        .collect();
-    Image::grid(&images, columns)
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use phiz::FaceModel;
 use phiz::fit::files::write_atomically;
 use phiz::fit::learn::{Learned, Settings, learn};
 use phiz::fit::template::Template;
-use phiz::fit::{FitError, FitResult, generic_head, pictures, ply, population, render};
+use phiz::fit::{FitError, FitResult, generic_head, pictures, ply, population};
 use phiz::model::About;
 
 /// Builds generic heads, populations and face models. Lengths are millimetres.
@@ -274,7 +274,7 @@ fn draw(args: &PicturesArgs) -> FitResult<()> {
     let bytes = read(&args.file)?;
     std::fs::create_dir_all(&args.output).map_err(|e| FitError::file(&args.output, e))?;
     match Template::from_bytes(&bytes) {
-        Ok(template) => render::pictures(&template, &args.output),
+        Ok(template) => pictures::of_template(&template, &args.output),
         Err(_) => pictures::of_model(&read_model(&args.file)?, &args.output),
     }
 }
