@@ -55,8 +55,8 @@ pub fn paint(template: &mut Template, eye: &Eyeball) -> FitResult<()> {
         ),
         (point(template, "pogonion")?, 14.0, 0.18),
     ];
-    let parts = Parts::new(template);
-    let dark = nostrils(template, point(template, "ibug_33")?);
+    let parts = Parts::new(template)?;
+    let dark = nostrils(template, point(template, "ibug_33")?)?;
     for (vertex, &p) in positions.iter().enumerate() {
         let mut colour = SKIN;
         for (at, reach, strength) in flushed {
@@ -161,28 +161,19 @@ struct Parts {
 }
 
 impl Parts {
-    fn new(template: &Template) -> Parts {
+    fn new(template: &Template) -> FitResult<Parts> {
         let n = template.positions.len();
-        let vertices = |name: &str| {
+        let vertices = |name: &str| -> FitResult<Vec<bool>> {
             let mut mask = vec![false; n];
-            let triangles = template.triangles();
-            for part in template
-                .topology
-                .parts
-                .iter()
-                .filter(|part| part.name == name)
-            {
-                let range = part.first as usize..(part.first + part.count) as usize;
-                for &v in triangles[range].as_flattened() {
-                    mask[v as usize] = true;
-                }
+            for v in template.part_vertices(name)? {
+                mask[v as usize] = true;
             }
-            mask
+            Ok(mask)
         };
         let (skin, mouth, eyes) = (
-            vertices("skin"),
-            vertices("mouth cavity"),
-            vertices("eye cavities"),
+            vertices("skin")?,
+            vertices("mouth cavity")?,
+            vertices("eye cavities")?,
         );
         let rim: Vec<usize> = (0..n).filter(|&v| skin[v] && eyes[v]).collect();
         // The corners of an eye part upper from lower lid.
@@ -197,7 +188,7 @@ impl Parts {
             })
         };
         let at = &template.positions;
-        Parts {
+        Ok(Parts {
             eye_distance: (0..n)
                 .map(|v| {
                     rim.iter()
@@ -208,36 +199,26 @@ impl Parts {
             upper_lid: at.iter().map(|&p| upper(p)).collect(),
             in_mouth: (0..n).map(|v| mouth[v] && !skin[v]).collect(),
             in_eye: (0..n).map(|v| eyes[v] && !skin[v]).collect(),
-            eyeballs: ["left eyeball", "right eyeball"]
-                .map(|name| {
-                    (0..)
-                        .zip(vertices(name))
-                        .filter(|&(_, x)| x)
-                        .map(|(v, _)| v)
-                        .collect()
-                })
-                .to_vec(),
-        }
+            eyeballs: vec![
+                template.part_vertices("left eyeball")?,
+                template.part_vertices("right eyeball")?,
+            ],
+        })
     }
 }
 
 /// How deep a vertex lies in a nostril, 0 to 1: the share of directions around its normal in which
 /// the nose itself is met within 14 mm, above what an open crease has.
-fn nostrils(template: &Template, base: DVec3) -> Vec<f64> {
-    let triangles = template.triangles();
-    let skin = template
-        .topology
-        .parts
-        .first()
-        .map_or(0, |part| part.count as usize);
+fn nostrils(template: &Template, base: DVec3) -> FitResult<Vec<f64>> {
+    let skin = template.part_triangles("skin")?;
     let at = &template.positions;
     let near = |p: DVec3| p.distance(base) < 26.0;
-    let walls: Vec<[DVec3; 3]> = triangles[..skin]
+    let walls: Vec<[DVec3; 3]> = skin
         .iter()
         .map(|t| t.map(|v| at[v as usize]))
         .filter(|t| t.iter().all(|&p| p.distance(base) < 34.0))
         .collect();
-    let normal = normals(at, &triangles[..skin]);
+    let normal = normals(at, &skin);
     // 24 directions, even over the sphere (Fibonacci lattice); those outward of a normal count.
     let directions: Vec<DVec3> = (0..24)
         .map(|i| {
@@ -270,7 +251,7 @@ fn nostrils(template: &Template, base: DVec3) -> Vec<f64> {
     // The few directions leave grain: two rounds of averaging over neighbours.
     for _ in 0..2 {
         let mut sums = vec![(0.0, 0.0); at.len()];
-        for t in &triangles[..skin] {
+        for t in &skin {
             for (from, to) in [(0, 1), (1, 2), (2, 0)] {
                 for (from, to) in [(t[from], t[to]), (t[to], t[from])] {
                     sums[to as usize].0 += dark[from as usize];
@@ -284,7 +265,7 @@ fn nostrils(template: &Template, base: DVec3) -> Vec<f64> {
             }
         }
     }
-    dark
+    Ok(dark)
 }
 
 /// Moeller and Trumbore's test of a ray against a triangle, 1997.

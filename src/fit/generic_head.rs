@@ -90,7 +90,7 @@ pub fn build(data_dir: &Path) -> FitResult<Template> {
         parts,
         mirror,
     };
-    let mut template = draft.number(|_| 0);
+    let (mut template, _) = draft.number(|_| 0);
     template.landmarks = landmarks(&template, &rest, origin)?;
     region::assign(&mut template)?;
     let mut template = renumber(&template);
@@ -375,8 +375,8 @@ struct Draft {
 
 impl Draft {
     /// Numbers the vertices by `region`, and within a region along a Morton curve, so that
-    /// neighbours on the head are neighbours in memory.
-    fn number(&self, region: impl Fn(usize) -> u8) -> Template {
+    /// neighbours on the head are neighbours in memory. Gives each vertex's new number too.
+    fn number(&self, region: impl Fn(usize) -> u8) -> (Template, Vec<u32>) {
         let mut order: Vec<usize> = (0..self.positions.len()).collect();
         let low = self
             .positions
@@ -443,7 +443,7 @@ impl Draft {
             stencils.entries.extend(&self.rows[from]);
             stencils.starts.push(stencils.entries.len() as u32);
         }
-        Template {
+        let template = Template {
             positions: order.iter().map(|&v| self.positions[v]).collect(),
             topology: Topology {
                 uvs,
@@ -459,7 +459,8 @@ impl Draft {
             },
             stencils,
             ..Template::default()
-        }
+        };
+        (template, new)
     }
 }
 
@@ -488,25 +489,7 @@ fn renumber(template: &Template) -> Template {
         parts: template.topology.parts.clone(),
         mirror: template.topology.mirror.clone(),
     };
-    let mut numbered = draft.number(|v| template.topology.regions[v]);
-    // The order is a function of region, place and old number: find each old vertex again.
-    let mut order: Vec<usize> = (0..template.positions.len()).collect();
-    let low = template
-        .positions
-        .iter()
-        .copied()
-        .fold(DVec3::INFINITY, DVec3::min);
-    order.sort_by_key(|&v| {
-        (
-            template.topology.regions[v],
-            morton(template.positions[v] - low),
-            v,
-        )
-    });
-    let mut new = vec![0u32; order.len()];
-    for (to, &from) in order.iter().enumerate() {
-        new[from] = to as u32;
-    }
+    let (mut numbered, new) = draft.number(|v| template.topology.regions[v]);
     numbered.topology.region_names = template.topology.region_names.clone();
     numbered.landmarks = template.landmarks.clone();
     for landmark in &mut numbered.landmarks {
@@ -530,20 +513,6 @@ fn morton(p: DVec3) -> u32 {
 #[derive(serde::Deserialize)]
 struct LandmarkFile {
     points: std::collections::BTreeMap<String, HashMap<u32, f64>>,
-    ears: std::collections::BTreeMap<String, HashMap<u32, f64>>,
-}
-
-/// Further points on the ears that are not among the 81, as positions in the rest pose (mm).
-pub fn ear_points(base: &BaseMesh) -> FitResult<Vec<(String, DVec3)>> {
-    let rest = average_adult(base)?;
-    Ok(landmark_file()?
-        .ears
-        .into_iter()
-        .map(|(name, stencil)| {
-            let p = stencil.iter().map(|(&v, &w)| rest[v as usize] * w).sum();
-            (name, p)
-        })
-        .collect())
 }
 
 fn landmark_file() -> FitResult<LandmarkFile> {
@@ -555,8 +524,7 @@ fn landmark_file() -> FitResult<LandmarkFile> {
 /// mesh, is moved to the closest point of the skin; both sides alike.
 fn landmarks(template: &Template, rest: &[DVec3], origin: DVec3) -> FitResult<Vec<Landmark>> {
     let file = landmark_file()?;
-    let skin = &template.topology.parts[0];
-    let triangles = &template.triangles()[..skin.count as usize];
+    let triangles = &template.part_triangles("skin")?;
     let place = |stencil: &HashMap<u32, f64>| -> DVec3 {
         stencil
             .iter()
@@ -731,7 +699,9 @@ mod tests {
     #[test]
     fn has_the_papers_size() {
         let Some(head) = test_head() else { return };
-        let skin: BTreeSet<u32> = head.triangles()[..head.topology.parts[0].count as usize]
+        let skin: BTreeSet<u32> = head
+            .part_triangles("skin")
+            .unwrap()
             .as_flattened()
             .iter()
             .copied()
@@ -894,7 +864,7 @@ mod tests {
     fn regions_are_single_pieces_in_order() {
         let Some(head) = test_head() else { return };
         assert!(head.topology.regions.is_sorted());
-        let triangles = &head.triangles()[..head.topology.parts[0].count as usize];
+        let triangles = &head.part_triangles("skin").unwrap();
         let mut on_skin = vec![false; head.positions.len()];
         for &v in triangles.as_flattened() {
             on_skin[v as usize] = true;

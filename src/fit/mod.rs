@@ -1,8 +1,14 @@
 //! The offline half: from the base mesh and scans to a model blob (feature `fit`, native only).
 //!
-//! `base_mesh` and `subdivide` make the generic head, [`template`] names its points and regions,
-//! `population` samples registered faces, `align`, `pca`, `smooth`, `surround` and `learn` turn
-//! them into a model, `render` draws any of it without a GPU.
+//! In the order of the work:
+//! - the generic head: [`base_mesh`] and [`subdivide`] are what [`generic_head`] makes the
+//!   [`template`] from, with its [`eyeball`]s, [`region`]s and [`colour`]s;
+//! - faces: [`population`] samples them, [`ply`] keeps them;
+//! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
+//!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
+//!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
+//! - pictures: [`render`](mod@render) draws without a GPU, [`pictures`] says what;
+//! - [`files`] writes all of it whole or not at all.
 
 pub mod align;
 pub mod base_mesh;

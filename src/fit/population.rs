@@ -391,13 +391,7 @@ impl<'a> Sampler<'a> {
                 });
             }
         }
-        let all = template.triangles();
-        let skin = template
-            .topology
-            .parts
-            .first()
-            .map_or(0, |part| part.count as usize);
-        let triangles = all[..skin].to_vec();
+        let triangles = template.part_triangles("skin")?;
         for (_, a, b) in MEASURES {
             for name in [a, b] {
                 if !template.landmarks.iter().any(|l| l.name == name) {

@@ -111,13 +111,7 @@ const STEPS: usize = 16;
 
 /// Gives each vertex its region; cavities and eyeballs go with their feature.
 pub fn assign(template: &mut Template) -> FitResult<()> {
-    let skin_triangles = template
-        .topology
-        .parts
-        .first()
-        .map_or(0, |part| part.count as usize);
-    let all = template.triangles();
-    let triangles = &all[..skin_triangles];
+    let triangles = &template.part_triangles("skin")?;
     let index = |name: &str| {
         NAMES
             .iter()
@@ -186,8 +180,7 @@ pub fn assign(template: &mut Template) -> FitResult<()> {
         on_skin[vertex as usize] = true;
     }
     for part in &template.topology.parts[1..] {
-        let range = part.first as usize..(part.first + part.count) as usize;
-        for &vertex in all[range].as_flattened() {
+        for vertex in template.part_vertices(&part.name)? {
             let vertex = vertex as usize;
             if !on_skin[vertex] {
                 regions[vertex] = index(match part.name.as_str() {

@@ -50,18 +50,25 @@ pub struct Template {
 }
 
 impl Template {
-    /// The vertices of a part, increasing.
+    /// The triangles of a part, as vertices.
     ///
     /// # Errors
     /// When there is no part of that name.
-    pub fn part_vertices(&self, name: &str) -> FitResult<Vec<u32>> {
+    pub fn part_triangles(&self, name: &str) -> FitResult<Vec<[u32; 3]>> {
         let Some(part) = self.topology.parts.iter().find(|p| p.name == name) else {
             return Err(FitError::Input(format!(
                 "the template has no part called {name:?}"
             )));
         };
-        let part = part.first as usize..(part.first + part.count) as usize;
-        let mut vertices: Vec<u32> = self.triangles()[part].iter().flatten().copied().collect();
+        Ok(self.triangles()[part.first as usize..(part.first + part.count) as usize].to_vec())
+    }
+
+    /// The vertices of a part, increasing.
+    ///
+    /// # Errors
+    /// When there is no part of that name.
+    pub fn part_vertices(&self, name: &str) -> FitResult<Vec<u32>> {
+        let mut vertices = self.part_triangles(name)?.into_flattened();
         vertices.sort_unstable();
         vertices.dedup();
         Ok(vertices)
