@@ -8,6 +8,8 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use image::ImageEncoder;
+
 use super::files::write_atomically;
 use super::template::Part;
 use super::{FitError, FitResult};
@@ -377,16 +379,15 @@ impl Image {
     /// Writes a PNG, whole or not at all.
     pub fn save(&self, path: &Path) -> FitResult<()> {
         let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let error = |e: png::EncodingError| FitError::file(path, e);
-        let mut writer = encoder.write_header().map_err(error)?;
-        writer
-            .write_image_data(self.pixels.as_flattened())
-            .map_err(error)?;
-        writer.finish().map_err(error)?;
+        let size = (self.width as u32, self.height as u32);
+        image::codecs::png::PngEncoder::new(&mut bytes)
+            .write_image(
+                self.pixels.as_flattened(),
+                size.0,
+                size.1,
+                image::ExtendedColorType::Rgb8,
+            )
+            .map_err(|e| FitError::file(path, e))?;
         write_atomically(path, &bytes)
     }
 }
