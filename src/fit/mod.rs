@@ -23,10 +23,12 @@ pub mod geodesic;
 pub mod learn;
 pub mod measures;
 pub mod pca;
+pub mod prior;
 pub mod pictures;
 pub mod ply;
 pub mod population;
 pub mod region;
+pub mod register;
 pub mod render;
 pub mod scan;
 pub mod smooth;
@@ -34,6 +36,7 @@ pub mod subdivide;
 pub mod surface;
 pub mod surround;
 pub mod template;
+pub mod warp;
 
 mod error;
 
