@@ -4,7 +4,8 @@
 //! - the generic head: [`base_mesh`] and [`subdivide`] are what [`generic_head`] makes the
 //!   [`template`] from, with its [`eyeball`]s, [`region`]s and [`colour`]s;
 //! - faces: [`population`] samples them, [`ply`] keeps them;
-//! - registration: [`scan`]s are read, and the generic head is fitted to their [`surface`];
+//! - registration: [`scan`]s are read, and the generic head is fitted to their [`surface`],
+//!   first by a [`warp`] of its landmarks;
 //! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`];
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
@@ -25,10 +26,12 @@ pub mod ict;
 pub mod learn;
 pub mod measures;
 pub mod pca;
+pub mod prior;
 pub mod pictures;
 pub mod ply;
 pub mod population;
 pub mod region;
+pub mod register;
 pub mod render;
 pub mod resample;
 pub mod scan;
@@ -38,6 +41,7 @@ pub mod subdivide;
 pub mod surface;
 pub mod surround;
 pub mod template;
+pub mod warp;
 
 mod error;
 
