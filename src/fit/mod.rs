@@ -6,7 +6,8 @@
 //! - faces: [`population`] samples them, [`ply`] keeps them;
 //! - registration: [`scan`]s are read, and the generic head is fitted to their [`surface`],
 //!   first by a [`warp`] of its landmarks;
-//! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`];
+//! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`],
+//!   and [`evaluate`](mod@evaluate) measures registrations against them;
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
@@ -18,6 +19,7 @@ pub mod base_mesh;
 pub mod colour;
 pub mod crease;
 pub mod describe;
+pub mod evaluate;
 pub mod eyeball;
 pub mod files;
 pub mod generic_head;
