@@ -520,7 +520,7 @@ fn landmark_file() -> FitResult<LandmarkFile> {
         .map_err(|e| FitError::Input(format!("landmarks.json: {e}")))
 }
 
-/// The 81 points as weights on the template: each point of the file, which is given on the base
+/// The 95 points as weights on the template: each point of the file, which is given on the base
 /// mesh, is moved to the closest point of the skin; both sides alike.
 fn landmarks(template: &Template, rest: &[DVec3], origin: DVec3) -> FitResult<Vec<Landmark>> {
     let file = landmark_file()?;
@@ -711,7 +711,7 @@ mod tests {
         assert!((25_000..27_000).contains(&head.topology.parts[0].count));
         let covered: u32 = head.topology.parts.iter().map(|p| p.count).sum();
         assert_eq!(covered as usize, head.topology.uv_triangles.len());
-        assert_eq!(head.landmarks.len(), 81);
+        assert_eq!(head.landmarks.len(), 95);
     }
 
     #[test]
@@ -837,7 +837,7 @@ mod tests {
     #[test]
     fn landmarks_lie_on_the_face_and_mirror() {
         let Some(head) = test_head() else { return };
-        let place: BTreeMap<&str, DVec3> = (0..81)
+        let place: BTreeMap<&str, DVec3> = (0..95)
             .map(|i| {
                 (
                     head.landmarks[i].name.as_str(),
@@ -845,7 +845,7 @@ mod tests {
                 )
             })
             .collect();
-        assert_eq!(place.len(), 81);
+        assert_eq!(place.len(), 95);
         for landmark in &head.landmarks {
             assert!((landmark.stencil.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
             assert!(landmark.stencil.len() <= 3);

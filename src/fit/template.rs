@@ -43,7 +43,7 @@ pub struct Template {
     pub positions: Vec<DVec3>,
     /// Triangles, texture coordinates, regions, mirror images and colours.
     pub topology: Topology,
-    /// The 81 feature points.
+    /// The 95 feature points: the 68 iBUG points, 13 more of the skull, 14 of the ears.
     pub landmarks: Vec<Landmark>,
     /// The subdivision as a linear operator on the base mesh's vertices, so that targets and
     /// expressions made for the base mesh carry over.
