@@ -6,6 +6,7 @@
 //! - faces: [`population`] samples them, [`ply`] keeps them;
 //! - registration: [`scan`]s are read, and the generic head is fitted to their [`surface`],
 //!   first by a [`warp`] of its landmarks;
+//! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`];
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
@@ -21,6 +22,7 @@ pub mod eyeball;
 pub mod files;
 pub mod generic_head;
 pub mod geodesic;
+pub mod ict;
 pub mod learn;
 pub mod measures;
 pub mod pca;
@@ -31,7 +33,9 @@ pub mod population;
 pub mod region;
 pub mod register;
 pub mod render;
+pub mod resample;
 pub mod scan;
+pub mod simulate;
 pub mod smooth;
 pub mod subdivide;
 pub mod surface;
