@@ -4,7 +4,8 @@
 //! - the generic head: [`base_mesh`] and [`subdivide`] are what [`generic_head`] makes the
 //!   [`template`] from, with its [`eyeball`]s, [`region`]s and [`colour`]s;
 //! - faces: [`population`] samples them, [`ply`] keeps them;
-//! - registration: [`scan`]s are read, and the generic head is fitted to their [`surface`];
+//! - registration: [`scan`]s are read (OBJ by [`obj`], PLY by [`ply`]), and the generic head
+//!   is fitted to their [`surface`];
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
@@ -22,6 +23,7 @@ pub mod generic_head;
 pub mod geodesic;
 pub mod learn;
 pub mod measures;
+pub mod obj;
 pub mod pca;
 pub mod pictures;
 pub mod ply;
