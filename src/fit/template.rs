@@ -174,7 +174,8 @@ impl Template {
             1..=1000 => blob.section::<f32>("prior", 3 * n * modes)?,
             _ => return Err(Error::Blob(format!("a prior of {modes} modes")).into()),
         };
-        let finite = prior.iter().all(|x| x.abs() < 1e6) && positions.iter().chain(&weights).all(|x| x.abs() < 1e6);
+        let finite = prior.iter().all(|x| x.abs() < 1e6)
+            && positions.iter().chain(&weights).all(|x| x.abs() < 1e6);
         if !(rows && ends && points && finite && bases.len() == weights.len()) {
             return Err(Error::Blob("its stencils, points or numbers are not sound".into()).into());
         }
@@ -191,7 +192,9 @@ impl Template {
                     .chunks_exact(3 * n)
                     .map(|mode| {
                         let vectors = mode.chunks_exact(3);
-                        vectors.map(|d| glam::Vec3::from_slice(d).as_dvec3()).collect()
+                        vectors
+                            .map(|d| glam::Vec3::from_slice(d).as_dvec3())
+                            .collect()
                     })
                     .collect(),
             }),
