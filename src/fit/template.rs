@@ -43,7 +43,7 @@ pub struct Template {
     pub positions: Vec<DVec3>,
     /// Triangles, texture coordinates, regions, mirror images and colours.
     pub topology: Topology,
-    /// The 81 feature points.
+    /// The 95 feature points: the 68 iBUG points, 13 more of the skull, 14 of the ears.
     pub landmarks: Vec<Landmark>,
     /// The subdivision as a linear operator on the base mesh's vertices, so that targets and
     /// expressions made for the base mesh carry over.
@@ -174,7 +174,8 @@ impl Template {
             1..=1000 => blob.section::<f32>("prior", 3 * n * modes)?,
             _ => return Err(Error::Blob(format!("a prior of {modes} modes")).into()),
         };
-        let finite = prior.iter().all(|x| x.abs() < 1e6) && positions.iter().chain(&weights).all(|x| x.abs() < 1e6);
+        let finite = prior.iter().all(|x| x.abs() < 1e6)
+            && positions.iter().chain(&weights).all(|x| x.abs() < 1e6);
         if !(rows && ends && points && finite && bases.len() == weights.len()) {
             return Err(Error::Blob("its stencils, points or numbers are not sound".into()).into());
         }
@@ -191,7 +192,9 @@ impl Template {
                     .chunks_exact(3 * n)
                     .map(|mode| {
                         let vectors = mode.chunks_exact(3);
-                        vectors.map(|d| glam::Vec3::from_slice(d).as_dvec3()).collect()
+                        vectors
+                            .map(|d| glam::Vec3::from_slice(d).as_dvec3())
+                            .collect()
                     })
                     .collect(),
             }),
