@@ -31,6 +31,7 @@ pub mod learn;
 pub mod measures;
 pub mod obj;
 pub mod pca;
+pub mod people;
 pub mod pictures;
 pub mod ply;
 pub mod population;

@@ -117,7 +117,15 @@ pub fn run(args: &EvaluateArgs) -> FitResult<()> {
         };
         if let Some(folder) = &args.save {
             let folder = folder.join(name);
-            simulate::write(&simulator, args.seed, args.count, &settings, &folder, || ())?;
+            simulate::write(
+                &simulator,
+                args.seed,
+                args.count,
+                &settings,
+                false,
+                &folder,
+                || (),
+            )?;
         }
         let register = |person: &Simulated| match &args.registered {
             Some(folder) => {
