@@ -7,7 +7,8 @@
 //! - registration: [`scan`]s are read (OBJ by [`obj`], PLY by [`ply`]), and [`register`] fits the
 //!   generic head to their [`surface`], by a [`warp`] of its landmarks or by a [`prior`] of faces;
 //!   [`cage`] writes shapes of the template on the base mesh;
-//! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`];
+//! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`],
+//!   and [`evaluate`](mod@evaluate) measures registrations against them;
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
@@ -23,6 +24,7 @@ pub mod colour;
 pub mod colour_bar;
 pub mod crease;
 pub mod describe;
+pub mod evaluate;
 pub mod eyeball;
 pub mod files;
 pub mod generic_head;
