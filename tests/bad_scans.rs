@@ -865,3 +865,74 @@ fn one_mesh_is_the_same_in_every_format() {
     }
     assert_eq!(scans[0].positions.len(), positions.len());
 }
+
+/// Whatever a few wrong bytes do to a file, it is read or refused with one line.
+#[test]
+fn a_damaged_file_is_no_panic() {
+    let corners = [
+        DVec3::ZERO,
+        DVec3::X * 100.0,
+        DVec3::Y * 100.0,
+        DVec3::Z * 100.0,
+    ];
+    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    let textured = obj(&corners, &faces)
+        + "vt 0 0\nvt 1 0\nvt 0 1\ng a\nusemtl b\nf 1/1 2/2 3/3\nf -1/-1 -2/-2/1 -3//2 -4\n";
+    let lists = "element face 1\nproperty list uchar int vertex_indices\n\
+                 property list uchar float texcoord\nproperty int texnumber\n";
+    let ascii =
+        ply_header("ascii", "3", lists) + "0 0 0\n100 0 0\n0 100 0\n3 0 1 2 6 0 0 1 0 0 1 0\n";
+    let mut binary = ply_header("binary_little_endian", "3", FACES).into_bytes();
+    binary.extend(
+        corners
+            .iter()
+            .take(3)
+            .flat_map(|p| p.as_vec3().to_array())
+            .flat_map(f32::to_le_bytes),
+    );
+    binary.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    let template = template();
+    let right: Vec<DVec3> = points(&template);
+    let folder = tempfile::tempdir().expect("a folder");
+    let scan = folder.path().join("egg.obj");
+    let (positions, triangles) = egg();
+    fs::write(&scan, obj(&positions, &triangles)).expect("written");
+    let egg = Scan::read(&scan, None).expect("reads");
+    let mut random = phiz::Random::new(11);
+    for (name, content) in [
+        ("d.obj", textured.into_bytes()),
+        ("ascii.ply", ascii.into_bytes()),
+        ("binary.ply", binary),
+        ("d.glb", glb_triangle([0, 1, 2], 42, "")),
+        ("d.json", json(&right[..20]).into_bytes()),
+    ] {
+        let file = folder.path().join(name);
+        let read = || match name.ends_with("json") {
+            true => landmarks::read(&file, &mut egg.clone(), &template).map(|_| ()),
+            false => Scan::read(&file, None).map(|_| ()),
+        };
+        fs::write(&file, &content).expect("written");
+        read().unwrap_or_else(|e| panic!("{name} undamaged: {e}"));
+        let mut refused = 0;
+        for _ in 0..400 {
+            let mut damaged = content.clone();
+            for _ in 0..1 + random.bits() % 3 {
+                let at = random.bits() as usize % damaged.len();
+                match random.bits() % 4 {
+                    0 => damaged[at] = random.bits() as u8,
+                    // Digits and signs get further than noise does.
+                    1 => damaged[at] = b"0123456789-.e "[random.bits() as usize % 14],
+                    2 => damaged.truncate(at.max(1)),
+                    _ => damaged.insert(at, b"0123456789-/ \n"[random.bits() as usize % 14]),
+                }
+            }
+            fs::write(&file, &damaged).expect("written");
+            if let Err(error) = read() {
+                let error = error.to_string();
+                assert!(!error.contains('\n'), "{error}");
+                refused += 1;
+            }
+        }
+        assert!(refused > 50, "{name}: {refused}");
+    }
+}
