@@ -7,6 +7,7 @@
 //! surround asks for: the logarithm of (scan's colour / painted colour) is continued by a
 //! membrane over the mesh, so it knows nothing of the layout's seams, and nostrils stay dark.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use faer::Side;
@@ -82,11 +83,17 @@ impl Texture {
     /// The colour at a texture coordinate, interpolated between the four nearest pixels; sRGB, 0
     /// to 255. Coordinates beyond the picture repeat it.
     pub fn sample(&self, uv: DVec2) -> DVec3 {
-        bilinear(&self.pixels, [self.width, self.height], uv)
+        bilinear([self.width, self.height], uv, |at| (self.pixels[at], 1.0))
     }
 }
 
-fn bilinear(pixels: &[[u8; 3]], [width, height]: [usize; 2], uv: DVec2) -> DVec3 {
+/// Interpolates between the four pixels around a texture coordinate, each with its colour and
+/// weight; where they have none, as if all had.
+fn bilinear(
+    [width, height]: [usize; 2],
+    uv: DVec2,
+    pixel: impl Fn(usize) -> ([u8; 3], f64),
+) -> DVec3 {
     // An edge of exactly one is the edge, not the other side.
     let within = |x: f64| match (0.0..=1.0).contains(&x) {
         true => x,
@@ -98,10 +105,20 @@ fn bilinear(pixels: &[[u8; 3]], [width, height]: [usize; 2], uv: DVec2) -> DVec3
     };
     let (left, right, fx) = place(within(uv.x), width);
     let (top, bottom, fy) = place(1.0 - within(uv.y), height);
-    let at = |x: usize, y: usize| DVec3::from_array(pixels[y * width + x].map(f64::from));
-    at(left, top)
-        .lerp(at(right, top), fx)
-        .lerp(at(left, bottom).lerp(at(right, bottom), fx), fy)
+    let (mut sum, mut weight, mut plain) = (DVec3::ZERO, 0.0, DVec3::ZERO);
+    for (y, wy) in [(top, 1.0 - fy), (bottom, fy)] {
+        for (x, wx) in [(left, 1.0 - fx), (right, fx)] {
+            let (colour, w) = pixel(y * width + x);
+            let colour = DVec3::from_array(colour.map(f64::from));
+            plain += colour * wx * wy;
+            sum += colour * wx * wy * w;
+            weight += wx * wy * w;
+        }
+    }
+    match weight > 1e-9 {
+        true => sum / weight,
+        false => plain,
+    }
 }
 
 /// The scan's colours in the template's layout: `size` x `size` texels, with the template's
@@ -109,11 +126,10 @@ fn bilinear(pixels: &[[u8; 3]], [width, height]: [usize; 2], uv: DVec2) -> DVec3
 ///
 /// `positions` are the registered head's vertices in the scan's pose, mm; `covered` says which of
 /// them lie on the scan. Eyeballs, mouth and eye cavities keep the template's painted colours, as
-/// dark as the skin's usual tone is.
-/// The scan has a texture or colours of its vertices. The same on any number of threads.
+/// dark as the skin's usual tone is. The same on any number of threads.
 ///
 /// # Errors
-/// When the scan has neither, the size is not between 16 and 8192, or numbers of vertices differ.
+/// When the scan has neither a texture nor colours of its vertices, the size is not between 16 and 8192, or numbers of vertices differ.
 pub fn bake(
     template: &Template,
     positions: &[DVec3],
@@ -219,8 +235,8 @@ fn mean_edge(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
 struct Source<'a> {
     scan: &'a Scan,
     surface: Surface<'a>,
-    /// What is left of the image halved once, twice and so on.
-    pyramid: Vec<([usize; 2], Vec<[u8; 3]>)>,
+    /// The image, and it halved once, twice and so on.
+    pyramid: Vec<Level<'a>>,
     /// Pixels a mm on each triangle.
     density: Vec<f64>,
 }
@@ -255,9 +271,9 @@ impl<'a> Source<'a> {
                 (pixels / (b - a).cross(c - a).length()).sqrt()
             })
             .collect();
-        let mut pyramid = vec![halved(&texture.pixels, [texture.width, texture.height])];
-        while let Some((size, pixels)) = pyramid.last().filter(|p| p.0.iter().all(|&s| s > 1)) {
-            pyramid.push(halved(pixels, *size));
+        let mut pyramid = vec![Level::of(texture)];
+        while let Some(level) = pyramid.last().filter(|l| l.size.iter().all(|&s| s > 1)) {
+            pyramid.push(level.halved());
         }
         Ok(Self {
             scan,
@@ -288,35 +304,70 @@ impl<'a> Source<'a> {
             );
         };
         let pixels = (width * self.density[hit.triangle as usize]).max(1.0);
-        let uv = texture.coordinate(&hit);
-        Some(
-            match (pixels.log2().round() as usize).min(self.pyramid.len()) {
-                0 => texture.sample(uv),
-                level => bilinear(&self.pyramid[level - 1].1, self.pyramid[level - 1].0, uv),
-            },
-        )
+        let level = (pixels.log2().round() as usize).min(self.pyramid.len() - 1);
+        let level = &self.pyramid[level];
+        let weight = |at: usize| f64::from(u8::from(level.inside[at]));
+        Some(bilinear(level.size, texture.coordinate(&hit), |at| {
+            (level.pixels[at], weight(at))
+        }))
     }
 }
 
-/// An image of half the size, each pixel the mean of four.
-fn halved(pixels: &[[u8; 3]], [width, height]: [usize; 2]) -> ([usize; 2], Vec<[u8; 3]>) {
-    let size = [width.div_ceil(2), height.div_ceil(2)];
-    let half = (0..size[0] * size[1])
-        .into_par_iter()
-        .map(|at| {
-            let (x, y) = (at % size[0] * 2, at / size[0] * 2);
-            let columns = [x, (x + 1).min(width - 1)];
-            let rows = [y, (y + 1).min(height - 1)];
-            std::array::from_fn(|channel| {
-                let sum: u32 = rows
-                    .iter()
-                    .flat_map(|y| columns.map(|x| u32::from(pixels[y * width + x][channel])))
-                    .sum();
-                ((sum + 2) / 4) as u8
+/// A scan's image, or a smaller one of it.
+struct Level<'a> {
+    size: [usize; 2],
+    pixels: Cow<'a, [[u8; 3]]>,
+    /// Whether each pixel belongs to a triangle: what lies between the charts of an atlas, often
+    /// black, must not come in when the image is made smaller.
+    inside: Vec<bool>,
+}
+
+impl<'a> Level<'a> {
+    fn of(texture: &'a Texture) -> Self {
+        let size = [texture.width, texture.height];
+        let mut inside = vec![false; size[0] * size[1]];
+        for uvs in texture.triangles.iter().filter(|t| **t != Texture::BARE) {
+            let scale = DVec2::new(size[0] as f64, size[1] as f64);
+            let corners = uvs.map(|uv| {
+                let uv = texture.uvs[uv as usize];
+                DVec2::new(uv.x, 1.0 - uv.y) * scale
+            });
+            cells(corners, size, |at| inside[at] = true);
+        }
+        Self {
+            size,
+            pixels: Cow::Borrowed(&texture.pixels),
+            inside,
+        }
+    }
+
+    /// The image of half the size, each pixel the mean of those of four that are inside.
+    fn halved(&self) -> Self {
+        let [width, height] = self.size;
+        let size = [width.div_ceil(2), height.div_ceil(2)];
+        let (pixels, inside) = (0..size[0] * size[1])
+            .into_par_iter()
+            .map(|at| {
+                let (x, y) = (at % size[0] * 2, at / size[0] * 2);
+                let mut sums = [[0_u32; 4]; 2];
+                for y in y..(y + 2).min(height) {
+                    for place in y * width + x..y * width + (x + 2).min(width) {
+                        let [r, g, b] = self.pixels[place].map(u32::from);
+                        let sum = &mut sums[usize::from(self.inside[place])];
+                        *sum = [sum[0] + r, sum[1] + g, sum[2] + b, sum[3] + 1];
+                    }
+                }
+                let inside = sums[1][3] > 0;
+                let [r, g, b, count] = sums[usize::from(inside)];
+                ([r, g, b].map(|c| ((c + count / 2) / count) as u8), inside)
             })
-        })
-        .collect();
-    (size, half)
+            .unzip();
+        Self {
+            size,
+            pixels: Cow::Owned(pixels),
+            inside,
+        }
+    }
 }
 
 /// The logarithm of (colour / painted colour) at each vertex: what was seen where it was, over
@@ -408,25 +459,30 @@ fn barycentric([a, b, c]: [DVec2; 3], p: DVec2) -> [f64; 3] {
 fn owners(topology: &crate::mesh::Topology, size: usize) -> Vec<u32> {
     let mut owners = vec![u32::MAX; size * size];
     for t in 0..topology.uv_triangles.len() {
+        // On a shared edge both triangles give the same colour.
         let corners = layout(topology, t, size);
-        let low = corners[0].min(corners[1]).min(corners[2]);
-        let high = corners[0].max(corners[1]).max(corners[2]);
-        let cells = |low: f64, high: f64| {
-            let first = (low - 0.5).ceil().clamp(0.0, size as f64) as usize;
-            let end = (high - 0.5).floor().clamp(-1.0, size as f64 - 1.0) + 1.0;
-            first..end as usize
-        };
-        for y in cells(low.y, high.y) {
-            for x in cells(low.x, high.x) {
-                let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                // On a shared edge both triangles give the same colour.
-                if barycentric(corners, centre).iter().all(|&w| w >= -1e-9) {
-                    owners[y * size + x] = t as u32;
-                }
+        cells(corners, [size; 2], |at| owners[at] = t as u32);
+    }
+    owners
+}
+
+/// Calls `visit` with each cell of a grid whose centre lies in a triangle.
+fn cells(corners: [DVec2; 3], [width, height]: [usize; 2], mut visit: impl FnMut(usize)) {
+    let low = corners[0].min(corners[1]).min(corners[2]);
+    let high = corners[0].max(corners[1]).max(corners[2]);
+    let range = |low: f64, high: f64, count: usize| {
+        let first = (low - 0.5).ceil().clamp(0.0, count as f64) as usize;
+        let end = (high - 0.5).floor().clamp(-1.0, count as f64 - 1.0) + 1.0;
+        first..end as usize
+    };
+    for y in range(low.y, high.y, height) {
+        for x in range(low.x, high.x, width) {
+            let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            if barycentric(corners, centre).iter().all(|&w| w >= -1e-9) {
+                visit(y * width + x);
             }
         }
     }
-    owners
 }
 
 /// The image: holes continue what the scan has on top of the smooth colours, more blurred with
@@ -640,6 +696,39 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_lies_between_charts_stays_out_of_smaller_images() {
+        // A chart of 100 over a quarter of a black picture; its edge crosses pixels of all levels.
+        let chart = |x: usize, y: usize| x < 21 && y < 21;
+        let texture = Texture {
+            uvs: vec![
+                DVec2::Y,
+                DVec2::new(21.0 / 64.0, 1.0),
+                DVec2::new(0.0, 43.0 / 64.0),
+                DVec2::new(21.0, 43.0) / 64.0,
+            ],
+            triangles: vec![[0, 2, 1], [1, 2, 3]],
+            width: 64,
+            height: 64,
+            pixels: (0..64 * 64)
+                .map(|at| [if chart(at % 64, at / 64) { 100 } else { 0 }; 3])
+                .collect(),
+        };
+        let mut level = Level::of(&texture);
+        while level.size[0] > 1 {
+            for (at, (pixel, inside)) in level.pixels.iter().zip(&level.inside).enumerate() {
+                assert_eq!(
+                    *pixel,
+                    [if *inside { 100 } else { 0 }; 3],
+                    "{at} of {:?}",
+                    level.size
+                );
+            }
+            level = level.halved();
+        }
+        assert_eq!(level.pixels[0], [100; 3]);
     }
 
     #[test]
