@@ -129,7 +129,8 @@ fn bilinear(
 /// dark as the skin's usual tone is. The same on any number of threads.
 ///
 /// # Errors
-/// When the scan has neither a texture nor colours of its vertices, the size is not between 16 and 8192, or numbers of vertices differ.
+/// When the scan has neither a texture nor colours of its vertices, the size is not between 16
+/// and 8192, or numbers of vertices differ.
 pub fn bake(
     template: &Template,
     positions: &[DVec3],
