@@ -17,6 +17,7 @@ pub mod base_mesh;
 pub mod colour;
 pub mod crease;
 pub mod describe;
+pub mod detect;
 pub mod eyeball;
 pub mod files;
 pub mod generic_head;
