@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use nalgebra::Matrix3;
 
 /// A rotation followed by a translation.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Rigid {
     /// The rotation, a proper one.
     pub rotation: DMat3,

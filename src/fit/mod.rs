@@ -5,7 +5,8 @@
 //!   [`template`] from, with its [`eyeball`]s, [`region`]s and [`colour`]s;
 //! - faces: [`population`] samples them, [`ply`] keeps them;
 //! - registration: [`scan`]s are read, and the generic head is fitted to their [`surface`],
-//!   first by a [`warp`] of its landmarks;
+//!   first by a [`warp`] of its landmarks, which [`detect`] finds where nobody marked them;
+//! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`];
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
@@ -22,6 +23,7 @@ pub mod eyeball;
 pub mod files;
 pub mod generic_head;
 pub mod geodesic;
+pub mod ict;
 pub mod learn;
 pub mod measures;
 pub mod pca;
@@ -30,7 +32,9 @@ pub mod ply;
 pub mod population;
 pub mod region;
 pub mod render;
+pub mod resample;
 pub mod scan;
+pub mod simulate;
 pub mod smooth;
 pub mod subdivide;
 pub mod surface;

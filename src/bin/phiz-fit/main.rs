@@ -1,5 +1,7 @@
 //! `phiz-fit`: the offline program.
 
+mod simulate;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -27,6 +29,8 @@ enum Verb {
     Template(TemplateArgs),
     /// Sample registered synthetic faces from the base mesh's targets.
     Population(PopulationArgs),
+    /// Make scan-like, unregistered meshes of people of ICT-FaceKit, with the truth kept aside.
+    Simulate(simulate::SimulateArgs),
     /// Align, learn and bake: from registered faces to a model.
     Train(TrainArgs),
     /// Say what is in a model.
@@ -102,6 +106,7 @@ fn main() -> ExitCode {
     let done = match Cli::parse().verb {
         Verb::Template(args) => template(&args),
         Verb::Population(args) => sample(&args),
+        Verb::Simulate(args) => simulate::run(&args),
         Verb::Train(args) => train(&args),
         Verb::Inspect(args) => inspect(&args),
         Verb::Pictures(args) => draw(&args),

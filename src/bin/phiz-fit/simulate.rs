@@ -1,0 +1,65 @@
+//! `phiz-fit simulate`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use phiz::fit::ict::Ict;
+use phiz::fit::simulate::{Settings, Simulator, write};
+use phiz::fit::{FitError, FitResult};
+
+#[derive(Args)]
+pub struct SimulateArgs {
+    /// The folder of ICT-FaceKit (holds `FaceXModel`).
+    #[arg(long, value_name = "DIR")]
+    ict: PathBuf,
+    /// How many people.
+    #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
+    count: u32,
+    /// The first person's seed; the next person has the next one.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Standard deviation of the surface noise.
+    #[arg(long, default_value_t = 0.0, value_name = "MM")]
+    noise: f64,
+    /// Mean error of the landmarks.
+    #[arg(long, default_value_t = 0.5, value_name = "MM")]
+    jitter: f64,
+    /// Leave holes: nostrils, behind the ears, the crown, the neck, small ones.
+    #[arg(long)]
+    holes: bool,
+    /// The folder to write: a PLY and a JSON of landmarks a person, `truth/` and `about.json`.
+    #[arg(short, value_name = "DIR")]
+    output: PathBuf,
+}
+
+pub fn run(args: &SimulateArgs) -> FitResult<()> {
+    for (name, value) in [("--noise", args.noise), ("--jitter", args.jitter)] {
+        if !(0.0..=10.0).contains(&value) {
+            let cause = format!("{name} {value}: a length from 0 to 10 mm is meant");
+            return Err(FitError::Input(cause));
+        }
+    }
+    let settings = Settings {
+        noise: args.noise,
+        jitter: args.jitter,
+        holes: args.holes,
+    };
+    let ict = super::step("reading ICT-FaceKit", || Ict::read(&args.ict))?;
+    let simulator = Simulator::new(&ict);
+    let style = ProgressStyle::with_template("{bar:30} {pos} of {len} scans, {eta} left");
+    let bar = ProgressBar::new(args.count.into());
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    write(
+        &simulator,
+        args.seed,
+        args.count,
+        &settings,
+        &args.output,
+        || bar.inc(1),
+    )?;
+    bar.finish_and_clear();
+    println!("{}: {} scans", args.output.display(), args.count);
+    Ok(())
+}

@@ -1,0 +1,177 @@
+//! Reader of ICT-FaceKit (USC Institute for Creative Technologies, MIT licence): people in one
+//! known topology, to simulate scans from and to measure registration against.
+//!
+//! A person is the neutral mesh plus a sum of normally distributed coefficients times the 100
+//! identity modes, which are principal components of light-stage scans, scaled to one standard
+//! deviation (Li et al. 2020, "Learning Formation of Physically-Based Face Attributes"). Only the
+//! skin is read: the parts "Face" and "Head and Neck". The files are in centimetres; everything is
+//! in millimetres once read; y up, z out of the face, x to the subject's left, as here.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{FitError, FitResult};
+use crate::Random;
+
+/// Millimetres in ICT's unit, the centimetre.
+const UNIT_MM: f64 = 10.0;
+
+/// Vertices `0..SKIN` are the face, the head and the neck (ICT's README, "Face Model Topology").
+const SKIN: usize = 11_248;
+
+/// Polygons `0..SKIN_QUADS` are theirs.
+const SKIN_QUADS: usize = 11_144;
+
+/// Vertices `0..NARROW_FACE` are what ICT's README calls the narrow face area.
+pub const NARROW_FACE: u32 = 6_706;
+
+/// How many identity modes there are.
+const MODES: usize = 100;
+
+/// The vertices of the 68 Multi-PIE (iBUG) points (ICT's README, "Facial Landmarks").
+const LANDMARKS: [u32; 68] = [
+    1225, 1888, 1052, 367, 1719, 1722, 2199, 1447, 966, 3661, 4390, 3927, 3924, 2608, 3272, 4088,
+    3443, 268, 493, 1914, 2044, 1401, 3615, 4240, 4114, 2734, 2509, 978, 4527, 4942, 4857, 1140,
+    2075, 1147, 4269, 3360, 1507, 1542, 1537, 1528, 1518, 1511, 3742, 3751, 3756, 3721, 3725, 3732,
+    5708, 5695, 2081, 0, 4275, 6200, 6213, 6346, 6461, 5518, 5957, 5841, 5702, 5711, 5533, 6216,
+    6207, 6470, 5517, 5966,
+];
+
+/// The skin of ICT's face model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ict {
+    /// The mean head: 11,248 vertices, mm. The origin is inside the head, below the eyes.
+    pub neutral: Vec<DVec3>,
+    /// The displacement of each vertex by one standard deviation of each identity mode, mm.
+    pub modes: Vec<Vec<DVec3>>,
+    /// 22,288 triangles, counter-clockwise from outside. Open at the eyes, the mouth and the neck.
+    pub triangles: Vec<[u32; 3]>,
+    /// The vertex of each landmark, `ibug_00` to `ibug_67`.
+    pub landmarks: [u32; 68],
+}
+
+impl Ict {
+    /// Reads `FaceXModel/generic_neutral_mesh.obj` and `identity000.obj` to `identity099.obj` in
+    /// `dir`.
+    ///
+    /// # Errors
+    /// When a file is missing, does not hold the vertices and polygons that ICT's README tells of,
+    /// or has numbers that are none; with the file and the line.
+    pub fn read(dir: &Path) -> FitResult<Self> {
+        let folder = dir.join("FaceXModel");
+        let (neutral, quads) = read_obj(&folder.join("generic_neutral_mesh.obj"), SKIN_QUADS)?;
+        let modes = (0..MODES)
+            .into_par_iter()
+            .map(|mode| {
+                let path = folder.join(format!("identity{mode:03}.obj"));
+                let (moved, _) = read_obj(&path, 0)?;
+                Ok(moved.iter().zip(&neutral).map(|(m, n)| m - n).collect())
+            })
+            .collect::<FitResult<_>>()?;
+        // A quad is not flat: which diagonal divides it is part of what the surface is. The
+        // shorter one on the mean head, for everybody.
+        let triangles = quads
+            .iter()
+            .flat_map(|&[a, b, c, d]| {
+                let length =
+                    |from: u32, to: u32| neutral[from as usize].distance(neutral[to as usize]);
+                if length(a, c) <= length(b, d) {
+                    [[a, b, c], [a, c, d]]
+                } else {
+                    [[a, b, d], [b, c, d]]
+                }
+            })
+            .collect();
+        Ok(Self {
+            neutral,
+            modes,
+            triangles,
+            landmarks: LANDMARKS,
+        })
+    }
+
+    /// The coefficients of a person: one a mode, independent and standard normal, the same for
+    /// the same seed.
+    pub fn coefficients(&self, seed: u64) -> Vec<f64> {
+        let mut random = Random::stream(seed, 0);
+        self.modes.iter().map(|_| random.normal()).collect()
+    }
+
+    /// The vertices of the person with these coefficients (at most as many as there are modes),
+    /// mm.
+    pub fn positions(&self, coefficients: &[f64]) -> Vec<DVec3> {
+        let mut positions = self.neutral.clone();
+        for (mode, &coefficient) in self.modes.iter().zip(coefficients) {
+            for (position, displacement) in positions.iter_mut().zip(mode) {
+                *position += *displacement * coefficient;
+            }
+        }
+        positions
+    }
+
+    /// The vertices of the person of a seed, mm.
+    pub fn person(&self, seed: u64) -> Vec<DVec3> {
+        self.positions(&self.coefficients(seed))
+    }
+}
+
+/// The skin's vertices of one of ICT's meshes, and its first `quads` polygons.
+///
+/// The vertices come first in the files, so that reading can stop early: the hundred modes are
+/// 250 MB of text, of which the skin's vertices are a seventh.
+fn read_obj(path: &Path, quads: usize) -> FitResult<(Vec<DVec3>, Vec<[u32; 4]>)> {
+    let file = File::open(path).map_err(|e| FitError::file(path, e))?;
+    let mut reader = BufReader::with_capacity(1 << 16, file);
+    let mut positions = Vec::with_capacity(SKIN);
+    let mut polygons = Vec::with_capacity(quads);
+    let mut line = String::new();
+    let mut number = 0;
+    while positions.len() < SKIN || polygons.len() < quads {
+        line.clear();
+        number += 1;
+        let read = reader
+            .read_line(&mut line)
+            .map_err(|e| FitError::file(path, e))?;
+        if read == 0 {
+            let cause = format!(
+                "ends after {} of the skin's {SKIN} vertices and {} of {quads} polygons",
+                positions.len(),
+                polygons.len()
+            );
+            return Err(FitError::file(path, cause));
+        }
+        let bad = |what: &str| FitError::file(path, format!("line {number}: {what}"));
+        let mut words = line.split_ascii_whitespace();
+        match words.next() {
+            Some("v") if positions.len() < SKIN => {
+                let mut position = DVec3::ZERO;
+                for axis in 0..3 {
+                    let value = words.next().and_then(|word| word.parse::<f64>().ok());
+                    position[axis] = value
+                        .filter(|v| v.is_finite())
+                        .ok_or_else(|| bad("a vertex that is not three numbers"))?;
+                }
+                positions.push(position * UNIT_MM);
+            }
+            Some("f") if polygons.len() < quads => {
+                let mut corners = [0; 4];
+                for corner in &mut corners {
+                    let index = words
+                        .next()
+                        .and_then(|word| word.split('/').next()?.parse::<u32>().ok());
+                    *corner = index
+                        .filter(|i| (1..=SKIN as u32).contains(i))
+                        .ok_or_else(|| bad("a polygon that is not four of the skin's vertices"))?
+                        - 1;
+                }
+                polygons.push(corners);
+            }
+            _ => {}
+        }
+    }
+    Ok((positions, polygons))
+}
