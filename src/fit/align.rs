@@ -18,6 +18,15 @@ impl Rigid {
         self.rotation * point + self.translation
     }
 
+    /// The motion back.
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.transpose();
+        Self {
+            rotation,
+            translation: -(rotation * self.translation),
+        }
+    }
+
     /// The rigid motion that brings `from` closest to `to`, in the least-squares sense over the
     /// given vertices, each with its weight (Kabsch 1976; Umeyama 1991 for the reflection case).
     /// Size is part of a face, so there is no scale.

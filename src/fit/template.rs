@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::prior::ShapePrior;
 use super::{FitError, FitResult};
 use crate::Error;
 pub use crate::anatomy::{Landmark, Part};
@@ -42,11 +43,13 @@ pub struct Template {
     pub positions: Vec<DVec3>,
     /// Triangles, texture coordinates, regions, mirror images and colours.
     pub topology: Topology,
-    /// The 81 feature points.
+    /// The 95 feature points: the 68 iBUG points, 13 more of the skull, 14 of the ears.
     pub landmarks: Vec<Landmark>,
     /// The subdivision as a linear operator on the base mesh's vertices, so that targets and
     /// expressions made for the base mesh carry over.
     pub stencils: Stencils,
+    /// How faces vary around the rest pose, once that has been learned.
+    pub prior: Option<ShapePrior>,
 }
 
 impl Template {
@@ -99,13 +102,15 @@ struct Header {
     regions: Vec<String>,
     parts: Vec<Part>,
     landmarks: Vec<Landmark>,
+    #[serde(default)]
+    prior_modes: u32,
 }
 
 /// # Sections of a template blob
 ///
 /// Those of [`crate::model`] from `uvs` to `colours`, and: `positions` f64 3 N, rest pose in mm;
 /// `stencil_starts` index N + 1; `stencil_bases` index and `stencil_weights` f64, both E, the
-/// entries of the subdivision's rows.
+/// entries of the subdivision's rows; `prior` f32 3 N a mode in mm, where there is one.
 impl Template {
     /// The bytes of the template's blob.
     ///
@@ -120,6 +125,7 @@ impl Template {
             regions: self.topology.region_names.clone(),
             parts: self.topology.parts.clone(),
             landmarks: self.landmarks.clone(),
+            prior_modes: self.prior.as_ref().map_or(0, |p| p.modes.len() as u32),
         };
         let mut blob = BlobWriter::new(Kind::Template, &header)?;
         let flat: Vec<f64> = self.positions.iter().flat_map(|p| p.to_array()).collect();
@@ -129,6 +135,11 @@ impl Template {
         let (bases, weights): (Vec<u32>, Vec<f64>) = self.stencils.entries.iter().copied().unzip();
         blob.indices("stencil_bases", &bases);
         blob.section("stencil_weights", &weights);
+        if let Some(prior) = &self.prior {
+            let modes = prior.modes.iter().flatten();
+            let flat: Vec<f32> = modes.flat_map(|d| d.as_vec3().to_array()).collect();
+            blob.section("prior", &flat);
+        }
         Ok(blob.finish())
     }
 
@@ -156,7 +167,15 @@ impl Template {
             .iter()
             .flat_map(|l| &l.stencil)
             .all(|s| (s.0 as usize) < n);
-        let finite = positions.iter().chain(&weights).all(|x| x.abs() < 1e6);
+        let modes = header.prior_modes as usize;
+        let prior = match modes {
+            0 => Vec::new(),
+            // A template says how many vertices it has, and no prior has that many modes.
+            1..=1000 => blob.section::<f32>("prior", 3 * n * modes)?,
+            _ => return Err(Error::Blob(format!("a prior of {modes} modes")).into()),
+        };
+        let finite = prior.iter().all(|x| x.abs() < 1e6)
+            && positions.iter().chain(&weights).all(|x| x.abs() < 1e6);
         if !(rows && ends && points && finite && bases.len() == weights.len()) {
             return Err(Error::Blob("its stencils, points or numbers are not sound".into()).into());
         }
@@ -168,6 +187,17 @@ impl Template {
                 starts,
                 entries: bases.into_iter().zip(weights).collect(),
             },
+            prior: (modes > 0).then(|| ShapePrior {
+                modes: prior
+                    .chunks_exact(3 * n)
+                    .map(|mode| {
+                        let vectors = mode.chunks_exact(3);
+                        vectors
+                            .map(|d| glam::Vec3::from_slice(d).as_dvec3())
+                            .collect()
+                    })
+                    .collect(),
+            }),
         })
     }
 }

@@ -1,0 +1,196 @@
+//! The first fit: pose and the coefficients of the template's prior, before anything else may bend.
+
+use glam::{DMat3, DVec3};
+use nalgebra::{DMatrix, DVector};
+
+use super::Pulls;
+use super::correspondence::{Admission, correspond};
+use crate::fit::align::Rigid;
+use crate::fit::prior::ShapePrior;
+use crate::fit::render::normals;
+use crate::fit::surface::Surface;
+
+/// One measurement of the surface, with an error of [`SURFACE_ERROR`], is taken to be independent
+/// of the next over this area, mm^2: what faces leave unexplained by a prior is smooth.
+const INDEPENDENT_AREA: f64 = 60.0;
+
+/// What the prior leaves unexplained of a surface, mm.
+const SURFACE_ERROR: f64 = 0.5;
+
+/// Gauss-Newton rounds; each looks for closest points anew.
+const ROUNDS: usize = 8;
+
+/// Vertices that are compared with the scan: every vertex would only cost time.
+const SAMPLE: usize = 3000;
+
+/// A fit of the prior to a scan.
+pub struct StatisticalFit {
+    /// From the template's frame to the scan's.
+    pub pose: Rigid,
+    /// Coefficients in standard deviations.
+    pub coefficients: Vec<f64>,
+}
+
+/// The template as the fit sees it.
+pub struct Shape<'a> {
+    /// Rest pose.
+    pub rest: &'a [DVec3],
+    /// Its triangles.
+    pub triangles: &'a [[u32; 3]],
+    /// Its prior.
+    pub prior: &'a ShapePrior,
+    /// How much each vertex counts: its area times how open it lies to a scanner, mm^2.
+    pub weights: &'a [f64],
+    /// The landmarks as weights on vertices.
+    pub stencils: &'a [&'a [(u32, f64)]],
+}
+
+/// Fits pose and coefficients by Gauss-Newton on point-to-plane distances and landmarks
+/// (iterated closest points; the regulariser is the prior's own Mahalanobis length).
+///
+/// `start` is a pose that brings the rest pose near the scan; `points` are landmarks (place in
+/// `stencils`, position) whose error is about `point_error` mm.
+pub fn fit(
+    shape: &Shape<'_>,
+    scan: &Surface<'_>,
+    start: Rigid,
+    points: &Pulls,
+    point_error: f64,
+) -> StatisticalFit {
+    let modes = &shape.prior.modes;
+    let k = modes.len();
+    let sample = sample(shape.weights);
+    let mut coefficients = vec![0.0; k];
+    let mut pose = start;
+    let mut reach = 30.0;
+    for round in 0..ROUNDS {
+        let local = shape.prior.face(shape.rest, &coefficients);
+        let face: Vec<DVec3> = local.iter().map(|&p| pose.apply(p)).collect();
+        let face_normals = normals(&face, shape.triangles);
+        let admission = Admission {
+            reach,
+            // Few normals agree while the face is still the wrong one.
+            cosine: if round < 3 { 0.5 } else { 0.7 },
+        };
+        let found = correspond(scan, &face, &face_normals, &sample, &admission);
+        let mut system = System::new(k);
+        let mut residuals: Vec<f64> = found
+            .iter()
+            .flatten()
+            .map(|c| c.normal.dot(c.point - face[c.vertex as usize]).abs())
+            .collect();
+        residuals.sort_unstable_by(f64::total_cmp);
+        let typical = residuals.get(residuals.len() / 2).copied().unwrap_or(1.0);
+        let scale = (3.0 * 1.4826 * typical).max(3.0 * SURFACE_ERROR);
+        for c in found.iter().flatten() {
+            let v = c.vertex as usize;
+            let residual = c.normal.dot(c.point - face[v]);
+            // Geman and McClure: what lies far off is hair, a collar or the wrong place.
+            let robust = 1.0 / (1.0 + (residual / scale).powi(2)).powi(2);
+            let share = shape.weights.len() as f64 / sample.len() as f64;
+            let weight = robust * shape.weights[v] * share
+                / (INDEPENDENT_AREA * SURFACE_ERROR * SURFACE_ERROR);
+            let direction = pose.rotation.transpose() * c.normal;
+            system.add(
+                weight,
+                residual,
+                face[v].cross(c.normal),
+                c.normal,
+                modes.iter().map(|m| m[v].dot(direction)),
+            );
+        }
+        for &(point, target) in points {
+            let stencil = shape.stencils[point];
+            let at: DVec3 = stencil.iter().map(|&(v, w)| face[v as usize] * w).sum();
+            let off = target - at;
+            let scale = 4.0 * point_error;
+            let robust = 1.0 / (1.0 + (off.length() / scale).powi(2)).powi(2);
+            let weight = robust / (point_error * point_error);
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let direction = pose.rotation.transpose() * axis;
+                let moved = modes.iter().map(|m| {
+                    let d: DVec3 = stencil.iter().map(|&(v, w)| m[v as usize] * w).sum();
+                    d.dot(direction)
+                });
+                system.add(weight, off.dot(axis), at.cross(axis), axis, moved);
+            }
+        }
+        let Some(step) = system.solve(&coefficients) else {
+            break;
+        };
+        let turn = DVec3::new(step[0], step[1], step[2]);
+        let shift = DVec3::new(step[3], step[4], step[5]);
+        let rotation = DMat3::from_quat(glam::DQuat::from_scaled_axis(turn));
+        pose = Rigid {
+            rotation: rotation * pose.rotation,
+            translation: rotation * pose.translation + shift,
+        };
+        coefficients
+            .iter_mut()
+            .zip(step.iter().skip(6))
+            .for_each(|(c, d)| *c += d);
+        reach = (8.0 * typical).clamp(4.0, 20.0);
+    }
+    StatisticalFit { pose, coefficients }
+}
+
+/// About [`SAMPLE`] vertices, evenly over those that count, always the same.
+fn sample(weights: &[f64]) -> Vec<u32> {
+    let counting: Vec<u32> = (0..weights.len() as u32)
+        .filter(|&v| weights[v as usize] > 0.0)
+        .collect();
+    let stride = counting.len().div_ceil(SAMPLE).max(1);
+    counting.into_iter().step_by(stride).collect()
+}
+
+/// Normal equations of pose (turn, shift) and coefficients.
+struct System {
+    matrix: DMatrix<f64>,
+    right: DVector<f64>,
+    row: Vec<f64>,
+}
+
+impl System {
+    fn new(modes: usize) -> Self {
+        Self {
+            matrix: DMatrix::zeros(modes + 6, modes + 6),
+            right: DVector::zeros(modes + 6),
+            row: Vec::with_capacity(modes + 6),
+        }
+    }
+
+    /// A residual and how it falls with turn, shift and coefficients.
+    fn add(
+        &mut self,
+        weight: f64,
+        residual: f64,
+        turn: DVec3,
+        shift: DVec3,
+        modes: impl Iterator<Item = f64>,
+    ) {
+        self.row.clear();
+        self.row.extend(turn.to_array());
+        self.row.extend(shift.to_array());
+        self.row.extend(modes);
+        for (j, &b) in self.row.iter().enumerate() {
+            let scaled = weight * b;
+            self.right[j] += scaled * residual;
+            let mut column = self.matrix.column_mut(j);
+            // The lower triangle, column by column.
+            for (i, &a) in self.row.iter().enumerate().skip(j) {
+                column[i] += scaled * a;
+            }
+        }
+    }
+
+    /// The step, with the prior's pull towards zero coefficients.
+    fn solve(mut self, coefficients: &[f64]) -> Option<DVector<f64>> {
+        for (i, &c) in coefficients.iter().enumerate() {
+            self.matrix[(6 + i, 6 + i)] += 1.0;
+            self.right[6 + i] -= c;
+        }
+        self.matrix
+            .cholesky()
+            .map(|factor| factor.solve(&self.right))
+    }
+}
