@@ -1,47 +1,37 @@
 //! Pose and shape of the statistical face, fitted to a surface by Gauss-Newton.
 
 use glam::{DMat3, DQuat, DVec3};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Points of the statistical face, P of them with K modes.
-#[derive(Debug, Clone, Default)]
-pub struct Shape {
-    /// The mean face, mm.
-    pub mean: Vec<DVec3>,
-    /// Unit normals of the mean face.
-    pub normals: Vec<DVec3>,
-    /// Displacements at one standard deviation, mm: K a point, point by point.
-    pub modes: Vec<DVec3>,
-    /// K.
-    pub count: usize,
-}
-
-impl Shape {
-    /// A point of the face with these coefficients (K or fewer; the others are 0).
-    pub fn point(&self, index: usize, coefficients: &[f64]) -> DVec3 {
-        let modes = &self.modes[index * self.count..(index + 1) * self.count];
-        let moved: DVec3 = modes.iter().zip(coefficients).map(|(m, &c)| *m * c).sum();
-        self.mean[index] + moved
-    }
-}
+use super::shape::Shape;
 
 /// Where the face is and what it looks like.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// A proper rotation, from the template's axes to the scan's.
     pub rotation: DMat3,
-    /// Size on top of the modes' own.
+    /// Size on top of what the modes do.
     pub scale: f64,
-    /// The scan's place of the template's origin, mm.
+    /// Where the template's origin is on the scan, mm.
     pub translation: DVec3,
-    /// In standard deviations.
+    /// In standard deviations; those that are left out are 0.
     pub coefficients: Vec<f64>,
 }
 
 impl Fit {
-    /// Where a point of the face is on the scan.
+    /// Where a point of the face is on the scan, mm.
     pub fn point(&self, shape: &Shape, index: usize) -> DVec3 {
-        self.rotation * (self.scale * shape.point(index, &self.coefficients)) + self.translation
+        self.place(shape.point(index, &self.coefficients))
+    }
+
+    /// Where a place in the template's frame is on the scan, mm.
+    pub fn place(&self, p: DVec3) -> DVec3 {
+        self.rotation * (self.scale * p) + self.translation
+    }
+
+    /// The normal of a point of the face, with what shape does to it left out.
+    pub fn normal(&self, shape: &Shape, index: usize) -> DVec3 {
+        self.rotation * shape.normals[index]
     }
 }
 
@@ -65,84 +55,143 @@ pub struct Pull {
     pub modes: usize,
     /// The standard deviation of the distance from the fitted face to the scan, mm.
     pub sigma: f64,
-    /// How many independent distances the points are worth: neighbours err alike.
-    pub worth: f64,
 }
+
+/// How many independent distances all points together are worth: neighbours err alike.
+const WORTH: f64 = 200.0;
 
 /// The standard deviation of log(size) beyond what the modes do: children, and scans whose unit
 /// is a little off.
 const SCALE_SIGMA: f64 = 0.07;
 
-/// One step of Gauss-Newton on the distances along the scan's normals, with the coefficients' and
-/// the size's own probability. Returns how far the points moved at most, mm; nothing when too few
-/// of them have a match to fix a pose.
+/// Unknowns of the pose: a small rotation, a translation, and the growth of log(size).
+const POSE: usize = 7;
+
+/// The normal equations of all unknowns about a fit.
+struct Equations {
+    matrix: DMatrix<f64>,
+    right: DVector<f64>,
+}
+
+impl Equations {
+    /// Sums the squared distances along the scan's normals, with the coefficients' and the size's
+    /// own probability. Nothing when too few points have a match to fix a pose.
+    fn new(
+        shape: &Shape,
+        fit: &Fit,
+        pull: Pull,
+        find: impl Fn(DVec3, DVec3) -> Option<Match>,
+    ) -> Option<Self> {
+        let points = pull.points.min(shape.mean.len());
+        let modes = pull.modes.min(shape.count);
+        let size = POSE + modes;
+        let share = (WORTH / points as f64).sqrt() / pull.sigma;
+        let mut rows: Vec<f64> = Vec::with_capacity(points * size);
+        let mut residuals: Vec<f64> = Vec::with_capacity(points);
+        for index in 0..points {
+            let p = fit.point(shape, index);
+            let Some(found) = find(p, fit.normal(shape, index)) else {
+                continue;
+            };
+            let arm = p - fit.translation;
+            let normal = found.normal * (share * found.weight.sqrt());
+            rows.extend(arm.cross(normal).to_array());
+            rows.extend(normal.to_array());
+            rows.push(arm.dot(normal));
+            let inward = fit.rotation.transpose() * normal * fit.scale;
+            let own = &shape.modes_of(index)[..modes];
+            rows.extend(own.iter().map(|mode| mode.dot(inward)));
+            residuals.push((found.point - p).dot(normal));
+        }
+        // A pose has seven unknowns; on a few points more it would hang on their noise.
+        if residuals.len() < 20.max(points / 20) {
+            return None;
+        }
+        let jacobian = DMatrix::from_vec(size, residuals.len(), rows);
+        let mut matrix = &jacobian * jacobian.transpose();
+        let mut right = &jacobian * DVector::from_vec(residuals);
+        // On a sphere or a plane nothing holds some motions: with this a step along them is small,
+        // and others do not notice (a radian, and 30 mm).
+        for i in 0..3 {
+            matrix[(i, i)] += 1.0;
+            matrix[(3 + i, 3 + i)] += 1e-3;
+        }
+        matrix[(6, 6)] += SCALE_SIGMA.powi(-2);
+        right[6] -= SCALE_SIGMA.powi(-2) * fit.scale.ln();
+        for k in 0..modes {
+            matrix[(POSE + k, POSE + k)] += 1.0;
+            right[POSE + k] -= fit.coefficients.get(k).copied().unwrap_or(0.0);
+        }
+        Some(Self { matrix, right })
+    }
+}
+
+/// One step of Gauss-Newton. A fit that has too few matches stays as it is.
 pub fn step(
     shape: &Shape,
     fit: &mut Fit,
     pull: Pull,
     find: impl Fn(DVec3, DVec3) -> Option<Match>,
-) -> Option<f64> {
-    let points = pull.points.min(shape.mean.len());
-    let modes = pull.modes.min(shape.count);
-    fit.coefficients.resize(shape.count, 0.0);
-    let size = 7 + modes;
-    let mut rows: Vec<f64> = Vec::with_capacity(points * size);
-    let mut residuals: Vec<f64> = Vec::with_capacity(points);
-    let mut reach: f64 = 0.0;
-    for index in 0..points {
-        let p = fit.point(shape, index);
-        let Some(found) = find(p, fit.rotation * shape.normals[index]) else {
-            continue;
-        };
-        let weight = (found.weight * pull.worth / points as f64).sqrt() / pull.sigma;
-        let arm = p - fit.translation;
-        reach = reach.max(arm.length());
-        let normal = found.normal * weight;
-        rows.extend(arm.cross(normal).to_array());
-        rows.extend(normal.to_array());
-        rows.push(arm.dot(normal));
-        let inward = fit.rotation.transpose() * normal * fit.scale;
-        let own = &shape.modes[index * shape.count..index * shape.count + modes];
-        rows.extend(own.iter().map(|mode| mode.dot(inward)));
-        residuals.push((found.point - p).dot(normal));
-    }
-    // A pose has six unknowns; on a few points more it would hang on their noise.
-    if residuals.len() < 20.max(points / 20) {
-        return None;
-    }
-    let jacobian = DMatrix::from_vec(size, residuals.len(), rows);
-    let mut normal = &jacobian * jacobian.transpose();
-    let mut right = &jacobian * DVector::from_vec(residuals);
-    let scale_precision = SCALE_SIGMA.powi(-2);
-    normal[(6, 6)] += scale_precision;
-    right[6] -= scale_precision * fit.scale.ln();
-    for k in 0..modes {
-        normal[(7 + k, 7 + k)] += 1.0;
-        right[7 + k] -= fit.coefficients[k];
-    }
-    // On a sphere or a plane nothing holds some motions: a millimetre or a hundredth of a radian
-    // a step is then the most that is believed.
-    for i in 0..3 {
-        normal[(i, i)] += 1.0;
-        normal[(3 + i, 3 + i)] += 1e-3;
-    }
-    let change = normal.cholesky()?.solve(&right);
-    let part = |i: usize| DVec3::new(change[i], change[i + 1], change[i + 2]);
-    let (turn, shift) = (part(0), part(3));
-    // Far from the solution a step may be wild; half a radian is beyond what it can know.
-    let turn = turn.clamp_length_max(0.5);
+) {
+    let Some(Equations { matrix, right }) = Equations::new(shape, fit, pull, find) else {
+        return;
+    };
+    let Some(factor) = matrix.cholesky() else {
+        return;
+    };
+    let change = factor.solve(&right);
+    // Far from the solution a step may be wild; these are beyond what one can know.
+    let turn = DVec3::new(change[0], change[1], change[2]).clamp_length_max(0.5);
     let growth = change[6].clamp(-0.2, 0.2);
-    fit.rotation = DMat3::from_quat(
-        (DQuat::from_scaled_axis(turn) * DQuat::from_mat3(&fit.rotation)).normalize(),
-    );
-    fit.translation += shift;
+    let turned = DQuat::from_scaled_axis(turn) * DQuat::from_mat3(&fit.rotation);
+    fit.rotation = DMat3::from_quat(turned.normalize());
+    fit.translation += DVec3::new(change[3], change[4], change[5]);
     fit.scale *= growth.exp();
-    for k in 0..modes {
-        fit.coefficients[k] += change[7 + k];
+    let modes = change.len() - POSE;
+    fit.coefficients
+        .resize(fit.coefficients.len().max(modes), 0.0);
+    for (c, d) in fit.coefficients.iter_mut().zip(change.iter().skip(POSE)) {
+        *c += d;
     }
-    let bend = (0..modes)
-        .map(|k| change[7 + k] * change[7 + k])
-        .sum::<f64>()
-        .sqrt();
-    Some(shift.length() + (turn.length() + growth.abs()) * reach + bend)
+}
+
+/// How sure a fit is of where points are.
+pub struct Uncertainty {
+    factor: Cholesky<f64, Dyn>,
+    modes: usize,
+}
+
+impl Uncertainty {
+    /// The posterior of a fit, as Gauss-Newton has it: the inverse of the normal equations' matrix.
+    pub fn new(
+        shape: &Shape,
+        fit: &Fit,
+        pull: Pull,
+        find: impl Fn(DVec3, DVec3) -> Option<Match>,
+    ) -> Option<Self> {
+        let Equations { matrix, .. } = Equations::new(shape, fit, pull, find)?;
+        let modes = matrix.nrows() - POSE;
+        let factor = matrix.cholesky()?;
+        Some(Self { factor, modes })
+    }
+
+    /// The standard deviation of a point's place in space, mm.
+    pub fn of(&self, shape: &Shape, fit: &Fit, index: usize) -> f64 {
+        let arm = fit.point(shape, index) - fit.translation;
+        let mut rows = DMatrix::zeros(POSE + self.modes, 3);
+        for (axis, unit) in DVec3::AXES.into_iter().enumerate() {
+            let turn = arm.cross(unit);
+            let own = fit.rotation.transpose() * unit * fit.scale;
+            for i in 0..3 {
+                rows[(i, axis)] = turn[i];
+                rows[(3 + i, axis)] = unit[i];
+            }
+            rows[(6, axis)] = arm.dot(unit);
+            for (k, mode) in shape.modes_of(index)[..self.modes].iter().enumerate() {
+                rows[(POSE + k, axis)] = mode.dot(own);
+            }
+        }
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut rows);
+        rows.norm()
+    }
 }

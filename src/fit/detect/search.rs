@@ -2,19 +2,20 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::fit::{Fit, Shape};
+use super::fit::Fit;
+use super::shape::Shape;
 use super::surfels::Surfels;
 
-/// A place from which the surface is looked at, and how it falls away around.
+/// A place from which the surface around it is looked at.
 #[derive(Debug, Clone, Copy)]
 pub struct Lookout {
     /// The place, mm.
     pub point: DVec3,
     /// The mean normal within [`AROUND`].
-    pub axis: DVec3,
+    axis: DVec3,
     /// The mean height of the surface within [`AROUND`] over the place, along the axis, mm:
     /// negative where it stands out, as the tip of a nose does.
-    pub height: f64,
+    height: f64,
 }
 
 /// The radius of what a lookout sees, mm: from the tip of the nose to the eyes and the chin.
@@ -23,14 +24,13 @@ const AROUND: f64 = 45.0;
 impl Lookout {
     /// The lookout at a point near a surface.
     pub fn new(surfels: &Surfels, point: DVec3) -> Self {
+        let slack = AROUND + surfels.cell;
         // Surfels are numbered along the grid, with z slowest.
-        let first = surfels
-            .points
-            .partition_point(|p| p.z < point.z - AROUND - surfels.cell);
+        let first = surfels.points.partition_point(|p| p.z < point.z - slack);
         let (mut axis, mut mean, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
         for i in first..surfels.points.len() {
             let p = surfels.points[i];
-            if p.z > point.z + AROUND + surfels.cell {
+            if p.z > point.z + slack {
                 break;
             }
             if p.distance_squared(point) < AROUND * AROUND {
@@ -43,13 +43,18 @@ impl Lookout {
         Self {
             point,
             axis,
-            height: if area > 0.0 { mean.dot(axis) / area } else { 0.0 },
+            height: if area > 0.0 {
+                mean.dot(axis) / area
+            } else {
+                0.0
+            },
         }
     }
 
-    /// Columns: a direction across the axis, turned by `roll`, another one, and the axis.
+    /// Columns: right, up and the axis, with up turned by `roll` from what is nearest to `up`.
     fn frame(&self, up: DVec3, roll: f64) -> DMat3 {
-        let up = up.reject_from_normalized(self.axis).normalize();
+        let up = up.reject_from_normalized(self.axis);
+        let up = up.normalize_or(self.axis.any_orthonormal_vector());
         let up = DQuat::from_axis_angle(self.axis, roll) * up;
         DMat3::from_cols(up.cross(self.axis), up, self.axis)
     }
@@ -61,22 +66,20 @@ const ROLLS: usize = 24;
 /// How many points of the face the first look takes.
 const FIRST_POINTS: usize = 100;
 
+/// How far off a start may be and still count, mm: half the distance between two places, and what
+/// noses differ by.
+const FIRST_REACH: f64 = 16.0;
+
 /// How well the face agrees with a surface, 0 to 1: a point counts by how near it is, up to `reach`
 /// mm, and by how well normals agree.
-pub fn agreement(
-    shape: &Shape,
-    fit: &Fit,
-    points: usize,
-    surfels: &Surfels,
-    reach: f64,
-) -> f64 {
+pub fn agreement(shape: &Shape, fit: &Fit, points: usize, surfels: &Surfels, reach: f64) -> f64 {
     let points = points.min(shape.mean.len());
     let sum: f64 = (0..points)
         .map(|i| {
             let p = fit.point(shape, i);
             surfels.near(p).map_or(0.0, |j| {
                 let away = surfels.points[j].distance_squared(p) / (reach * reach);
-                let facing = surfels.normals[j].dot(fit.rotation * shape.normals[i]);
+                let facing = surfels.normals[j].dot(fit.normal(shape, i));
                 (1.0 - away).max(0.0) * ((facing - 0.3) / 0.7).max(0.0)
             })
         })
@@ -84,9 +87,9 @@ pub fn agreement(
     sum / points as f64
 }
 
-/// Starts for the fit, the best first: the mean face with the tip of its nose (`tip`, a lookout
-/// of the mean face) on each place that stands out about as much as a nose does, in each direction.
-/// `rough` are the places, `fine` is what is compared with.
+/// At most so many starts for the fit with what each is worth, the best first: the mean face with
+/// the tip of its nose (`tip`) on each place that stands out about as much as a nose does, in the
+/// direction that agrees best. `rough` are the places, `fine` is what is compared with.
 pub fn starts(
     shape: &Shape,
     tip: Lookout,
@@ -94,20 +97,18 @@ pub fn starts(
     fine: &Surfels,
     most: usize,
 ) -> Vec<(f64, Fit)> {
-    let own = tip.frame(DVec3::Y, 0.0);
+    let own = tip.frame(DVec3::Y, 0.0).transpose();
     let mut starts: Vec<(f64, Fit)> = Vec::new();
     for &point in &rough.points {
         let lookout = Lookout::new(rough, point);
-        // Half as much: the surfel that is nearest to a tip is a little inside it, and noses differ.
+        // Half as much: the surfel nearest to a tip is a little inside it, and noses differ.
         if lookout.height > 0.5 * tip.height {
             continue;
         }
-        let up = lookout.axis.any_orthonormal_vector();
-        // The best direction at this place, and what it is worth.
         let mut best: Option<(f64, Fit)> = None;
         for roll in 0..ROLLS {
             let roll = std::f64::consts::TAU * roll as f64 / ROLLS as f64;
-            let rotation = lookout.frame(up, roll) * own.transpose();
+            let rotation = lookout.frame(DVec3::Y, roll) * own;
             let fit = Fit {
                 rotation,
                 scale: 1.0,
@@ -125,6 +126,3 @@ pub fn starts(
     starts.truncate(most);
     starts
 }
-
-/// How far off the first look may be and still count, mm.
-const FIRST_REACH: f64 = 16.0;

@@ -2,8 +2,6 @@
 
 use glam::DVec3;
 
-use crate::fit::{FitError, FitResult};
-
 /// Pieces of a surface (surfels), one a grid cell that the surface passes through, and the nearest
 /// of them for each cell around.
 ///
@@ -25,32 +23,26 @@ pub struct Surfels {
 
 const NONE: u32 = u32::MAX;
 
-/// More cells than this take too much memory: 128 MB.
+/// With more cells than this (128 MB) they grow instead.
 const MOST_CELLS: f64 = 16e6;
 
 impl Surfels {
-    /// The surfels of a mesh on cells of an edge of `cell` mm. [`Surfels::near`] reaches `reach`
-    /// cells far.
-    ///
-    /// # Errors
-    /// When the mesh is so large that its grid would not fit into memory.
-    pub fn new(
-        positions: &[DVec3],
-        triangles: &[[u32; 3]],
-        cell: f64,
-        reach: usize,
-    ) -> FitResult<Self> {
+    /// The surfels of a mesh on cells of an edge of `cell` mm, or of more where the mesh is so large
+    /// that they would not fit into memory. [`Surfels::near`] reaches `reach` cells far.
+    pub fn new(positions: &[DVec3], triangles: &[[u32; 3]], cell: f64, reach: usize) -> Self {
         let corners = || triangles.iter().flatten().map(|&v| positions[v as usize]);
-        let low = corners().fold(DVec3::INFINITY, DVec3::min) - cell * (reach as f64 + 1.0);
-        let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max) + cell * (reach as f64 + 1.0);
-        let counts = (high - low) / cell;
-        if !(counts.x * counts.y * counts.z <= MOST_CELLS) {
-            let size = (high - low).max_element() / 1000.0;
-            return Err(FitError::Input(format!(
-                "the scan is {size:.1} m across: too large to look for a face in it"
-            )));
-        }
-        let counts = counts.to_array().map(|n| n as usize + 1);
+        let low = corners().fold(DVec3::INFINITY, DVec3::min);
+        let size = corners().fold(DVec3::NEG_INFINITY, DVec3::max) - low;
+        let margin = (reach + 1) as f64;
+        let mut cell = cell;
+        let counts = loop {
+            let counts = (size / cell + 2.0 * margin).ceil();
+            if !(counts.element_product() > MOST_CELLS) {
+                break counts.to_array().map(|n| n as usize + 1);
+            }
+            cell *= 1.2;
+        };
+        let low = low - margin * cell;
         let mut surfels = Self {
             points: Vec::new(),
             normals: Vec::new(),
@@ -62,7 +54,7 @@ impl Surfels {
         };
         surfels.gather(positions, triangles);
         surfels.spread(reach);
-        Ok(surfels)
+        surfels
     }
 
     /// Sums the surface cell by cell. Surfels are numbered along the grid.
