@@ -6,6 +6,7 @@
 //! - faces: [`population`] samples them, [`ply`] keeps them;
 //! - registration: [`scan`]s are read (OBJ by [`obj`], PLY by [`ply`]), and [`register`] fits the
 //!   generic head to their [`surface`], by a [`warp`] of its landmarks or by a [`prior`] of faces;
+//!   where nobody marked them [`detect`] finds the landmarks;
 //!   [`cage`] writes shapes of the template on the base mesh;
 //! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`],
 //!   and [`evaluate`](mod@evaluate) measures registrations against them;
@@ -24,6 +25,7 @@ pub mod colour;
 pub mod colour_bar;
 pub mod crease;
 pub mod describe;
+pub mod detect;
 pub mod evaluate;
 pub mod eyeball;
 pub mod files;

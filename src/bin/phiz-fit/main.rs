@@ -1,6 +1,7 @@
 //! `phiz-fit`: the offline program.
 
 mod evaluate;
+mod landmarks;
 mod register;
 mod simulate;
 
@@ -35,6 +36,8 @@ enum Verb {
     Register(register::RegisterArgs),
     /// Sample registered synthetic faces from the base mesh's targets.
     Population(PopulationArgs),
+    /// Find the landmarks of a scan.
+    Landmarks(landmarks::LandmarksArgs),
     /// Make scan-like, unregistered meshes of people of ICT-FaceKit, with the truth kept aside.
     Simulate(simulate::SimulateArgs),
     /// Register simulated people and measure against the truth.
@@ -134,6 +137,7 @@ fn main() -> ExitCode {
         Verb::Template(args) => template(&args),
         Verb::Register(args) => register::run(&args),
         Verb::Population(args) => sample(&args),
+        Verb::Landmarks(args) => landmarks::run(&args),
         Verb::Evaluate(args) => evaluate::run(&args),
         Verb::Simulate(args) => simulate::run(&args),
         Verb::Train(args) => train(&args),

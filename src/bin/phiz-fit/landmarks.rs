@@ -1,0 +1,67 @@
+//! `phiz-fit landmarks`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use phiz::fit::detect::Detector;
+use phiz::fit::scan::{Scan, Unit, landmarks};
+use phiz::fit::{FitError, FitResult};
+
+#[derive(Args)]
+pub struct LandmarksArgs {
+    /// The generic head.
+    #[arg(long, value_name = "FILE")]
+    template: PathBuf,
+    /// The scan: OBJ, PLY or GLB, in any pose.
+    #[arg(long, value_name = "FILE")]
+    scan: PathBuf,
+    /// The scan's unit: mm, cm, m or inch. Without it it is guessed by size, and said.
+    #[arg(long)]
+    unit: Option<Unit>,
+    /// How sure a point must be, 0 to 1; others are left out.
+    #[arg(long, default_value_t = 0.3, value_name = "CONFIDENCE")]
+    least: f64,
+    /// The JSON file of landmarks to write, in the scan's unit; without it they are printed.
+    #[arg(short, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+pub fn run(args: &LandmarksArgs) -> FitResult<()> {
+    if !(0.0..=1.0).contains(&args.least) {
+        let cause = format!("--least {}: a confidence is from 0 to 1", args.least);
+        return Err(FitError::Input(cause));
+    }
+    let template = super::read_template(&args.template)?;
+    let scan = super::step("reading the scan", || Scan::read(&args.scan, args.unit))?;
+    scan.notes.iter().for_each(|note| eprintln!("{note}"));
+    let found = super::step("looking for the face", || {
+        Detector::new(&template)?
+            .find(&scan.positions, &scan.triangles)
+            .map_err(|e| FitError::file(&args.scan, e))
+    })?;
+    let points = found.landmarks(args.least);
+    let Some(output) = &args.output else {
+        println!("{:16} {:>12} {:>12} {:>12}  confidence", "", "x", "y", "z");
+        for (i, p) in points {
+            let (p, name) = (p / scan.scale, &template.landmarks[i].name);
+            let confidence = found.confidences[i];
+            println!(
+                "{name:16} {:12.6} {:12.6} {:12.6}  {confidence:.2}",
+                p.x, p.y, p.z
+            );
+        }
+        return Ok(());
+    };
+    landmarks::write(output, &points, scan.scale, &template)?;
+    let sure: f64 = points.iter().map(|&(i, _)| found.confidences[i]).sum();
+    println!(
+        "{}: {} of {} points, mean confidence {:.2}, evidence for a face {:.2}",
+        output.display(),
+        points.len(),
+        template.landmarks.len(),
+        sure / points.len().max(1) as f64,
+        found.evidence
+    );
+    Ok(())
+}

@@ -1,0 +1,288 @@
+//! Landmarks that nobody marked: on made-up people, on simulated scans, on a real scan, and on what
+//! is no face.
+#![cfg(feature = "fit")]
+
+#[path = "common/base_mesh.rs"]
+mod base_mesh;
+#[path = "common/ict.rs"]
+mod ict;
+
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use glam::{DMat3, DVec3};
+
+use phiz::Random;
+use phiz::fit::detect::{Detection, Detector};
+use phiz::fit::scan::Scan;
+use phiz::fit::simulate::{Settings, Simulator};
+use phiz::fit::template::Template;
+use phiz::fit::{FitResult, generic_head, population};
+
+/// The generic head and its detector, built once.
+fn head() -> Option<&'static (Template, Detector)> {
+    static HEAD: OnceLock<Option<(Template, Detector)>> = OnceLock::new();
+    HEAD.get_or_init(|| {
+        let template = generic_head::build(&base_mesh::folder()?).expect("builds");
+        let detector = Detector::new(&template).expect("it has a face");
+        Some((template, detector))
+    })
+    .as_ref()
+}
+
+/// The folder of the scan `james` (`james.obj`, `james_ibug68.txt`), as `PHIZ_JAMES` names it.
+fn james() -> Option<(Scan, Vec<DVec3>)> {
+    let Some(folder) = std::env::var_os("PHIZ_JAMES").map(PathBuf::from) else {
+        let ci = std::env::var_os("CI").is_some_and(|ci| ci == "true");
+        assert!(!ci, "no PHIZ_JAMES");
+        println!("skipped: PHIZ_JAMES names no folder of the scan james");
+        return None;
+    };
+    let scan = Scan::read(&folder.join("james.obj"), None).expect("reads");
+    let text = std::fs::read_to_string(folder.join("james_ibug68.txt")).expect("reads");
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .map(|n| n.parse().expect("a number"))
+        .collect();
+    let points = numbers.chunks_exact(3).map(DVec3::from_slice).collect();
+    Some((scan, points))
+}
+
+type Mesh = (Vec<DVec3>, Vec<[u32; 3]>);
+
+/// The triangles whose corners are all wanted.
+fn part((positions, triangles): &Mesh, wanted: impl Fn(DVec3) -> bool) -> Mesh {
+    let kept = |t: &&[u32; 3]| t.iter().all(|&v| wanted(positions[v as usize]));
+    let kept = triangles.iter().filter(kept).copied().collect();
+    (positions.clone(), kept)
+}
+
+/// An ellipsoid with waves of a share of its radii.
+fn ellipsoid(radii: DVec3, centre: DVec3, waves: f64) -> Mesh {
+    const RINGS: u32 = 60;
+    const ROUND: u32 = 120;
+    let positions = (0..=RINGS)
+        .flat_map(|i| (0..ROUND).map(move |j| (i, j)))
+        .map(|(i, j)| {
+            let down = std::f64::consts::PI * f64::from(i) / f64::from(RINGS);
+            let round = std::f64::consts::TAU * f64::from(j) / f64::from(ROUND);
+            let out = DVec3::new(
+                down.sin() * round.sin(),
+                down.cos(),
+                down.sin() * round.cos(),
+            );
+            let wave = (7.0 * out.x).sin() * (5.0 * out.y + 1.0).sin() + (9.0 * out.z).sin();
+            centre + out * radii * (1.0 + waves * wave)
+        })
+        .collect();
+    let triangles = (0..RINGS * ROUND)
+        .flat_map(|v| {
+            let next = v / ROUND * ROUND + (v + 1) % ROUND;
+            [[v, v + ROUND, next + ROUND], [v, next + ROUND, next]]
+        })
+        .collect();
+    (positions, triangles)
+}
+
+fn together(a: &Mesh, b: &Mesh) -> Mesh {
+    let first = a.0.len() as u32;
+    let (mut positions, mut triangles) = a.clone();
+    positions.extend(&b.0);
+    triangles.extend(b.1.iter().map(|t| t.map(|v| v + first)));
+    (positions, triangles)
+}
+
+/// Any rotation, all alike.
+fn rotation(random: &mut Random) -> DMat3 {
+    let q = glam::DQuat::from_xyzw(
+        random.normal(),
+        random.normal(),
+        random.normal(),
+        random.normal(),
+    );
+    DMat3::from_quat(q.normalize())
+}
+
+/// Finds the points on a turned mesh, and turns them back.
+fn find_turned(detector: &Detector, mesh: &Mesh, by: DMat3) -> FitResult<Detection> {
+    let away = DVec3::new(300.0, -200.0, 1000.0);
+    let turned: Vec<DVec3> = mesh.0.iter().map(|&p| by * p + away).collect();
+    let mut found = detector.find(&turned, &mesh.1)?;
+    for p in &mut found.points {
+        *p = by.transpose() * (*p - away);
+    }
+    Ok(found)
+}
+
+/// The mean distance of some of the 68 points from the truth, mm.
+fn error(
+    template: &Template,
+    found: &Detection,
+    truth: &[DVec3],
+    which: std::ops::Range<usize>,
+) -> f64 {
+    let count = which.len() as f64;
+    which
+        .map(|i| {
+            let name = format!("ibug_{i:02}");
+            let landmark = template.landmarks.iter().position(|l| l.name == name);
+            found.points[landmark.expect("an iBUG point")].distance(truth[i])
+        })
+        .sum::<f64>()
+        / count
+}
+
+/// All but the contour of the jaw, which has no feature to hold on to along it.
+const INNER: std::ops::Range<usize> = 17..68;
+
+#[test]
+fn made_up_people_are_found_in_any_pose() {
+    let Some((template, detector)) = head() else {
+        return;
+    };
+    let data = base_mesh::folder().expect("it was there for the head");
+    let people = population::sample(template, &data, 4, 31).expect("samples");
+    let mut random = Random::new(1);
+    for face in people.faces {
+        let truth: Vec<DVec3> = (0..template.landmarks.len())
+            .map(|i| template.landmark(i, &face))
+            .collect();
+        let mesh = (face, template.triangles());
+        let found = find_turned(detector, &mesh, rotation(&mut random)).expect("a face");
+        let named: Vec<DVec3> = (0..68)
+            .map(|i| {
+                let name = format!("ibug_{i:02}");
+                let at = template.landmarks.iter().position(|l| l.name == name);
+                truth[at.expect("an iBUG point")]
+            })
+            .collect();
+        // Issue 3's aim for landmarks without a hand is 2.5 mm.
+        let mean = error(template, &found, &named, INNER);
+        assert!(mean < 2.5, "{mean}");
+    }
+}
+
+#[test]
+fn what_is_no_face_is_said_to_be_none() {
+    let Some((template, detector)) = head() else {
+        return;
+    };
+    let corners: Vec<DVec3> = (0..8)
+        .map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 180.0)
+        .collect();
+    let sides = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let cube = (
+        corners,
+        sides
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+            .collect(),
+    );
+    let whole = (template.positions.clone(), template.triangles());
+    let tip = template
+        .landmarks
+        .iter()
+        .position(|l| l.name == "ibug_30")
+        .expect("a nose");
+    let tip = template.landmark(tip, &template.positions);
+    for (what, mesh) in [
+        ("cube", cube),
+        ("sphere", ellipsoid(DVec3::splat(95.0), DVec3::ZERO, 0.0)),
+        (
+            "lumpy head",
+            ellipsoid(DVec3::new(75.0, 115.0, 95.0), DVec3::ZERO, 0.04),
+        ),
+        (
+            "torso",
+            ellipsoid(DVec3::new(230.0, 300.0, 110.0), DVec3::ZERO, 0.03),
+        ),
+        (
+            "head without its face",
+            part(&whole, |p| p.distance(tip) > 75.0),
+        ),
+        ("neck", part(&whole, |p| p.y < tip.y - 100.0)),
+        ("nothing", (Vec::new(), Vec::new())),
+    ] {
+        match detector.find(&mesh.0, &mesh.1) {
+            Ok(found) => panic!("{what}: a face with evidence {}", found.evidence),
+            Err(why) => assert!(why.to_string().contains("no face was found"), "{why}"),
+        }
+    }
+}
+
+#[test]
+fn simulated_people_are_found_whatever_surrounds_them() {
+    let (Some((template, detector)), Some(ict)) = (head(), ict::ict()) else {
+        return;
+    };
+    let simulator = Simulator::new(ict);
+    let mut random = Random::new(2);
+    for seed in 8100..8103 {
+        let settings = Settings {
+            noise: 0.3,
+            jitter: 0.0,
+            holes: true,
+        };
+        let person = simulator.scan(seed, &settings);
+        let (pose, truth) = (person.truth.pose, person.landmarks);
+        let head = (person.scan.positions, person.scan.triangles);
+        let at = |x: f64, y: f64, z: f64| truth[27] + pose.rotation * DVec3::new(x, y, z);
+        // The ends of the face, and what a scanner sees besides it.
+        let front = part(&head, |p| p.distance(truth[30]) < 100.0);
+        let mut shoulders = ellipsoid(DVec3::new(230.0, 120.0, 110.0), DVec3::ZERO, 0.03);
+        for p in &mut shoulders.0 {
+            *p = at(0.0, -290.0, -90.0) + pose.rotation * *p;
+        }
+        for (what, mesh) in [
+            ("head", head.clone()),
+            ("front", front),
+            ("bust", together(&head, &shoulders)),
+        ] {
+            let by = rotation(&mut random);
+            let found = find_turned(detector, &mesh, by).expect(what);
+            let mean = error(template, &found, &truth, INNER);
+            assert!(mean < SIMULATED, "{what} of {seed}: {mean}");
+            assert!(
+                found.confidences.iter().all(|c| (0.0..=1.0).contains(c)),
+                "{what}"
+            );
+        }
+    }
+}
+
+/// Mean error on simulated people, mm: what is measured is 2.1 to 3, of which 1.5 is that the generic
+/// head's points are not quite those that ICT names.
+const SIMULATED: f64 = 4.0;
+
+#[test]
+fn a_real_scan_is_found_in_any_pose_and_cut_to_the_face() {
+    let (Some((template, detector)), Some((scan, truth))) = (head(), james()) else {
+        return;
+    };
+    let whole = (scan.positions, scan.triangles);
+    let found = detector.find(&whole.0, &whole.1).expect("james has a face");
+    // His points were placed by somebody else's scheme; eyes, mouth and the tip of the nose agree.
+    for (range, most) in [(30..31, 4.0), (36..48, 4.0), (48..68, 4.5)] {
+        let mean = error(template, &found, &truth, range.clone());
+        assert!(mean < most, "{range:?}: {mean}");
+    }
+    let again = detector.find(&whole.0, &whole.1).expect("as before");
+    assert_eq!(found, again);
+    let z_up = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
+    let upside_down = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
+    let face = part(&whole, |p| p.distance(truth[30]) < 100.0);
+    for (mesh, by) in [(&whole, z_up), (&whole, upside_down), (&face, z_up)] {
+        let turned = find_turned(detector, mesh, by).expect("james has a face");
+        let apart =
+            error(template, &turned, &truth, INNER) - error(template, &found, &truth, INNER);
+        // Surfels fall elsewhere, and where the face was cut the rest is guessed.
+        assert!(apart.abs() < 0.7, "{apart}");
+    }
+}
