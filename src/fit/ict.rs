@@ -7,13 +7,12 @@
 //! skin is read: the parts "Face" and "Head and Neck". The files are in centimetres; everything is
 //! in millimetres once read; y up, z out of the face, x to the subject's left, as here.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::obj::Obj;
 use super::{FitError, FitResult};
 use crate::Random;
 
@@ -59,24 +58,29 @@ impl Ict {
     /// `dir`.
     ///
     /// # Errors
-    /// When a file is missing, does not hold the vertices and polygons that ICT's README tells of,
-    /// or has numbers that are none; with the file and the line.
+    /// When a file is missing, is no OBJ file, or does not hold the vertices and polygons that ICT's
+    /// README tells of.
     pub fn read(dir: &Path) -> FitResult<Self> {
         let folder = dir.join("FaceXModel");
-        let (neutral, quads) = read_obj(&folder.join("generic_neutral_mesh.obj"), SKIN_QUADS)?;
+        let mean = read_obj(&folder.join("generic_neutral_mesh.obj"))?;
+        let skin = |obj: &Obj| -> Vec<DVec3> {
+            obj.positions[..SKIN].iter().map(|&p| p * UNIT_MM).collect()
+        };
+        let neutral = skin(&mean);
         let modes = (0..MODES)
             .into_par_iter()
             .map(|mode| {
-                let path = folder.join(format!("identity{mode:03}.obj"));
-                let (moved, _) = read_obj(&path, 0)?;
-                Ok(moved.iter().zip(&neutral).map(|(m, n)| m - n).collect())
+                let moved = read_obj(&folder.join(format!("identity{mode:03}.obj")))?;
+                let pairs = skin(&moved).into_iter().zip(&neutral);
+                Ok(pairs.map(|(m, n)| m - n).collect())
             })
             .collect::<FitResult<_>>()?;
         // A quad is not flat: which diagonal divides it is part of what the surface is. The
         // shorter one on the mean head, for everybody.
-        let triangles = quads
-            .iter()
-            .flat_map(|&[a, b, c, d]| {
+        let triangles = (0..SKIN_QUADS)
+            .flat_map(|quad| {
+                let corners = mean.polygon(quad);
+                let [a, b, c, d] = [0, 1, 2, 3].map(|i| corners[i][0]);
                 let length =
                     |from: u32, to: u32| neutral[from as usize].distance(neutral[to as usize]);
                 if length(a, c) <= length(b, d) {
@@ -119,59 +123,20 @@ impl Ict {
     }
 }
 
-/// The skin's vertices of one of ICT's meshes, and its first `quads` polygons.
-///
-/// The vertices come first in the files, so that reading can stop early: the hundred modes are
-/// 250 MB of text, of which the skin's vertices are a seventh.
-fn read_obj(path: &Path, quads: usize) -> FitResult<(Vec<DVec3>, Vec<[u32; 4]>)> {
-    let file = File::open(path).map_err(|e| FitError::file(path, e))?;
-    let mut reader = BufReader::with_capacity(1 << 16, file);
-    let mut positions = Vec::with_capacity(SKIN);
-    let mut polygons = Vec::with_capacity(quads);
-    let mut line = String::new();
-    let mut number = 0;
-    while positions.len() < SKIN || polygons.len() < quads {
-        line.clear();
-        number += 1;
-        let read = reader
-            .read_line(&mut line)
-            .map_err(|e| FitError::file(path, e))?;
-        if read == 0 {
-            let cause = format!(
-                "ends after {} of the skin's {SKIN} vertices and {} of {quads} polygons",
-                positions.len(),
-                polygons.len()
-            );
-            return Err(FitError::file(path, cause));
-        }
-        let bad = |what: &str| FitError::file(path, format!("line {number}: {what}"));
-        let mut words = line.split_ascii_whitespace();
-        match words.next() {
-            Some("v") if positions.len() < SKIN => {
-                let mut position = DVec3::ZERO;
-                for axis in 0..3 {
-                    let value = words.next().and_then(|word| word.parse::<f64>().ok());
-                    position[axis] = value
-                        .filter(|v| v.is_finite())
-                        .ok_or_else(|| bad("a vertex that is not three numbers"))?;
-                }
-                positions.push(position * UNIT_MM);
-            }
-            Some("f") if polygons.len() < quads => {
-                let mut corners = [0; 4];
-                for corner in &mut corners {
-                    let index = words
-                        .next()
-                        .and_then(|word| word.split('/').next()?.parse::<u32>().ok());
-                    *corner = index
-                        .filter(|i| (1..=SKIN as u32).contains(i))
-                        .ok_or_else(|| bad("a polygon that is not four of the skin's vertices"))?
-                        - 1;
-                }
-                polygons.push(corners);
-            }
-            _ => {}
-        }
+/// One of ICT's meshes, with at least the skin.
+fn read_obj(path: &Path) -> FitResult<Obj> {
+    let obj = Obj::read(path)?;
+    let quads = obj.polygons() >= SKIN_QUADS
+        && (0..SKIN_QUADS).all(|q| {
+            let corners = obj.polygon(q);
+            corners.len() == 4 && corners.iter().all(|c| (c[0] as usize) < SKIN)
+        });
+    if obj.positions.len() < SKIN || !quads {
+        let cause = format!(
+            "does not begin with the {SKIN} vertices and {SKIN_QUADS} quads of the skin: not a \
+             mesh of ICT-FaceKit"
+        );
+        return Err(FitError::file(path, cause));
     }
-    Ok((positions, polygons))
+    Ok(obj)
 }

@@ -4,9 +4,11 @@
 //! - the generic head: [`base_mesh`] and [`subdivide`] are what [`generic_head`] makes the
 //!   [`template`] from, with its [`eyeball`]s, [`region`]s and [`colour`]s;
 //! - faces: [`population`] samples them, [`ply`] keeps them;
-//! - registration: [`scan`]s are read, and the generic head is fitted to their [`surface`],
-//!   first by a [`warp`] of its landmarks;
-//! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`];
+//! - registration: [`scan`]s are read (OBJ by [`obj`], PLY by [`ply`]), and [`register`] fits the
+//!   generic head to their [`surface`], by a [`warp`] of its landmarks or by a [`prior`] of faces;
+//!   [`cage`] writes shapes of the template on the base mesh;
+//! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`],
+//!   and [`evaluate`](mod@evaluate) measures registrations against them;
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
@@ -15,9 +17,11 @@
 
 pub mod align;
 pub mod base_mesh;
+pub mod cage;
 pub mod colour;
 pub mod crease;
 pub mod describe;
+pub mod evaluate;
 pub mod eyeball;
 pub mod files;
 pub mod generic_head;
@@ -25,11 +29,12 @@ pub mod geodesic;
 pub mod ict;
 pub mod learn;
 pub mod measures;
+pub mod obj;
 pub mod pca;
-pub mod prior;
 pub mod pictures;
 pub mod ply;
 pub mod population;
+pub mod prior;
 pub mod region;
 pub mod register;
 pub mod render;

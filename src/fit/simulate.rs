@@ -338,6 +338,11 @@ pub fn about() -> About {
     }
 }
 
+/// What the files of a seed's person are called, but for their endings.
+pub fn name(seed: u64) -> String {
+    format!("person_{seed:04}")
+}
+
 /// Writes `count` scans of the seeds from `seed` on: `person_SEED.ply` with the landmarks in
 /// `person_SEED.json`, the truth in `truth/person_SEED.json`, and `about.json`, which `train` puts
 /// into the model. `done` is called after each.
@@ -357,7 +362,7 @@ pub fn write(
     (0..u64::from(count)).into_par_iter().try_for_each(|i| {
         let seed = seed.wrapping_add(i);
         let person = simulator.scan(seed, settings);
-        let name = format!("person_{seed:04}");
+        let name = name(seed);
         let landmarks: std::collections::BTreeMap<String, [f64; 3]> = person
             .landmarks
             .iter()

@@ -1,5 +1,6 @@
 //! `phiz-fit`: the offline program.
 
+mod evaluate;
 mod simulate;
 
 use std::path::{Path, PathBuf};
@@ -32,6 +33,8 @@ enum Verb {
     Population(PopulationArgs),
     /// Make scan-like, unregistered meshes of people of ICT-FaceKit, with the truth kept aside.
     Simulate(simulate::SimulateArgs),
+    /// Register simulated people and measure against the truth.
+    Evaluate(evaluate::EvaluateArgs),
     /// Align, learn and bake: from registered faces to a model.
     Train(TrainArgs),
     /// Say what is in a model.
@@ -107,6 +110,7 @@ fn main() -> ExitCode {
     let done = match Cli::parse().verb {
         Verb::Template(args) => template(&args),
         Verb::Population(args) => sample(&args),
+        Verb::Evaluate(args) => evaluate::run(&args),
         Verb::Simulate(args) => simulate::run(&args),
         Verb::Train(args) => train(&args),
         Verb::Inspect(args) => inspect(&args),

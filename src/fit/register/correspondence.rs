@@ -41,9 +41,8 @@ pub fn correspond(
         .iter()
         .map(|&vertex| {
             let (p, n) = (positions[vertex as usize], normals[vertex as usize]);
-            let hit = scan.closest_where(p, admission.reach, |t| {
-                scan.facets[t as usize].dot(n) > 0.0
-            })?;
+            let hit =
+                scan.closest_where(p, admission.reach, |t| scan.facets[t as usize].dot(n) > 0.0)?;
             let normal = scan.normal(&hit);
             let admitted = normal.dot(n) >= admission.cosine && !scan.on_border(&hit);
             admitted.then_some(Correspondence {

@@ -101,7 +101,10 @@ impl<'a> Registrar<'a> {
         for corner in soft_triangles.as_flattened_mut() {
             *corner = slot[*corner as usize];
         }
-        let rest: Vec<DVec3> = soft.iter().map(|&v| template.positions[v as usize]).collect();
+        let rest: Vec<DVec3> = soft
+            .iter()
+            .map(|&v| template.positions[v as usize])
+            .collect();
         let openness = openness(&template.positions, &triangles, &skin);
         let mut open = vec![0.0; soft.len()];
         for (&v, o) in skin.iter().zip(openness) {
@@ -110,7 +113,12 @@ impl<'a> Registrar<'a> {
         let points = template
             .landmarks
             .iter()
-            .map(|l| l.stencil.iter().map(|&(v, w)| (slot[v as usize], w)).collect())
+            .map(|l| {
+                l.stencil
+                    .iter()
+                    .map(|&(v, w)| (slot[v as usize], w))
+                    .collect()
+            })
             .collect();
         let sheet = Sheet::new(&rest, &soft_triangles, &open, points, &LENGTHS)?;
         let mut weights = vec![0.0; n];
@@ -123,7 +131,10 @@ impl<'a> Registrar<'a> {
                 let vertices = template.part_vertices(part)?;
                 let at = |v: u32| template.positions[v as usize];
                 let centre = vertices.iter().map(|&v| at(v)).sum::<DVec3>() / vertices.len() as f64;
-                let radius = vertices.iter().map(|&v| at(v).distance(centre)).sum::<f64>()
+                let radius = vertices
+                    .iter()
+                    .map(|&v| at(v).distance(centre))
+                    .sum::<f64>()
                     / vertices.len() as f64;
                 // The lids and what is behind them.
                 let near = |v: &u32| at(*v).distance(centre) < 1.35 * radius;
@@ -185,7 +196,10 @@ impl<'a> Registrar<'a> {
                 };
                 let fit = statistical::fit(&shape, &surface, still, &points, 2.0);
                 let face = prior.face(&template.positions, &fit.coefficients);
-                (face.iter().map(|&p| fit.pose.apply(p)).collect::<Vec<_>>(), 1)
+                (
+                    face.iter().map(|&p| fit.pose.apply(p)).collect::<Vec<_>>(),
+                    1,
+                )
             }
             None => {
                 let to: Vec<DVec3> = points.iter().map(|p| p.1).collect();
@@ -204,7 +218,13 @@ impl<'a> Registrar<'a> {
                 let now: Vec<DVec3> = base.iter().zip(&moves).map(|(b, u)| *b + *u).collect();
                 let facing = normals(&now, &self.soft_triangles);
                 let cosine = if level < 2 { 0.5 } else { 0.65 };
-                let found = correspond(&surface, &now, &facing, &every, &Admission { reach, cosine });
+                let found = correspond(
+                    &surface,
+                    &now,
+                    &facing,
+                    &every,
+                    &Admission { reach, cosine },
+                );
                 let mut pull = Pull {
                     targets: moves.clone(),
                     normals: facing,
@@ -220,8 +240,7 @@ impl<'a> Registrar<'a> {
                         })
                         .collect(),
                 };
-                let mut distances: Vec<f64> =
-                    found.iter().flatten().map(|c| c.distance).collect();
+                let mut distances: Vec<f64> = found.iter().flatten().map(|c| c.distance).collect();
                 distances.sort_unstable_by(f64::total_cmp);
                 let typical = distances.get(distances.len() / 2).copied().unwrap_or(reach);
                 for c in found.iter().flatten() {
@@ -238,11 +257,17 @@ impl<'a> Registrar<'a> {
         let now: Vec<DVec3> = base.iter().zip(&moves).map(|(b, u)| *b + *u).collect();
         let mut covered = vec![false; positions.len()];
         let facing = normals(&now, &self.soft_triangles);
-        let admission = Admission { reach: 1.0, cosine: 0.7 };
+        let admission = Admission {
+            reach: 1.0,
+            cosine: 0.7,
+        };
         for (&v, p) in self.soft.iter().zip(&now) {
             positions[v as usize] = *p;
         }
-        for c in correspond(&surface, &now, &facing, &every, &admission).iter().flatten() {
+        for c in correspond(&surface, &now, &facing, &every, &admission)
+            .iter()
+            .flatten()
+        {
             let v = self.soft[c.vertex as usize] as usize;
             covered[v] = true;
             positions[v] = c.point;
@@ -288,8 +313,8 @@ fn openness(positions: &[DVec3], triangles: &[[u32; 3]], vertices: &[u32]) -> Ve
                     // A spiral over the cap, cosine-weighted.
                     let part = (ray as f64 + 0.5) / RAYS as f64;
                     let (sine, cosine) = (2.399_963_229_728_653 * ray as f64).sin_cos();
-                    let direction = (across * cosine + up * sine) * part.sqrt()
-                        + normal * (1.0 - part).sqrt();
+                    let direction =
+                        (across * cosine + up * sine) * part.sqrt() + normal * (1.0 - part).sqrt();
                     surface.cast(origin, direction, HIDES_WITHIN).is_none()
                 })
                 .count();

@@ -150,7 +150,9 @@ impl Sheet {
             .map_err(|e| FitError::Input(format!("the elastic sheet: {e:?}")))?;
         let mut right = Mat::zeros(n, self.points.len());
         for (p, stencil) in self.points.iter().enumerate() {
-            stencil.iter().for_each(|&(v, s)| right[(v as usize, p)] += s);
+            stencil
+                .iter()
+                .for_each(|&(v, s)| right[(v as usize, p)] += s);
         }
         let responses = factor.solve(&right);
         Ok(Level {
@@ -203,7 +205,8 @@ impl Sheet {
                 .iter()
                 .for_each(|&(v, s)| right[v as usize] += target * (s * w));
         }
-        let dot = |a: &[DVec3], b: &[DVec3]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum() };
+        let dot =
+            |a: &[DVec3], b: &[DVec3]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum() };
         let now = apply(displacements);
         let mut residual: Vec<DVec3> = right.iter().zip(now).map(|(a, b)| *a - b).collect();
         let mut direction = preconditioner.solve(&residual);
@@ -272,7 +275,9 @@ impl<'a> Preconditioner<'a> {
         if let Some(small) = &self.small {
             let at = Mat::from_fn(self.points.len(), 3, |i, axis| {
                 let stencil = self.stencils[self.points[i]].iter();
-                stencil.map(|&(v, s)| s * z[(v as usize, axis)]).sum::<f64>()
+                stencil
+                    .map(|&(v, s)| s * z[(v as usize, axis)])
+                    .sum::<f64>()
             });
             let forces = small.solve(&at);
             for (i, &p) in self.points.iter().enumerate() {

@@ -189,6 +189,8 @@ impl System {
             self.matrix[(6 + i, 6 + i)] += 1.0;
             self.right[6 + i] -= c;
         }
-        self.matrix.cholesky().map(|factor| factor.solve(&self.right))
+        self.matrix
+            .cholesky()
+            .map(|factor| factor.solve(&self.right))
     }
 }

@@ -1,20 +1,45 @@
 //! Scans: unregistered meshes of one person, as other programs write them.
+//!
+//! A reader a format ([`obj`](super::obj), [`ply`](super::ply), GLB) says what a file says;
+//! what is the same for all of them, from units to welding, is done here. [`landmarks`] reads the
+//! points that come with a scan, [`check`](fn@check) says whether the two belong together.
+
+use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
+
+use super::{FitError, FitResult};
+
+pub mod landmarks;
+
+mod check;
+mod glb;
+mod mesh_file;
+mod polygon;
+mod unit;
+
+pub use check::check;
+pub use unit::Unit;
 
 /// A scan: one person's surface, in mm.
 #[derive(Debug, Clone, Default)]
 pub struct Scan {
-    /// Vertices, mm, in the scan's own pose.
+    /// Vertices, mm, in the scan's own pose; no two at the same place, all of them used.
     pub positions: Vec<DVec3>,
-    /// Triangles, counter-clockwise from outside.
+    /// Triangles, counter-clockwise from outside; none without area.
     pub triangles: Vec<[u32; 3]>,
+    /// sRGB colours of the vertices where the file has them, or none.
+    pub colours: Vec<[u8; 3]>,
     /// Texture coordinates and image, where the file has both.
     pub texture: Option<Texture>,
     /// Millimetres in one unit of the file: what its landmarks are multiplied with too.
     pub scale: f64,
+    /// Whether the unit was guessed from the size, so that landmarks may tell better.
+    pub unit_guessed: bool,
     /// What the reader decided by itself, a line each ("units: metres, by the size of ...").
     pub notes: Vec<String>,
+    /// The file, for messages.
+    pub path: PathBuf,
 }
 
 /// A picture on a mesh.
@@ -22,7 +47,8 @@ pub struct Scan {
 pub struct Texture {
     /// Texture coordinates, (0, 0) at the lower left of the picture.
     pub uvs: Vec<DVec2>,
-    /// The texture coordinates of each triangle's corners.
+    /// The texture coordinates of each triangle's corners; [`Texture::BARE`] for a triangle that
+    /// the picture does not cover.
     pub triangles: Vec<[u32; 3]>,
     /// Pixels a row.
     pub width: usize,
@@ -30,4 +56,115 @@ pub struct Texture {
     pub height: usize,
     /// sRGB, row by row from the top.
     pub pixels: Vec<[u8; 3]>,
+}
+
+impl Texture {
+    /// The corners of a triangle without texture.
+    pub const BARE: [u32; 3] = [u32::MAX; 3];
+}
+
+/// What no head, face or person is smaller or larger than, mm.
+const EXTENTS: [f64; 2] = [60.0, 2500.0];
+
+impl Scan {
+    /// Reads a scan by its ending: `.obj` (with its MTL file and image), `.ply`, `.glb`.
+    ///
+    /// Polygons are cut into triangles, vertices at the same place become one, triangles without
+    /// area and vertices without triangles go, and a surface that is inside out is turned. A unit
+    /// that is not given is guessed by the size of the mesh. All of this is said in
+    /// [`Scan::notes`], as is an image that is missing or broken.
+    ///
+    /// # Errors
+    /// When the file cannot be read as its ending says, with the place in it, has no triangle
+    /// with an area, or is too small or large for a head.
+    pub fn read(path: &Path, unit: Option<Unit>) -> FitResult<Scan> {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let about = std::fs::metadata(path).map_err(|e| FitError::file(path, e))?;
+        if about.is_dir() {
+            return Err(FitError::file(path, "a folder, not a scan"));
+        }
+        if about.len() == 0 {
+            return Err(FitError::file(path, "the file is empty"));
+        }
+        let file = match ending.as_deref() {
+            Some("obj") => mesh_file::obj(path)?,
+            Some("ply") => mesh_file::ply(path)?,
+            Some("glb") => glb::read(path)?,
+            _ => {
+                let cause = "not a scan's ending: .obj, .ply and .glb are read";
+                return Err(FitError::file(path, cause));
+            }
+        };
+        let mut scan = file.weld(path)?;
+        let extent = extent(&scan.positions);
+        if extent == 0.0 {
+            return Err(FitError::file(path, "all vertices are at one place"));
+        }
+        scan.unit_guessed = unit.is_none();
+        let unit = unit.unwrap_or_else(|| Unit::of_extent(extent));
+        if scan.unit_guessed {
+            let note = format!("units: {unit}, because the mesh is {extent:.3} across");
+            scan.notes.push(note);
+        }
+        scan.rescale(unit.millimetres());
+        scan.plausible(unit)?;
+        if volume(&scan.positions, &scan.triangles) < 0.0 {
+            scan.turn_inside_out();
+            let note = "triangles: all turned, because the surface was inside out";
+            scan.notes.push(note.into());
+        }
+        Ok(scan)
+    }
+
+    /// Takes another unit for the one that is in use.
+    fn rescale(&mut self, scale: f64) {
+        let factor = scale / if self.scale > 0.0 { self.scale } else { 1.0 };
+        self.positions.iter_mut().for_each(|p| *p *= factor);
+        self.scale = scale;
+    }
+
+    fn plausible(&self, unit: Unit) -> FitResult<()> {
+        let extent = extent(&self.positions);
+        if (EXTENTS[0]..=EXTENTS[1]).contains(&extent) {
+            return Ok(());
+        }
+        let what = match extent < EXTENTS[0] {
+            true => "small",
+            false => "large",
+        };
+        let cause = format!("in {unit} the mesh is {extent:.4} mm across: too {what} for a head");
+        Err(FitError::file(&self.path, cause))
+    }
+
+    fn turn_inside_out(&mut self) {
+        self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        if let Some(texture) = &mut self.texture {
+            texture.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+    }
+}
+
+/// The longest side of the box around some points.
+fn extent(points: &[DVec3]) -> f64 {
+    let low = points.iter().fold(DVec3::INFINITY, |a, &p| a.min(p));
+    let high = points.iter().fold(DVec3::NEG_INFINITY, |a, &p| a.max(p));
+    (high - low).max_element().max(0.0)
+}
+
+/// Six times the volume of the cones from the surface's centre of area over its triangles: for a
+/// closed surface its volume, and positive too for any open one that is mostly convex.
+fn volume(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
+    let (mut centre, mut area) = (DVec3::ZERO, 0.0);
+    let corners = |t: &[u32; 3]| t.map(|v| positions[v as usize]);
+    for [a, b, c] in triangles.iter().map(corners) {
+        let size = (b - a).cross(c - a).length();
+        centre += (a + b + c) / 3.0 * size;
+        area += size;
+    }
+    let centre = centre / area;
+    triangles
+        .iter()
+        .map(corners)
+        .map(|[a, b, c]| (a - centre).dot((b - centre).cross(c - centre)))
+        .sum()
 }

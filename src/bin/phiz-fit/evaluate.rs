@@ -1,0 +1,278 @@
+//! `phiz-fit evaluate`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::DVec3;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use phiz::fit::evaluate::{Evaluator, Expression, Report, evaluate, exchange};
+use phiz::fit::ict::Ict;
+use phiz::fit::register::{Registrar, Settings as Registration};
+use phiz::fit::scan::Scan;
+use phiz::fit::simulate::{self, Settings, Simulated, Simulator};
+use phiz::fit::template::Template;
+use phiz::fit::{FitError, FitResult};
+
+#[derive(Args)]
+pub struct EvaluateArgs {
+    /// The folder of ICT-FaceKit (holds `FaceXModel`).
+    #[arg(long, value_name = "DIR")]
+    ict: PathBuf,
+    /// The generic head.
+    #[arg(long, value_name = "FILE")]
+    template: PathBuf,
+    /// The base mesh's data folder, whose jawOpen and eyeBlink are then tried on fitted heads.
+    #[arg(long, value_name = "DIR")]
+    base_mesh: Option<PathBuf>,
+    /// How many people.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    count: u32,
+    /// The first person's seed; the next person has the next one.
+    #[arg(long, default_value_t = 9000)]
+    seed: u64,
+    /// Only these settings: clean, usual, noisy, and each with -holes.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    only: Vec<String>,
+    /// Write the scans, and what else another program needs to register them, into this folder:
+    /// SETTING/person_SEED.ply with landmarks, mean.ply and the template's skin.ply.
+    #[arg(long, value_name = "DIR")]
+    save: Option<PathBuf>,
+    /// Measure another program's registrations of what --save wrote: this folder has files of the
+    /// same names with the vertices of skin.ply.
+    #[arg(long, value_name = "DIR")]
+    registered: Option<PathBuf>,
+    /// As JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// How scans are made: name, noise and landmark errors in mm, holes.
+const SETTINGS: [(&str, f64, f64, bool); 6] = [
+    ("clean", 0.0, 0.0, false),
+    ("usual", 0.2, 0.5, false),
+    ("noisy", 0.3, 1.5, false),
+    ("clean-holes", 0.0, 0.0, true),
+    ("usual-holes", 0.2, 0.5, true),
+    ("noisy-holes", 0.3, 1.5, true),
+];
+
+pub fn run(args: &EvaluateArgs) -> FitResult<()> {
+    let template = super::read_template(&args.template)?;
+    let ict = super::step("reading ICT-FaceKit", || Ict::read(&args.ict))?;
+    if let Some(folder) = &args.save {
+        exchange::write(&template, &ict, folder)?;
+    }
+    let registrar = Registrar::new(&template)?;
+    let places = places(&template)?;
+    let ours = |scan: &Scan, landmarks: &[DVec3]| {
+        let points: Vec<_> = places
+            .iter()
+            .zip(landmarks)
+            .map(|(&i, &p)| (i, p))
+            .collect();
+        let registered = registrar.register(scan, &points, &Registration::default())?;
+        Ok(registered.positions)
+    };
+    let reference = match &args.registered {
+        Some(folder) => exchange::read(&folder.join("mean.ply"), &template)?,
+        None => {
+            let mean = Scan {
+                positions: ict.neutral.clone(),
+                triangles: ict.triangles.clone(),
+                scale: 1.0,
+                ..Scan::default()
+            };
+            ours(&mean, &ict.landmarks.map(|v| ict.neutral[v as usize]))?
+        }
+    };
+    let expressions = match &args.base_mesh {
+        Some(folder) => Expression::read(&template, folder)?,
+        None => Vec::new(),
+    };
+    let evaluator = Evaluator::new(&template, &reference, &ict, expressions)?;
+    let simulator = Simulator::new(&ict);
+    let chosen: Vec<_> = SETTINGS
+        .iter()
+        .filter(|(name, ..)| args.only.is_empty() || args.only.iter().any(|only| only == name))
+        .collect();
+    if let Some(only) = args
+        .only
+        .iter()
+        .find(|&only| SETTINGS.iter().all(|s| s.0 != only))
+    {
+        let names: Vec<&str> = SETTINGS.iter().map(|s| s.0).collect();
+        let cause = format!("--only {only}: there are {}", names.join(", "));
+        return Err(FitError::Input(cause));
+    }
+    let style = ProgressStyle::with_template("{bar:30} {pos} of {len} registrations, {eta} left");
+    let bar = ProgressBar::new(u64::from(args.count) * chosen.len() as u64);
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let mut reports = Vec::new();
+    for &&(name, noise, jitter, holes) in &chosen {
+        let settings = Settings {
+            noise,
+            jitter,
+            holes,
+        };
+        if let Some(folder) = &args.save {
+            let folder = folder.join(name);
+            simulate::write(&simulator, args.seed, args.count, &settings, &folder, || ())?;
+        }
+        let register = |person: &Simulated| match &args.registered {
+            Some(folder) => {
+                let file = format!("{}.ply", simulate::name(person.truth.seed));
+                exchange::read(&folder.join(name).join(file), &template)
+            }
+            None => ours(&person.scan, &person.landmarks),
+        };
+        reports.push(evaluate(
+            &evaluator,
+            &simulator,
+            (name, &settings),
+            args.seed,
+            args.count as usize,
+            register,
+            || bar.inc(1),
+        )?);
+    }
+    bar.finish_and_clear();
+    if args.json {
+        println!(
+            "{:#}",
+            serde_json::json!({ "seed": args.seed, "settings": reports })
+        );
+    } else {
+        println!("{}", table(&reports));
+    }
+    Ok(())
+}
+
+/// Where the 68 landmarks are in the template's list.
+fn places(template: &Template) -> FitResult<Vec<usize>> {
+    (0..68)
+        .map(|i| {
+            let name = format!("ibug_{i:02}");
+            let place = template.landmarks.iter().position(|l| l.name == name);
+            place.ok_or_else(|| FitError::Input(format!("the template has no landmark {name}")))
+        })
+        .collect()
+}
+
+/// A row of the table: what it says, its value, and what the value must be at most, where
+/// something was asked for.
+type Row<'a> = (String, Box<dyn Fn(&Report) -> (f64, Option<f64>) + 'a>);
+
+/// The reports side by side. A value is followed by `<=` and its limit; what is over its limit is
+/// marked with `!`.
+fn table(reports: &[Report]) -> String {
+    let noisy = |r: &Report| r.setting.starts_with("noisy");
+    let clean = |r: &Report| r.setting.starts_with("clean");
+    let either = |r: &Report, if_clean: Option<f64>, if_noisy: Option<f64>| match () {
+        () if clean(r) => if_clean,
+        () if noisy(r) => if_noisy,
+        () => None,
+    };
+    let mut rows: Vec<Row> = vec![
+        ("people".into(), Box::new(|r| (r.people as f64, None))),
+        (
+            "failed".into(),
+            Box::new(|r| (r.failed.len() as f64, Some(0.0))),
+        ),
+        (
+            "drift, face: mean, mm".into(),
+            Box::new(|r| (r.drift.mean, either(r, Some(0.45), Some(0.7)))),
+        ),
+        ("  RMS".into(), Box::new(|r| (r.drift.rms, None))),
+        ("  95 %".into(), Box::new(|r| (r.drift.percentile_95, None))),
+        ("  max".into(), Box::new(|r| (r.drift.max, None))),
+        (
+            "  mean of the worst person".into(),
+            Box::new(|r| (r.worst_person_drift, None)),
+        ),
+        (
+            "scatter of spots, face: mean, mm".into(),
+            Box::new(|r| (r.scatter.mean, either(r, Some(0.45), Some(0.7)))),
+        ),
+        (
+            "  95 %".into(),
+            Box::new(|r| (r.scatter.percentile_95, None)),
+        ),
+        (
+            "face to scan: mean, mm".into(),
+            Box::new(|r| (r.face_to_scan.mean, either(r, Some(0.06), None))),
+        ),
+        (
+            "  RMS".into(),
+            Box::new(|r| (r.face_to_scan.rms, either(r, Some(0.2), None))),
+        ),
+        (
+            "  95 %".into(),
+            Box::new(|r| (r.face_to_scan.percentile_95, None)),
+        ),
+        ("  max".into(), Box::new(|r| (r.face_to_scan.max, None))),
+        (
+            "face to clean skin: mean, mm".into(),
+            Box::new(|r| (r.face_to_skin.mean, either(r, None, Some(0.18)))),
+        ),
+        ("  RMS".into(), Box::new(|r| (r.face_to_skin.rms, None))),
+        (
+            "head to scan: mean, mm".into(),
+            Box::new(|r| (r.head_to_scan.mean, either(r, Some(0.12), None))),
+        ),
+        ("  RMS".into(), Box::new(|r| (r.head_to_scan.rms, None))),
+        ("  max".into(), Box::new(|r| (r.head_to_scan.max, None))),
+        (
+            "folded pairs, face, all people".into(),
+            Box::new(|r| (r.folds as f64, Some(0.0))),
+        ),
+        (
+            "  people with any".into(),
+            Box::new(|r| (r.people_with_folds as f64, None)),
+        ),
+        (
+            "crossing pairs, lips and lids".into(),
+            Box::new(|r| (r.crossings as f64, Some(0.0))),
+        ),
+        (
+            "  people with any".into(),
+            Box::new(|r| (r.people_with_crossings as f64, None)),
+        ),
+    ];
+    let expressions = reports.first().map_or(&[][..], |r| &r.expressions);
+    for (i, (name, _)) in expressions.iter().enumerate() {
+        rows.push((
+            format!("folded pairs, skin, {name}"),
+            Box::new(move |r| (r.expressions[i].1 as f64, Some(0.0))),
+        ));
+    }
+    rows.push((
+        "seconds a scan, one thread".into(),
+        Box::new(|r| (r.seconds, Some(0.4))),
+    ));
+
+    let mut text = format!("{:34}", "");
+    for report in reports {
+        text += &format!("{:>18}", report.setting);
+    }
+    for (name, value) in &rows {
+        text += &format!("\n{name:34}");
+        for report in reports {
+            let (value, limit) = value(report);
+            let digits = if value.fract() == 0.0 { 0 } else { 3 };
+            let mark = if limit.is_some_and(|limit| value > limit) {
+                "!"
+            } else {
+                ""
+            };
+            let limit = limit.map_or(String::new(), |limit| format!(" <={limit}"));
+            text += &format!("{:>18}", format!("{mark}{value:.digits$}{limit}"));
+        }
+    }
+    for report in reports {
+        for (seed, cause) in &report.failed {
+            text += &format!("\n{}, person {seed}: {cause}", report.setting);
+        }
+    }
+    text
+}

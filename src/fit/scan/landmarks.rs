@@ -1,0 +1,226 @@
+//! The points that come with a scan.
+//!
+//! Two forms are read: a JSON object, name -> [x, y, z] in the scan's units, and plain text of 68
+//! lines "x y z", the iBUG points in their order.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::path::Path;
+
+use glam::DVec3;
+use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
+
+use super::check::{Placement, spread};
+use super::{Scan, Unit, extent};
+use crate::fit::files::write_atomically;
+use crate::fit::template::Template;
+use crate::fit::{FitError, FitResult};
+
+/// Points of the iBUG scheme, which a text file has all of.
+const IBUG: usize = 68;
+/// The fewest points that place a head and tell it from its mirror image.
+const FEWEST: usize = 4;
+/// Between this and its inverse lie the sizes of all people's faces beside the generic one's.
+const LARGEST_FACE: f64 = 1.55;
+
+/// Reads the landmarks of a scan, in mm: `(index in the template's landmarks, point)`, in the
+/// order of the template.
+///
+/// A unit of the scan that was guessed is settled by the landmarks, which tell it better than the
+/// size of the mesh; positions, scale and notes of the scan then follow.
+///
+/// # Errors
+/// When the file is in neither form, a name is unknown or there twice, numbers are missing or not
+/// finite, there are fewer than four points or they do not span space, or no unit makes them those of a face: with the file
+/// and the name or line.
+pub fn read(path: &Path, scan: &mut Scan, template: &Template) -> FitResult<Vec<(usize, DVec3)>> {
+    let mut points = read_file(path, template)?;
+    settle_unit(path, scan, &points, template)?;
+    points.iter_mut().for_each(|(_, p)| *p *= scan.scale);
+    Ok(points)
+}
+
+/// Writes landmarks as a JSON object, in the units of the scan: the points are in mm, one unit of
+/// the scan has `scale` mm. The file appears whole or not at all.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write(
+    path: &Path,
+    points: &[(usize, DVec3)],
+    scale: f64,
+    template: &Template,
+) -> FitResult<()> {
+    let mut text = String::from("{");
+    for (i, &(index, p)) in points.iter().enumerate() {
+        let name = serde_json::Value::from(template.landmarks[index].name.as_str());
+        let [x, y, z] = (p / scale).to_array();
+        text += if i > 0 { ",\n  " } else { "\n  " };
+        text += &format!("{name}: [{x}, {y}, {z}]");
+    }
+    text += "\n}\n";
+    write_atomically(path, text.as_bytes())
+}
+
+/// The points in the file's units.
+fn read_file(path: &Path, template: &Template) -> FitResult<Vec<(usize, DVec3)>> {
+    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    let fail = |cause: String| FitError::file(path, cause);
+    let text = std::str::from_utf8(&bytes).map_err(|_| fail("no text".into()))?;
+    let json = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    let named = if json || text.trim_start().starts_with('{') {
+        let Entries(entries) =
+            serde_json::from_str(text).map_err(|e| fail(format!("no landmarks: {e}")))?;
+        entries
+    } else {
+        from_lines(text).map_err(fail)?
+    };
+    let known: HashMap<&str, usize> = template
+        .landmarks
+        .iter()
+        .enumerate()
+        .map(|(index, landmark)| (landmark.name.as_str(), index))
+        .collect();
+    let mut points = Vec::with_capacity(named.len());
+    for (name, numbers) in &named {
+        let Some(&index) = known.get(name.as_str()) else {
+            let near = template
+                .landmarks
+                .iter()
+                .min_by_key(|l| strsim::damerau_levenshtein(&l.name, name))
+                .map(|l| format!("; the nearest name is `{}`", l.name));
+            let cause = format!("no landmark is called `{name}`{}", near.unwrap_or_default());
+            return Err(fail(cause));
+        };
+        let &[x, y, z] = &numbers[..] else {
+            let cause = format!(
+                "landmark `{name}` has {} numbers, not x, y and z",
+                numbers.len()
+            );
+            return Err(fail(cause));
+        };
+        let p = DVec3::new(x, y, z);
+        if !p.is_finite() {
+            return Err(fail(format!("landmark `{name}` is not finite")));
+        }
+        if points.iter().any(|&(other, _)| other == index) {
+            return Err(fail(format!("landmark `{name}` is there twice")));
+        }
+        points.push((index, p));
+    }
+    if points.len() < FEWEST {
+        return Err(fail(format!(
+            "{} landmarks, and {FEWEST} are the fewest that place a face",
+            points.len()
+        )));
+    }
+    spread(&points).map_err(fail)?;
+    points.sort_by_key(|&(index, _)| index);
+    Ok(points)
+}
+
+/// The iBUG points from lines "x y z"; commas may stand between the numbers, `#` begins a comment.
+fn from_lines(text: &str) -> Result<Vec<(String, Vec<f64>)>, String> {
+    let mut points = Vec::new();
+    for (line, content) in text.lines().enumerate() {
+        let content = content.split('#').next().unwrap_or_default();
+        let words: Vec<&str> = content
+            .split(|c: char| c.is_whitespace() || c == ',')
+            .filter(|word| !word.is_empty())
+            .collect();
+        if words.is_empty() {
+            continue;
+        }
+        let place = format!("line {}", line + 1);
+        if words.len() != 3 {
+            return Err(format!("{place}: {} words, not x, y and z", words.len()));
+        }
+        let numbers = words
+            .iter()
+            .map(|word| match word.parse::<f64>() {
+                Ok(value) if value.is_finite() => Ok(value),
+                Ok(_) => Err(format!("{place}: `{word}` is not finite")),
+                Err(_) => Err(format!("{place}: `{word}` is no number")),
+            })
+            .collect::<Result<_, _>>()?;
+        points.push((format!("ibug_{:02}", points.len()), numbers));
+    }
+    match points.len() {
+        IBUG => Ok(points),
+        count => Err(format!(
+            "{count} points; a text file has the {IBUG} iBUG points, one a line"
+        )),
+    }
+}
+
+/// Takes the unit by which the landmarks are those of a face.
+fn settle_unit(
+    path: &Path,
+    scan: &mut Scan,
+    points: &[(usize, DVec3)],
+    template: &Template,
+) -> FitResult<()> {
+    let placement = Placement::of(points, template, false);
+    let Some(scale) = placement.map(|p| 1.0 / p.scale).filter(|s| s.is_finite()) else {
+        return Ok(());
+    };
+    let likely = Unit::of_scale(scale);
+    let unit = match scan.unit_guessed {
+        true => likely.millimetres(),
+        false => scan.scale,
+    };
+    let size = unit / scale;
+    if !(1.0 / LARGEST_FACE..=LARGEST_FACE).contains(&size) {
+        let cause = match scan.unit_guessed {
+            true => format!("its landmarks are {size:.3} times as far apart as a face's"),
+            false => format!(
+                "in the scan's units its landmarks are {size:.3} times as far apart as a \
+                 face's; they fit in {likely}"
+            ),
+        };
+        return Err(FitError::file(path, cause));
+    }
+    if scan.unit_guessed && unit != scan.scale {
+        scan.rescale(unit);
+        if scan.plausible(likely).is_err() {
+            let points: Vec<DVec3> = points.iter().map(|&(_, p)| p).collect();
+            let cause = format!(
+                "its landmarks are {:.4} across and the scan {:.4}: not in the same units",
+                extent(&points),
+                extent(&scan.positions) / scan.scale
+            );
+            return Err(FitError::file(path, cause));
+        }
+        scan.notes.retain(|note| !note.starts_with("units: "));
+        let note = format!("units: {likely}, because the landmarks then are a face's");
+        scan.notes.push(note);
+    }
+    Ok(())
+}
+
+/// The members of a JSON object in their order, with those that are there twice.
+struct Entries(Vec<(String, Vec<f64>)>);
+
+impl<'de> Deserialize<'de> for Entries {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Object;
+        impl<'de> Visitor<'de> for Object {
+            type Value = Entries;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an object, name -> [x, y, z]")
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Entries, M::Error> {
+                let mut entries = Vec::new();
+                while let Some(entry) = map.next_entry()? {
+                    entries.push(entry);
+                }
+                Ok(Entries(entries))
+            }
+        }
+        deserializer.deserialize_map(Object)
+    }
+}

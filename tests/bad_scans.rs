@@ -1,0 +1,867 @@
+//! Bad scans and landmarks, each kind with the one clear line that it gets, and odd ones that are
+//! read all the same and said.
+#![cfg(feature = "fit")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use phiz::fit::FitResult;
+use phiz::fit::scan::{Scan, check, landmarks};
+use phiz::fit::template::{Landmark, Template};
+use phiz::mesh::Topology;
+
+/// A head for these tests: an egg with a nose, 150 x 220 x 190 mm.
+fn egg() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    const ROWS: u32 = 40;
+    const COLUMNS: u32 = 48;
+    let mut positions = vec![DVec3::new(0.0, -110.0, 0.0)];
+    for row in 1..ROWS {
+        let latitude = f64::from(row) / f64::from(ROWS) * std::f64::consts::PI;
+        for column in 0..COLUMNS {
+            let longitude = f64::from(column) / f64::from(COLUMNS) * std::f64::consts::TAU;
+            let ring = latitude.sin();
+            let mut p = DVec3::new(
+                75.0 * ring * longitude.sin(),
+                -110.0 * latitude.cos(),
+                95.0 * ring * longitude.cos(),
+            );
+            if p.z > 0.0 {
+                let from_nose = (p.x / 12.0).powi(2) + ((p.y - 5.0) / 20.0).powi(2);
+                p.z += 22.0 * (-from_nose).exp();
+            }
+            positions.push(p);
+        }
+    }
+    positions.push(DVec3::new(0.0, 110.0, 0.0));
+    let at = |row: u32, column: u32| match row {
+        0 => 0,
+        ROWS => (ROWS - 1) * COLUMNS + 1,
+        _ => (row - 1) * COLUMNS + column % COLUMNS + 1,
+    };
+    let mut triangles = Vec::new();
+    for row in 0..ROWS {
+        for column in 0..COLUMNS {
+            let [a, b] = [at(row, column), at(row, column + 1)];
+            let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
+            if row > 0 {
+                triangles.push([a, b, d]);
+            }
+            if row + 1 < ROWS {
+                triangles.push([a, d, c]);
+            }
+        }
+    }
+    (positions, triangles)
+}
+
+/// The egg as a generic head, with 68 points on its front.
+fn template() -> Template {
+    let (positions, triangles) = egg();
+    let mut front: Vec<u32> = (0..positions.len() as u32)
+        .filter(|&v| {
+            let p = positions[v as usize];
+            p.z > 30.0 && p.y.abs() < 70.0 && v % 3 == 0
+        })
+        .collect();
+    front.truncate(68);
+    assert_eq!(front.len(), 68);
+    let landmarks = front
+        .iter()
+        .enumerate()
+        .map(|(i, &v)| Landmark {
+            name: format!("ibug_{i:02}"),
+            stencil: vec![(v, 1.0)],
+        })
+        .collect();
+    Template {
+        topology: Topology {
+            uvs: vec![[0.0; 2]; positions.len()],
+            uv_vertices: (0..positions.len() as u32).collect(),
+            uv_triangles: triangles,
+            ..Topology::default()
+        },
+        positions,
+        landmarks,
+        ..Template::default()
+    }
+}
+
+fn points(template: &Template) -> Vec<DVec3> {
+    (0..template.landmarks.len())
+        .map(|i| template.landmark(i, &template.positions))
+        .collect()
+}
+
+fn obj(positions: &[DVec3], triangles: &[[u32; 3]]) -> String {
+    let mut text = String::new();
+    for p in positions {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    for t in triangles {
+        text += &format!("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    }
+    text
+}
+
+fn ply_header(format: &str, vertices: &str, rest: &str) -> String {
+    format!(
+        "ply\nformat {format} 1.0\nelement vertex {vertices}\nproperty float x\n\
+         property float y\nproperty float z\n{rest}end_header\n"
+    )
+}
+
+const FACES: &str = "element face 1\nproperty list uchar int vertex_indices\n";
+
+fn json(points: &[DVec3]) -> String {
+    let members: Vec<String> = points
+        .iter()
+        .enumerate()
+        .map(|(i, p)| format!("\"ibug_{i:02}\": [{}, {}, {}]", p.x, p.y, p.z))
+        .collect();
+    format!("{{\n{}\n}}", members.join(",\n"))
+}
+
+/// A GLB file of a JSON chunk and a binary one, whose header may claim another length.
+fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
+    let mut json = json.as_bytes().to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut chunks = (json.len() as u32).to_le_bytes().to_vec();
+    chunks.extend(b"JSON");
+    chunks.extend(&json);
+    if !binary.is_empty() {
+        let padded = binary.len().next_multiple_of(4);
+        chunks.extend((padded as u32).to_le_bytes());
+        chunks.extend(b"BIN\0");
+        chunks.extend(binary);
+        chunks.resize(chunks.len() + padded - binary.len(), 0);
+    }
+    let mut file = b"glTF".to_vec();
+    file.extend(2u32.to_le_bytes());
+    file.extend((chunks.len() as u32 + 12).to_le_bytes());
+    file.extend(chunks);
+    file
+}
+
+/// One triangle of 100 mm with indices `indices`, in a buffer of `bytes` at `uri`.
+fn glb_triangle(indices: [u16; 3], bytes: usize, uri: &str) -> Vec<u8> {
+    let mut binary: Vec<u8> = [0f32, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0]
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    binary.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
+    binary.truncate(bytes);
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
+        "nodes":[{{"mesh":0,"translation":[0,1,0]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
+        "min":[0,0,0],"max":[0.1,0.1,0]}},
+        {{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}},
+        {{"buffer":0,"byteOffset":36,"byteLength":6}}],
+        "buffers":[{{{uri}"byteLength":42}}]}}"#
+    );
+    glb(&json, &binary)
+}
+
+/// Reads a scan and its landmarks as `register` does; the notes.
+fn read(template: &Template, scan: &Path, points: Option<&Path>) -> FitResult<(Scan, Vec<String>)> {
+    let mut scan = Scan::read(scan, None)?;
+    let mut notes = Vec::new();
+    if let Some(points) = points {
+        let points = landmarks::read(points, &mut scan, template)?;
+        notes = check(&mut scan, &points, template)?;
+    }
+    notes.extend(scan.notes.clone());
+    Ok((scan, notes))
+}
+
+struct Case {
+    kind: &'static str,
+    /// The file that is at fault, and what is in it.
+    name: &'static str,
+    content: Vec<u8>,
+    /// What the message says, beside that file's name.
+    says: &'static [&'static str],
+}
+
+fn case(
+    kind: &'static str,
+    name: &'static str,
+    content: impl Into<Vec<u8>>,
+    says: &'static [&'static str],
+) -> Case {
+    Case {
+        kind,
+        name,
+        content: content.into(),
+        says,
+    }
+}
+
+fn one_line(kind: &str, message: &str, file: &Path, says: &[&str]) {
+    println!("{kind:28} {message}");
+    assert!(!message.contains('\n'), "{kind}: {message}");
+    assert!(message.len() < 400, "{kind}: {message}");
+    let start = format!("{}: ", file.display());
+    assert!(message.starts_with(&start), "{kind}: {message}");
+    for part in says {
+        assert!(message.contains(part), "{kind}: no `{part}` in: {message}");
+    }
+}
+
+#[test]
+fn bad_scans_get_one_clear_line() {
+    let (positions, triangles) = egg();
+    let template = template();
+    let v = "v 0 0 0\nv 100 0 0\nv 0 100 0\n";
+    let flat = [DVec3::ZERO, DVec3::X * 90.0, DVec3::X * 100.0];
+    let vertices: Vec<u8> = [0f32, 0., 0., 100., 0., 0., 0., 100., 0.]
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let mut nan = vertices.clone();
+    nan[16..20].copy_from_slice(&f32::NAN.to_le_bytes());
+    nan.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    let binary = |header: String, payload: &[u8]| [header.as_bytes(), payload].concat();
+    let little = "binary_little_endian";
+    let cases = [
+        case("empty OBJ", "a.obj", "", &["is empty"]),
+        case("empty PLY", "a.ply", "", &["is empty"]),
+        case("empty GLB", "a.glb", "", &["is empty"]),
+        case("no faces", "a.obj", v, &["no faces"]),
+        case("no vertices", "a.obj", "# nothing\n", &["no vertices"]),
+        case(
+            "NaN",
+            "a.obj",
+            format!("{v}v 0 nan 0\n"),
+            &["line 4", "`nan` is not finite"],
+        ),
+        case(
+            "infinite",
+            "a.obj",
+            format!("{v}v 0 0 1e999\n"),
+            &["line 4", "not finite"],
+        ),
+        case(
+            "text for a number",
+            "a.obj",
+            "v 0 zero 0\n",
+            &["line 1", "`zero` is no number"],
+        ),
+        case(
+            "two numbers",
+            "a.obj",
+            "v 0 0\n",
+            &["line 1", "too few numbers"],
+        ),
+        case(
+            "index out of range",
+            "a.obj",
+            format!("{v}f 1 2 4\n"),
+            &["line 4", "vertex 4"],
+        ),
+        case(
+            "negative index",
+            "a.obj",
+            format!("{v}f -1 -2 -4\n"),
+            &["line 4", "vertex -4"],
+        ),
+        case(
+            "texture index out of range",
+            "a.obj",
+            format!("{v}f 1/-9 2/1 3/1\n"),
+            &["line 4", "texture coordinate -9"],
+        ),
+        case(
+            "faces of two corners",
+            "a.obj",
+            format!("{v}f 1 2\n"),
+            &["no faces"],
+        ),
+        case(
+            "triangles without area",
+            "a.obj",
+            obj(&flat, &[[0, 1, 2], [0, 0, 1]]),
+            &["no triangle has an area"],
+        ),
+        case(
+            "far too small",
+            "a.obj",
+            obj(
+                &[DVec3::ZERO, DVec3::X * 1e-3, DVec3::Y * 1e-3],
+                &[[0, 1, 2]],
+            ),
+            &["1.0000 mm across", "too small"],
+        ),
+        case(
+            "far too large",
+            "a.obj",
+            obj(
+                &[DVec3::ZERO, DVec3::X * 9000.0, DVec3::Y * 9000.0],
+                &[[0, 1, 2]],
+            ),
+            &["too large"],
+        ),
+        case(
+            "garbage",
+            "a.obj",
+            (0..=255u8).cycle().take(4000).collect::<Vec<_>>(),
+            &["line "],
+        ),
+        case("wrong magic", "a.ply", "solid cube\n", &["no PLY file"]),
+        case(
+            "bad header",
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement\nend_header\n",
+            &["header"],
+        ),
+        case(
+            "no x",
+            "a.ply",
+            ply_header("ascii", "1", FACES).replace("float x", "float w") + "1 2 3\n3 0 0 0\n",
+            &["element `vertex`", "no property `x`"],
+        ),
+        case(
+            "absurd count",
+            "a.ply",
+            ply_header(little, "99999999999", FACES),
+            &["element `vertex`", "99999999999 of them"],
+        ),
+        case(
+            "cut off among vertices",
+            "a.ply",
+            binary(ply_header(little, "3", FACES), &vertices[..20]),
+            &["element `vertex`", "ends in the middle"],
+        ),
+        case(
+            "cut off among faces",
+            "a.ply",
+            binary(
+                ply_header(little, "3", FACES),
+                &[&vertices[..], &[3, 0, 0, 0, 0, 1]].concat(),
+            ),
+            &["element `face`", "ends in the middle"],
+        ),
+        case(
+            "a list longer than the file",
+            "a.ply",
+            binary(
+                ply_header(little, "3", &FACES.replace("uchar", "uint")),
+                &[&vertices[..], &[255; 4]].concat(),
+            ),
+            &["element `face`"],
+        ),
+        case(
+            "PLY index out of range",
+            "a.ply",
+            ply_header("ascii", "3", FACES) + "0 0 0\n100 0 0\n0 100 0\n3 0 1 -7\n",
+            &["face 0 has vertex -7, of 3"],
+        ),
+        case(
+            "PLY NaN",
+            "a.ply",
+            ply_header("ascii", "3", FACES) + "0 0 0\n100 nan 0\n0 100 0\n3 0 1 2\n",
+            &["line 11", "no row of finite numbers"],
+        ),
+        case(
+            "binary PLY NaN",
+            "a.ply",
+            binary(ply_header(little, "3", FACES), &nan),
+            &["vertex 1 is not finite"],
+        ),
+        case(
+            "PLY points",
+            "a.ply",
+            ply_header("ascii", "1", "") + "0 0 0\n",
+            &["no faces"],
+        ),
+        case(
+            "PLY without vertices",
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n",
+            &["no element `vertex`"],
+        ),
+        case("no GLB", "a.glb", "glTFgarbage here", &["a.glb: "]),
+        case(
+            "GLB cut off",
+            "a.glb",
+            glb_triangle([0, 1, 2], 42, "")[..200].to_vec(),
+            &["ends after 200 of"],
+        ),
+        case(
+            "GLB without mesh",
+            "a.glb",
+            glb(
+                r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[]}]}"#,
+                &[],
+            ),
+            &["no mesh"],
+        ),
+        case(
+            "GLB without scene",
+            "a.glb",
+            glb(r#"{"asset":{"version":"2.0"}}"#, &[]),
+            &["no scene"],
+        ),
+        case(
+            "GLB's buffer missing",
+            "a.glb",
+            glb_triangle([0, 1, 2], 42, r#""uri":"gone.bin","#),
+            &["gone.bin", "buffer 0"],
+        ),
+        case(
+            "GLB's buffer short",
+            "a.glb",
+            glb_triangle([0, 1, 2], 40, ""),
+            &["accessor 1 reaches beyond its buffer"],
+        ),
+        case(
+            "GLB index out of range",
+            "a.glb",
+            glb_triangle([0, 1, 3], 42, ""),
+            &["mesh 0, primitive 0", "index 3"],
+        ),
+        case("unknown ending", "a.stl", "solid", &[".obj, .ply and .glb"]),
+        case("no ending", "a", "v 0 0 0", &[".obj, .ply and .glb"]),
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    for Case {
+        kind,
+        name,
+        content,
+        says,
+    } in &cases
+    {
+        let file = folder.path().join(name);
+        fs::write(&file, content).expect("written");
+        let error = read(&template, &file, None).map(|_| ()).expect_err(kind);
+        one_line(kind, &error.to_string(), &file, says);
+    }
+    let missing = folder.path().join("none.ply");
+    let error = Scan::read(&missing, None).expect_err("missing");
+    one_line("missing", &error.to_string(), &missing, &["No such file"]);
+    let is_folder = folder.path().join("folder.obj");
+    fs::create_dir(&is_folder).expect("made");
+    let error = Scan::read(&is_folder, None).expect_err("a folder");
+    one_line("a folder", &error.to_string(), &is_folder, &["a folder"]);
+    assert!(cases.len() + 2 >= 30);
+    // The same reader takes what is not bad.
+    let file = folder.path().join("a.obj");
+    fs::write(&file, obj(&positions, &triangles)).expect("written");
+    assert_eq!(
+        read(&template, &file, None).expect("reads").0.triangles,
+        triangles
+    );
+}
+
+#[test]
+fn bad_landmarks_get_one_clear_line() {
+    let template = template();
+    let (positions, triangles) = egg();
+    let right = points(&template);
+    let lines: Vec<String> = right
+        .iter()
+        .map(|p| format!("{} {} {}", p.x, p.y, p.z))
+        .collect();
+    let mapped = |f: &dyn Fn(usize, DVec3) -> DVec3| -> String {
+        json(
+            &right
+                .iter()
+                .enumerate()
+                .map(|(i, &p)| f(i, p))
+                .collect::<Vec<_>>(),
+        )
+    };
+    let with = |member: &str| json(&right[..60]).replacen('{', &format!("{{{member},\n"), 1);
+    let l = "l.json";
+    let cases = [
+        case("not JSON", l, "hello", &["line 1 column 1"]),
+        case(
+            "a JSON list",
+            l,
+            "[1, 2]",
+            &["an object, name -> [x, y, z]"],
+        ),
+        case("cut off", l, &json(&right)[..400], &["line "]),
+        case(
+            "fewer than four",
+            l,
+            json(&right[..3]),
+            &["3 landmarks", "4 are the fewest"],
+        ),
+        case(
+            "unknown name",
+            l,
+            with("\"ibug_6\": [0, 0, 0]"),
+            &["`ibug_6`", "nearest name is `ibug_0"],
+        ),
+        case(
+            "two numbers",
+            l,
+            with("\"ibug_67\": [0, 0]"),
+            &["`ibug_67` has 2 numbers"],
+        ),
+        case(
+            "four numbers",
+            l,
+            with("\"ibug_67\": [0, 0, 1, 1]"),
+            &["`ibug_67` has 4 numbers"],
+        ),
+        case(
+            "text for a number",
+            l,
+            with("\"ibug_67\": [0, 0, \"x\"]"),
+            &["line 1"],
+        ),
+        case("NaN", l, with("\"ibug_67\": [0, NaN, 0]"), &["line 1"]),
+        case(
+            "too large a number",
+            l,
+            with("\"ibug_67\": [0, 1e999, 0]"),
+            &["line 1"],
+        ),
+        case(
+            "twice",
+            l,
+            with("\"ibug_05\": [0, 0, 0]"),
+            &["`ibug_05` is there twice"],
+        ),
+        case(
+            "67 lines",
+            "l.txt",
+            lines[..67].join("\n"),
+            &["67 points", "68 iBUG"],
+        ),
+        case(
+            "a bad line",
+            "l.txt",
+            lines.join("\n").replacen(' ', " x", 1),
+            &["line 1", "is no number"],
+        ),
+        case(
+            "two words",
+            "l.txt",
+            lines.join("\n") + "\n1 2",
+            &["line 69", "2 words"],
+        ),
+        case(
+            "NaN in text",
+            "l.txt",
+            lines.join("\n") + "\n1 2 nan",
+            &["line 69", "`nan` is not finite"],
+        ),
+        case("no text", "l.txt", vec![0xff, 0xfe, 0], &["no text"]),
+        case(
+            "in metres",
+            l,
+            mapped(&|_, p| p / 1000.0),
+            &["not in the same units"],
+        ),
+        case(
+            "no face's size",
+            l,
+            mapped(&|_, p| p * 4.0),
+            &["times as far apart"],
+        ),
+        case(
+            "off the surface",
+            "a.obj",
+            mapped(&|i, p| if i == 30 { p + p.normalize() * 45.0 } else { p }),
+            &["`ibug_30`", "mm off the surface"],
+        ),
+        case(
+            "left and right swapped",
+            "a.obj",
+            mapped(&|_, p| p * DVec3::new(-1.0, 1.0, 1.0)),
+            &["mirrored", "left and right"],
+        ),
+        case(
+            "misplaced",
+            "a.obj",
+            mapped(&|i, p| if i == 30 { -p } else { p }),
+            &["`ibug_30`", "from where the other landmarks put it"],
+        ),
+        case(
+            "at one place",
+            l,
+            mapped(&|_, _| right[0]),
+            &["all at one place"],
+        ),
+        case(
+            "on a line",
+            l,
+            mapped(&|i, _| right[0] + DVec3::Y * i as f64),
+            &["on one line"],
+        ),
+        case(
+            "in a plane",
+            l,
+            mapped(&|_, p| DVec3::new(p.x, p.y, 60.0)),
+            &["in one plane"],
+        ),
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    let scan = folder.path().join("a.obj");
+    fs::write(&scan, obj(&positions, &triangles)).expect("written");
+    let try_points = |name: &str, content: &[u8]| {
+        let file = folder.path().join(name);
+        fs::write(&file, content).expect("written");
+        read(&template, &scan, Some(&file))
+    };
+    for Case {
+        kind,
+        name,
+        content,
+        says,
+    } in &cases
+    {
+        // What is wrong between scan and landmarks names the scan.
+        let file = if *name == "a.obj" { l } else { name };
+        let error = try_points(file, content).map(|_| ()).expect_err(kind);
+        one_line(kind, &error.to_string(), &folder.path().join(name), says);
+    }
+    let missing = folder.path().join("none.json");
+    let error = read(&template, &scan, Some(&missing))
+        .map(|_| ())
+        .expect_err("missing");
+    one_line("missing", &error.to_string(), &missing, &["No such file"]);
+    try_points(l, json(&right).as_bytes()).expect("the right ones are taken");
+    try_points("l.txt", lines.join("\n").as_bytes()).expect("as text too");
+    // A mirrored scan: its points are where they belong on it.
+    let mirror = DVec3::new(-1.0, 1.0, 1.0);
+    let mirrored: Vec<DVec3> = positions.iter().map(|&p| p * mirror).collect();
+    fs::write(&scan, obj(&mirrored, &triangles)).expect("written");
+    let error = try_points(l, mapped(&|_, p| p * mirror).as_bytes()).map(|_| ());
+    let error = error.expect_err("mirrored").to_string();
+    one_line("mirrored", &error, &scan, &["mirrored", "left and right"]);
+}
+
+#[test]
+fn odd_scans_are_read_and_said() {
+    let template = template();
+    let (positions, triangles) = egg();
+    let right = points(&template);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let write = |name: &str, content: &[u8]| -> PathBuf {
+        fs::write(path(name), content).expect("written");
+        path(name)
+    };
+    let scaled = |points: &[DVec3], by: f64| points.iter().map(|&p| p * by).collect::<Vec<_>>();
+    let said = |notes: &[String], part: &str| notes.iter().any(|note| note.contains(part));
+
+    for (by, unit) in [
+        (1e-3, "metres"),
+        (0.1, "centimetres"),
+        (1.0 / 25.4, "inches"),
+    ] {
+        let scan = write("u.obj", obj(&scaled(&positions, by), &triangles).as_bytes());
+        let points = write("u.json", json(&scaled(&right, by)).as_bytes());
+        let (scan, notes) = read(&template, &scan, Some(&points)).expect(unit);
+        assert!(said(&notes, &format!("units: {unit}")), "{notes:?}");
+        assert!((scan.scale * by - 1.0).abs() < 1e-12);
+        for (p, q) in scan.positions.iter().zip(&positions) {
+            assert!(p.distance(*q) < 1e-9, "in mm");
+        }
+    }
+
+    let turned: Vec<DVec3> = positions
+        .iter()
+        .map(|p| DVec3::new(-p.x, -p.y, p.z))
+        .collect();
+    let turned_points: Vec<DVec3> = right.iter().map(|p| DVec3::new(-p.x, -p.y, p.z)).collect();
+    let scan = write("t.obj", obj(&turned, &triangles).as_bytes());
+    let points = write("t.json", json(&turned_points).as_bytes());
+    let (_, notes) = read(&template, &scan, Some(&points)).expect("any pose is fine");
+    assert!(said(&notes, "upside down"), "{notes:?}");
+
+    let inside_out = triangles
+        .iter()
+        .map(|&[a, b, c]| [a, c, b])
+        .collect::<Vec<_>>();
+    let scan = write("i.obj", obj(&positions, &inside_out).as_bytes());
+    let points = write("i.json", json(&right).as_bytes());
+    let (scan, notes) = read(&template, &scan, Some(&points)).expect("turned");
+    assert!(said(&notes, "inside out"), "{notes:?}");
+    assert_eq!(scan.triangles.len(), triangles.len());
+    let volume = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| scan.positions[v as usize]);
+        a.dot(b.cross(c))
+    };
+    assert!(
+        scan.triangles.iter().all(|t| volume(t) > 0.0),
+        "seen from the middle"
+    );
+
+    let soup: String = triangles
+        .iter()
+        .flatten()
+        .map(|&v| positions[v as usize])
+        .map(|p| format!("v {} {} {}\n", p.x, p.y, p.z))
+        .chain(
+            (0..triangles.len()).map(|t| format!("f {} {} {}\n", 3 * t + 1, 3 * t + 2, 3 * t + 3)),
+        )
+        .collect();
+    let (scan, notes) = read(&template, &write("s.obj", soup.as_bytes()), None).expect("welded");
+    assert_eq!(scan.positions.len(), positions.len());
+    assert!(said(&notes, "merged"), "{notes:?}");
+
+    let extra = obj(&positions, &triangles) + "v 1 2 3\nf 1 1 2\nf 1 2\nl 1 2\n";
+    let (scan, notes) = read(&template, &write("e.obj", extra.as_bytes()), None).expect("cleaned");
+    assert_eq!(
+        (scan.positions.len(), scan.triangles.len()),
+        (positions.len(), triangles.len())
+    );
+    for part in [
+        "1 triangles without area",
+        "1 vertices without triangles",
+        "fewer than three",
+    ] {
+        assert!(said(&notes, part), "{notes:?}");
+    }
+
+    // A scan without its picture is a scan all the same.
+    let uv = "vt 0 0\nvt 1 0\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3\n";
+    let with = |library: &str| format!("mtllib {library}\n{}{uv}", obj(&positions, &triangles));
+    let material = |image: &str| format!("newmtl skin\nmap_Kd {image}\n");
+    write("no image.mtl", material("gone.png").as_bytes());
+    write("bad image.mtl", material("bad.png").as_bytes());
+    write("bad.png", b"\x89PNG\r\n\x1a\nbroken");
+    for (library, part) in [
+        ("gone.mtl", "gone.mtl"),
+        ("no image.mtl", "gone.png"),
+        ("bad image.mtl", "bad.png"),
+    ] {
+        let scan = write("p.obj", with(library).as_bytes());
+        let (scan, notes) = read(&template, &scan, None).expect(library);
+        assert!(scan.texture.is_none());
+        assert!(said(&notes, "no ") && said(&notes, part), "{notes:?}");
+    }
+    // An image of the scan's name stands in for materials that are missing.
+    write("p.png", b"broken too");
+    let scan = write("p.obj", with("gone.mtl").as_bytes());
+    let (_, notes) = read(&template, &scan, None).expect("with what is beside it");
+    assert!(
+        said(&notes, "p.png, because it has the scan's name"),
+        "{notes:?}"
+    );
+    let colours = [[200, 10, 20], [30, 140, 50], [60, 70, 180], [9, 8, 7]];
+    let mut png = Vec::new();
+    image::RgbImage::from_fn(2, 2, |x, y| image::Rgb(colours[(2 * y + x) as usize]))
+        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
+        .expect("encodes");
+    write("my face.png", &png);
+    write("good.mtl", material("my face.png").as_bytes());
+    let scan = write("p.obj", with("good.mtl").as_bytes());
+    let (scan, _) = read(&template, &scan, None).expect("with its picture");
+    let texture = scan.texture.expect("a picture");
+    assert_eq!((texture.width, texture.height), (2, 2));
+    assert_eq!(texture.pixels, colours);
+    let covered = |t: &&[u32; 3]| **t != phiz::fit::scan::Texture::BARE;
+    assert_eq!(texture.triangles.iter().filter(covered).count(), 1);
+}
+
+#[test]
+fn one_mesh_is_the_same_in_every_format() {
+    let (positions, triangles) = egg();
+    // As single precision has them, for all formats.
+    let positions: Vec<DVec3> = positions.iter().map(|p| p.as_vec3().as_dvec3()).collect();
+    let folder = tempfile::tempdir().expect("a folder");
+    let header = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\ncomment TextureFile none.png\nelement camera 1\n\
+             property double f\nelement vertex {}\nproperty float nx\nproperty float x\n\
+             property float y\nproperty float z\nproperty uchar red\nproperty uchar green\n\
+             property uchar blue\nelement face {}\nproperty uchar flags\n\
+             property list uchar uint vertex_index\nend_header\n",
+            positions.len(),
+            triangles.len()
+        )
+    };
+    let mut files = vec![("m.obj", obj(&positions, &triangles).into_bytes())];
+    let mut ascii = header("ascii") + "1.5\n";
+    for p in &positions {
+        ascii += &format!("0 {} {} {} 1 2 3\n", p.x, p.y, p.z);
+    }
+    for t in &triangles {
+        ascii += &format!("7 3 {} {} {}\n", t[0], t[1], t[2]);
+    }
+    files.push(("ascii.ply", ascii.into_bytes()));
+    for little in [true, false] {
+        let order = |bytes: &mut [u8]| {
+            if !little {
+                bytes.reverse();
+            }
+        };
+        let float = |x: f64| {
+            let mut bytes = (x as f32).to_le_bytes();
+            order(&mut bytes);
+            bytes
+        };
+        let format = ["binary_big_endian", "binary_little_endian"][usize::from(little)];
+        let mut bytes = header(format).into_bytes();
+        bytes.extend([0; 8]);
+        for p in &positions {
+            bytes.extend([0.0, p.x, p.y, p.z].iter().flat_map(|&x| float(x)));
+            bytes.extend([1, 2, 3]);
+        }
+        for t in &triangles {
+            bytes.extend([7, 3]);
+            for v in t {
+                let mut v = v.to_le_bytes();
+                order(&mut v);
+                bytes.extend(v);
+            }
+        }
+        files.push((["big.ply", "little.ply"][usize::from(little)], bytes));
+    }
+    let mut binary: Vec<u8> = positions
+        .iter()
+        .flat_map(|p| p.as_vec3().to_array())
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    let indices = binary.len();
+    binary.extend(triangles.iter().flatten().flat_map(|v| v.to_le_bytes()));
+    files.push((
+        "m.glb",
+        glb(
+            &format!(
+                r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
+                "nodes":[{{"children":[1]}},{{"mesh":0}}],
+                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+                "accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3",
+                "min":[-75,-110,-95],"max":[75,110,120]}},
+                {{"bufferView":1,"componentType":5125,"count":{},"type":"SCALAR"}}],
+                "bufferViews":[{{"buffer":0,"byteLength":{indices}}},
+                {{"buffer":0,"byteOffset":{indices},"byteLength":{}}}],
+                "buffers":[{{"byteLength":{}}}]}}"#,
+                positions.len(),
+                3 * triangles.len(),
+                12 * triangles.len(),
+                binary.len()
+            ),
+            &binary,
+        ),
+    ));
+    let scans: Vec<Scan> = files
+        .iter()
+        .map(|(name, bytes)| {
+            let file = folder.path().join(name);
+            fs::write(&file, bytes).expect("written");
+            Scan::read(&file, None).expect(name)
+        })
+        .collect();
+    for (scan, (name, _)) in scans.iter().zip(&files) {
+        assert_eq!(scan.positions, scans[0].positions, "{name}");
+        assert_eq!(scan.triangles, scans[0].triangles, "{name}");
+        let coloured = name.ends_with("ply");
+        assert_eq!(
+            scan.colours.first(),
+            coloured.then_some(&[1, 2, 3]),
+            "{name}"
+        );
+    }
+    assert_eq!(scans[0].positions.len(), positions.len());
+}
