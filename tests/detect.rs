@@ -236,6 +236,8 @@ fn simulated_people_are_found_whatever_surrounds_them() {
         let at = |x: f64, y: f64, z: f64| truth[27] + pose.rotation * DVec3::new(x, y, z);
         // The ends of the face, and what a scanner sees besides it.
         let front = part(&head, |p| p.distance(truth[30]) < 100.0);
+        let left = pose.rotation * DVec3::X;
+        let profile = part(&head, |p| (p - truth[27]).dot(left) > -5.0);
         let mut shoulders = ellipsoid(DVec3::new(230.0, 120.0, 110.0), DVec3::ZERO, 0.03);
         for p in &mut shoulders.0 {
             *p = at(0.0, -290.0, -90.0) + pose.rotation * *p;
@@ -243,12 +245,15 @@ fn simulated_people_are_found_whatever_surrounds_them() {
         for (what, mesh) in [
             ("head", head.clone()),
             ("front", front),
+            ("profile", profile),
             ("bust", together(&head, &shoulders)),
         ] {
             let by = rotation(&mut random);
             let found = find_turned(detector, &mesh, by).expect(what);
             let mean = error(template, &found, &truth, INNER);
-            assert!(mean < SIMULATED, "{what} of {seed}: {mean}");
+            // The side that a profile does not show is guessed.
+            let most = SIMULATED + if what == "profile" { 1.5 } else { 0.0 };
+            assert!(mean < most, "{what} of {seed}: {mean}");
             assert!(
                 found.confidences.iter().all(|c| (0.0..=1.0).contains(c)),
                 "{what}"

@@ -195,3 +195,129 @@ impl Uncertainty {
         rows.norm()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+    use crate::Random;
+
+    fn vector(random: &mut Random) -> DVec3 {
+        DVec3::new(random.normal(), random.normal(), random.normal())
+    }
+
+    /// 300 points with 6 modes, facing anywhere.
+    fn shape(random: &mut Random) -> Shape {
+        Shape {
+            mean: (0..300).map(|_| vector(random) * 40.0).collect(),
+            normals: (0..300).map(|_| vector(random).normalize()).collect(),
+            modes: (0..300 * 6).map(|_| vector(random) * 2.0).collect(),
+            count: 6,
+        }
+    }
+
+    /// Draws each point to its own place on `truth`, in the order in which they ask.
+    fn to(shape: &Shape, truth: &Fit) -> impl Fn(DVec3, DVec3) -> Option<Match> {
+        let asked = Cell::new(0);
+        move |_, _| {
+            let index = asked.replace((asked.get() + 1) % shape.mean.len());
+            Some(Match {
+                point: truth.point(shape, index),
+                normal: truth.normal(shape, index),
+                weight: 1.0,
+            })
+        }
+    }
+
+    #[test]
+    fn pose_and_shape_are_found_again() {
+        let mut random = Random::new(1);
+        for _ in 0..10 {
+            let shape = shape(&mut random);
+            let truth = Fit {
+                rotation: DMat3::from_axis_angle(vector(&mut random).normalize(), 0.6),
+                scale: 1.0 + 0.1 * random.uniform(),
+                translation: vector(&mut random) * 20.0,
+                coefficients: (0..6).map(|_| random.normal()).collect(),
+            };
+            let mut fit = Fit {
+                rotation: DMat3::IDENTITY,
+                scale: 1.0,
+                translation: DVec3::ZERO,
+                coefficients: Vec::new(),
+            };
+            // So narrow a scatter that what is probable hardly matters.
+            let pull = Pull {
+                points: 300,
+                modes: 6,
+                sigma: 1e-3,
+            };
+            for _ in 0..12 {
+                let found = to(&shape, &truth);
+                step(&shape, &mut fit, pull, found);
+            }
+            for i in 0..300 {
+                let apart = fit.point(&shape, i).distance(truth.point(&shape, i));
+                // A coefficient of one sigma pulls with 1 against 200 / 1e-6.
+                assert!(apart < 1e-5, "{apart}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_nothing_draws_stays() {
+        let mut random = Random::new(2);
+        let shape = shape(&mut random);
+        let start = Fit {
+            rotation: DMat3::IDENTITY,
+            scale: 1.0,
+            translation: DVec3::ONE,
+            coefficients: vec![0.5; 6],
+        };
+        let pull = Pull {
+            points: 300,
+            modes: 6,
+            sigma: 1.0,
+        };
+        let mut fit = start.clone();
+        step(&shape, &mut fit, pull, |_, _| None);
+        assert_eq!(fit, start);
+        assert!(Uncertainty::new(&shape, &fit, pull, |_, _| None).is_none());
+    }
+
+    #[test]
+    fn a_fit_is_surer_of_what_the_scan_shows() {
+        let mut random = Random::new(3);
+        let mut shape = shape(&mut random);
+        shape.loosen(&[DVec3::ZERO, DVec3::X * 60.0], 3.0, 20.0);
+        let fit = Fit {
+            rotation: DMat3::IDENTITY,
+            scale: 1.0,
+            translation: DVec3::ZERO,
+            coefficients: vec![0.0; shape.count],
+        };
+        let pull = Pull {
+            points: 300,
+            modes: shape.count,
+            sigma: 1.0,
+        };
+        let spread = |reach: f64| {
+            let seen = |p: DVec3, normal: DVec3| {
+                (p.x < reach).then_some(Match {
+                    point: p,
+                    normal,
+                    weight: 1.0,
+                })
+            };
+            let own = Uncertainty::new(&shape, &fit, pull, seen).expect("enough is seen");
+            (0..300)
+                .map(|i| own.of(&shape, &fit, i))
+                .collect::<Vec<_>>()
+        };
+        let (all, half) = (spread(f64::INFINITY), spread(0.0));
+        for i in 0..300 {
+            assert!(all[i] < half[i], "{i}: {} {}", all[i], half[i]);
+        }
+    }
+}

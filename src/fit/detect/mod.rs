@@ -21,7 +21,7 @@ mod shape;
 mod surfels;
 
 use fit::{Fit, Match, Pull, Uncertainty, step};
-use search::{Lookout, agreement, starts};
+use search::{Breadth, Lookout, PART, WHOLE, agreement, starts};
 use shape::{Shape, visible_face};
 use surfels::Surfels;
 
@@ -201,39 +201,46 @@ impl Detector {
             fine: Surfels::new(positions, triangles, FINE_CELL, FINE_REACH),
         };
         let rough = Surfels::new(positions, triangles, ROUGH_CELL, 0);
-        let mut fits = starts(&self.face, self.tip, &rough, &scene.fine, STARTS);
-        for (worth, fit) in &mut fits {
-            self.draw(fit, &RIGID, |p, normal, gate| scene.near(p, normal, gate));
-            *worth = agreement(&self.face, fit, 300, &scene.fine, 8.0);
-        }
-        self.keep_best(&mut fits, CANDIDATES);
-        for (worth, fit) in &mut fits {
-            self.draw(fit, &ROUGH, |p, normal, gate| scene.near(p, normal, gate));
-            *worth = agreement(&self.face, fit, 400, &scene.fine, 6.0);
-        }
-        self.keep_best(&mut fits, FINALISTS);
-        let exact = |p, normal, gate| scene.closest(p, normal, gate);
-        for (worth, fit) in &mut fits {
-            for stage in &SHAPED {
-                self.draw(fit, stage, exact);
-            }
-            *worth = self.evidence(fit, &scene);
-        }
-        fits.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut most: f64 = 0.0;
-        for (_, fit) in &mut fits {
-            self.draw(fit, &LAST, exact);
-            let evidence = self.evidence(fit, &scene);
-            if evidence >= LEAST_EVIDENCE {
-                return Ok(self.read_off(fit, &scene, evidence));
+        for breadth in [&WHOLE, &PART] {
+            for fit in &mut self.finalists(&scene, &rough, breadth) {
+                self.draw(fit, &LAST, |p, n, gate| scene.closest(p, n, gate));
+                let evidence = self.evidence(fit, &scene);
+                if evidence >= LEAST_EVIDENCE {
+                    return Ok(self.read_off(fit, &scene, evidence));
+                }
+                most = most.max(evidence);
             }
-            most = most.max(evidence);
         }
         Err(FitError::Input(format!(
             "no face was found on the scan: the likeliest place has {:.0} % of the evidence that \
              is asked for",
             100.0 * most / LEAST_EVIDENCE
         )))
+    }
+
+    /// The likeliest fits, the best first, before the last stage.
+    fn finalists(&self, scene: &Scene<'_>, rough: &Surfels, breadth: &Breadth) -> Vec<Fit> {
+        let near = |p, normal, gate| scene.near(p, normal, gate);
+        let mut fits = starts(&self.face, self.tip, rough, &scene.fine, breadth, STARTS);
+        for (worth, fit) in &mut fits {
+            self.draw(fit, &RIGID, near);
+            *worth = agreement(&self.face, fit, 300, &scene.fine, 8.0);
+        }
+        self.keep_best(&mut fits, CANDIDATES);
+        for (worth, fit) in &mut fits {
+            self.draw(fit, &ROUGH, near);
+            *worth = agreement(&self.face, fit, 400, &scene.fine, 6.0);
+        }
+        self.keep_best(&mut fits, FINALISTS);
+        for (worth, fit) in &mut fits {
+            for stage in &SHAPED {
+                self.draw(fit, stage, |p, n, gate| scene.closest(p, n, gate));
+            }
+            *worth = self.evidence(fit, scene);
+        }
+        self.keep_best(&mut fits, FINALISTS);
+        fits.into_iter().map(|(_, fit)| fit).collect()
     }
 
     fn draw(
@@ -267,7 +274,7 @@ impl Detector {
     }
 
     /// The evidence for a face, 0 to 1: how well the middle of the face lies on the scan where there
-    /// is any, how much of it there is, and how likely such a face is.
+    /// is any, how much there is of it and of the whole, and how likely such a face is.
     ///
     /// It is the middle that tells: much that is round can be taken for cheeks and a forehead.
     fn evidence(&self, fit: &Fit, scene: &Scene<'_>) -> f64 {
@@ -275,12 +282,10 @@ impl Detector {
         if !(0.6..=1.5).contains(&fit.scale) {
             return 0.0;
         }
-        let (mut points, mut covered, mut quality) = (0.0, 0.0, 0.0);
+        let (mut points, mut covered, mut quality, mut lying) = (0.0, 0.0, 0.0, 0.0);
         for i in 0..self.face.mean.len() {
-            if self.face.mean[i].distance(self.tip.point) > MIDDLE {
-                continue;
-            }
-            points += 1.0;
+            let middle = self.face.mean[i].distance(self.tip.point) < MIDDLE;
+            points += f64::from(u8::from(middle));
             let p = fit.point(&self.face, i);
             let Some(hit) = scene.surface.closest(p, 10.0) else {
                 continue;
@@ -288,23 +293,28 @@ impl Detector {
             if scene.surface.on_border(&hit) {
                 continue;
             }
-            covered += 1.0;
             // The normal of a surfel is that of the surface without its noise.
             let normal = match scene.fine.near(hit.point) {
                 Some(surfel) => scene.fine.normals[surfel],
                 None => scene.surface.normal(&hit),
             };
             let facing = normal.dot(fit.normal(&self.face, i));
-            quality += (-0.5 * hit.distance * hit.distance).exp() * ((facing - 0.7) / 0.3).max(0.0);
+            lying += f64::from(u8::from(hit.distance < 3.0 && facing > 0.7));
+            if middle {
+                covered += 1.0;
+                quality +=
+                    (-0.5 * hit.distance * hit.distance).exp() * ((facing - 0.7) / 0.3).max(0.0);
+            }
         }
         if covered == 0.0 {
             return 0.0;
         }
         // A profile shows half of a face; much less is no evidence.
-        let share = (covered / points / 0.4_f64).min(1.0);
+        let middle = (covered / points / 0.5_f64).min(1.0);
+        let whole = (lying / self.face.mean.len() as f64 / 0.4).min(1.0);
         // People have about 40 at most, what is bent to fit something else 100 and more.
         let deviance: f64 = fit.coefficients.iter().map(|c| c * c).sum();
-        quality / covered * share * (-deviance / 200.0).exp()
+        quality / covered * middle * whole * (-deviance / 200.0).exp()
     }
 
     /// The landmarks of a fit, on the scan where it is near.

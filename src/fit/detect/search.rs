@@ -58,9 +58,51 @@ impl Lookout {
         let up = DQuat::from_axis_angle(self.axis, roll) * up;
         DMat3::from_cols(up.cross(self.axis), up, self.axis)
     }
+
+    /// The frames of axes that lean away from its own by some degrees, each in all directions.
+    fn frames(&self, leans: &[f64]) -> Vec<DMat3> {
+        let mut frames = Vec::new();
+        for &lean in leans {
+            let leanings = if lean > 0.0 { LEANINGS } else { 1 };
+            for leaning in 0..leanings {
+                let around = self.frame(DVec3::Y, turn(leaning, leanings)).y_axis;
+                let lean = DQuat::from_axis_angle(around, lean.to_radians());
+                frames.extend(
+                    (0..ROLLS).map(|roll| {
+                        DMat3::from_quat(lean) * self.frame(DVec3::Y, turn(roll, ROLLS))
+                    }),
+                );
+            }
+        }
+        frames
+    }
 }
 
-/// Directions tried around each lookout.
+/// How widely starts are looked for.
+pub struct Breadth {
+    /// How far a place must stand out, as a share of what the tip of the nose does. The surfel nearest
+    /// to a tip is a little inside it, and noses differ.
+    pub height: f64,
+    /// Angles between the axis of a place and that of the face, degrees.
+    pub leans: &'static [f64],
+}
+
+/// For scans of all of the face.
+pub const WHOLE: Breadth = Breadth {
+    height: 0.5,
+    leans: &[0.0],
+};
+
+/// For profiles and other parts: what is missing on one side of a place leans its axis to the other.
+pub const PART: Breadth = Breadth {
+    height: 0.3,
+    leans: &[0.0, 40.0],
+};
+
+/// Directions in which an axis leans.
+const LEANINGS: usize = 8;
+
+/// Directions tried around each axis.
 const ROLLS: usize = 24;
 
 /// How many points of the face the first look takes.
@@ -69,6 +111,11 @@ const FIRST_POINTS: usize = 100;
 /// How far off a start may be and still count, mm: half the distance between two places, and what
 /// noses differ by.
 const FIRST_REACH: f64 = 16.0;
+
+/// The angle of one of so many equal steps around, radians.
+fn turn(step: usize, steps: usize) -> f64 {
+    std::f64::consts::TAU * step as f64 / steps as f64
+}
 
 /// How well the face agrees with a surface, 0 to 1: a point counts by how near it is, up to `reach`
 /// mm, and by how well normals agree.
@@ -95,20 +142,19 @@ pub fn starts(
     tip: Lookout,
     rough: &Surfels,
     fine: &Surfels,
+    breadth: &Breadth,
     most: usize,
 ) -> Vec<(f64, Fit)> {
     let own = tip.frame(DVec3::Y, 0.0).transpose();
     let mut starts: Vec<(f64, Fit)> = Vec::new();
     for &point in &rough.points {
         let lookout = Lookout::new(rough, point);
-        // Half as much: the surfel nearest to a tip is a little inside it, and noses differ.
-        if lookout.height > 0.5 * tip.height {
+        if lookout.height > breadth.height * tip.height {
             continue;
         }
         let mut best: Option<(f64, Fit)> = None;
-        for roll in 0..ROLLS {
-            let roll = std::f64::consts::TAU * roll as f64 / ROLLS as f64;
-            let rotation = lookout.frame(DVec3::Y, roll) * own;
+        for frame in lookout.frames(breadth.leans) {
+            let rotation = frame * own;
             let fit = Fit {
                 rotation,
                 scale: 1.0,

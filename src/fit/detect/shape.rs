@@ -157,3 +157,68 @@ pub fn visible_face(
     }
     Ok(chosen)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Random;
+    use crate::fit::test_head;
+
+    #[test]
+    fn loosened_points_vary_alike_as_far_as_the_length_says() {
+        let mut random = Random::new(1);
+        let mut point = || DVec3::new(random.normal(), random.normal(), random.normal()) * 30.0;
+        let centres: Vec<DVec3> = (0..20).map(|_| point()).collect();
+        // At the centres the process is what it says, elsewhere it varies less.
+        let mut mean = centres.clone();
+        mean.extend((0..50).map(|_| point()));
+        let mut shape = Shape {
+            normals: vec![DVec3::Z; mean.len()],
+            modes: vec![DVec3::X; mean.len()],
+            mean,
+            count: 1,
+        };
+        shape.loosen(&centres, 3.0, 25.0);
+        assert_eq!(shape.count, 61);
+        let along = |i: usize, j: usize, axis: usize| -> f64 {
+            let (a, b) = (&shape.modes_of(i)[1..], &shape.modes_of(j)[1..]);
+            a.iter().zip(b).map(|(a, b)| a[axis] * b[axis]).sum()
+        };
+        for i in 0..70 {
+            assert_eq!(shape.modes_of(i)[0], DVec3::X);
+            for axis in 0..3 {
+                assert!(along(i, i, axis) < 9.0 + 1e-9);
+            }
+            for j in 0..20 {
+                let apart = shape.mean[i].distance_squared(shape.mean[j]);
+                let truth = 9.0 * (-0.5 * apart / 625.0).exp();
+                // The millionth on the diagonal, times 9 mm^2 and the condition it leaves.
+                assert!((along(i, j, 1) - truth).abs() < 1e-3, "{i} {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_visible_face_is_outside_and_evenly_spread() {
+        let Some(head) = test_head() else { return };
+        let triangles = head.triangles();
+        let surface = Surface::new(&head.positions, &triangles);
+        let tip = DVec3::new(0.0, -40.0, 60.0);
+        let face = visible_face(head, &surface, tip, 400).expect("a face");
+        let cavity = head.part_vertices("mouth cavity").expect("a mouth");
+        assert!(face.iter().all(|v| cavity.binary_search(v).is_err()));
+        // The face is about 250 cm^2: discs around 400 points of it, none of which has another's
+        // middle in it, have radii of 4 mm and more.
+        let at = |v: u32| head.positions[v as usize];
+        for (i, &v) in face.iter().enumerate() {
+            for &w in &face[..i] {
+                assert!(at(v).distance(at(w)) > 4.0);
+            }
+        }
+        // And the first ones are those of a smaller number.
+        assert_eq!(
+            visible_face(head, &surface, tip, 50).expect("a face"),
+            face[..50]
+        );
+    }
+}

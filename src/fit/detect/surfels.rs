@@ -169,3 +169,94 @@ impl Surfels {
         self.low + (at + 0.5) * self.cell
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Random;
+
+    /// A square of a side of 100 mm, cut into 2 n^2 triangles, turned.
+    fn square(n: u32, turn: glam::DQuat) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let at = |i: u32| f64::from(i) * 100.0 / f64::from(n) - 50.0;
+        let positions = (0..(n + 1) * (n + 1))
+            .map(|v| turn * DVec3::new(at(v % (n + 1)), at(v / (n + 1)), 0.0))
+            .collect();
+        let triangles = (0..n * n)
+            .flat_map(|q| {
+                let v = q / n * (n + 1) + q % n;
+                [[v, v + 1, v + n + 2], [v, v + n + 2, v + n + 1]]
+            })
+            .collect();
+        (positions, triangles)
+    }
+
+    #[test]
+    fn surfels_lie_on_the_surface_however_it_is_cut() {
+        let mut random = Random::new(1);
+        for _ in 0..5 {
+            let turn = glam::DQuat::from_euler(
+                glam::EulerRot::XYZ,
+                random.normal(),
+                random.normal(),
+                random.normal(),
+            );
+            for n in [1, 40] {
+                let (positions, triangles) = square(n, turn);
+                let surfels = Surfels::new(&positions, &triangles, 4.0, 2);
+                for (p, normal) in surfels.points.iter().zip(&surfels.normals) {
+                    // Sums of millimetres and of unit vectors, to rounding.
+                    assert!((turn.inverse() * *p).z.abs() < 1e-9);
+                    assert!(normal.distance(turn * DVec3::Z) < 1e-9);
+                }
+                // All of the area is there, in cells that a plane cannot cut more than 2.2 times
+                // as large as their side, and hardly smaller than a third of it on average.
+                let area: f64 = surfels.areas.iter().sum();
+                assert!((area - 1e4).abs() < 1e-6, "{area}");
+                let count = surfels.points.len() as f64;
+                assert!(
+                    (1e4 / 16.0 / 2.2..1e4 / 16.0 * 3.0).contains(&count),
+                    "{count}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_near_surfel_is_hardly_farther_than_the_nearest() {
+        let mut random = Random::new(2);
+        let (positions, triangles) = square(30, glam::DQuat::from_rotation_x(0.4));
+        let surfels = Surfels::new(&positions, &triangles, 4.0, 5);
+        for _ in 0..2000 {
+            let p = DVec3::new(random.normal(), random.normal(), random.normal()) * 40.0;
+            let nearest = surfels
+                .points
+                .iter()
+                .map(|q| q.distance(p))
+                .fold(f64::INFINITY, f64::min);
+            match surfels.near(p) {
+                // The centre of a cell stands for all of it, half a diagonal off at most, here and
+                // in each of the shells between.
+                Some(found) => assert!(surfels.points[found].distance(p) < nearest + 2.0 * 6.93),
+                None => assert!(nearest > 4.0 * 4.0),
+            }
+        }
+    }
+
+    #[test]
+    fn sheets_that_face_each_other_in_one_cell_face_nowhere() {
+        let (mut positions, mut triangles) = square(10, glam::DQuat::IDENTITY);
+        let n = positions.len() as u32;
+        let other: Vec<DVec3> = positions.iter().map(|p| *p + DVec3::Z * 0.2).collect();
+        positions.extend(other);
+        let turned: Vec<[u32; 3]> = triangles
+            .iter()
+            .map(|t| [t[0] + n, t[2] + n, t[1] + n])
+            .collect();
+        triangles.extend(turned);
+        assert!(
+            Surfels::new(&positions, &triangles, 4.0, 1)
+                .points
+                .is_empty()
+        );
+    }
+}
