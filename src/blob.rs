@@ -6,7 +6,7 @@
 //! |---|---|
 //! | 0..8 | magic `70 68 69 7A 0D 0A 1A 0A` (`phiz`, CR LF, ctrl-Z, LF: a text-mode copy damages it visibly) |
 //! | 8..12 | u32 version, [`VERSION`] |
-//! | 12..16 | u32 kind: 1 a template, 2 a model |
+//! | 12..16 | u32 kind: 1 a template, 2 a model, 3 people |
 //! | 16..20 | u32 length of the whole blob in bytes |
 //! | 20..24 | u32 length of the JSON header in bytes |
 //! | 24..28 | u32 number of sections |
@@ -49,6 +49,8 @@ pub enum Kind {
     Template,
     /// A face model, for everyone.
     Model,
+    /// What a generic head has learned from people, for the offline program.
+    People,
 }
 
 impl Kind {
@@ -56,6 +58,7 @@ impl Kind {
         match self {
             Kind::Template => 1,
             Kind::Model => 2,
+            Kind::People => 3,
         }
     }
 }
@@ -268,6 +271,7 @@ impl<'a> Blob<'a> {
             return bad(match kind {
                 Kind::Template => "it is not a template".into(),
                 Kind::Model => "it is not a face model".into(),
+                Kind::People => "it is not learned from people".into(),
             });
         }
         if word(bytes, 28) != 0 {

@@ -865,3 +865,174 @@ fn one_mesh_is_the_same_in_every_format() {
     }
     assert_eq!(scans[0].positions.len(), positions.len());
 }
+
+/// Whatever a few wrong bytes do to a file, it is read or refused with one line.
+#[test]
+fn a_damaged_file_is_no_panic() {
+    let corners = [
+        DVec3::ZERO,
+        DVec3::X * 100.0,
+        DVec3::Y * 100.0,
+        DVec3::Z * 100.0,
+    ];
+    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    let textured = obj(&corners, &faces)
+        + "vt 0 0\nvt 1 0\nvt 0 1\ng a\nusemtl b\nf 1/1 2/2 3/3\nf -1/-1 -2/-2/1 -3//2 -4\n";
+    let lists = "element face 1\nproperty list uchar int vertex_indices\n\
+                 property list uchar float texcoord\nproperty int texnumber\n";
+    let ascii =
+        ply_header("ascii", "3", lists) + "0 0 0\n100 0 0\n0 100 0\n3 0 1 2 6 0 0 1 0 0 1 0\n";
+    let mut binary = ply_header("binary_little_endian", "3", FACES).into_bytes();
+    binary.extend(
+        corners
+            .iter()
+            .take(3)
+            .flat_map(|p| p.as_vec3().to_array())
+            .flat_map(f32::to_le_bytes),
+    );
+    binary.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    let template = template();
+    let right: Vec<DVec3> = points(&template);
+    let folder = tempfile::tempdir().expect("a folder");
+    let scan = folder.path().join("egg.obj");
+    let (positions, triangles) = egg();
+    fs::write(&scan, obj(&positions, &triangles)).expect("written");
+    let egg = Scan::read(&scan, None).expect("reads");
+    let mut random = phiz::Random::new(11);
+    for (name, content) in [
+        ("d.obj", textured.into_bytes()),
+        ("ascii.ply", ascii.into_bytes()),
+        ("binary.ply", binary),
+        ("d.glb", glb_triangle([0, 1, 2], 42, "")),
+        ("d.json", json(&right[..20]).into_bytes()),
+    ] {
+        let file = folder.path().join(name);
+        let read = || match name.ends_with("json") {
+            true => landmarks::read(&file, &mut egg.clone(), &template).map(|_| ()),
+            false => Scan::read(&file, None).map(|_| ()),
+        };
+        fs::write(&file, &content).expect("written");
+        read().unwrap_or_else(|e| panic!("{name} undamaged: {e}"));
+        let mut refused = 0;
+        for _ in 0..400 {
+            let mut damaged = content.clone();
+            for _ in 0..1 + random.bits() % 3 {
+                let at = random.bits() as usize % damaged.len();
+                match random.bits() % 4 {
+                    0 => damaged[at] = random.bits() as u8,
+                    // Digits and signs get further than noise does.
+                    1 => damaged[at] = b"0123456789-.e "[random.bits() as usize % 14],
+                    2 => damaged.truncate(at.max(1)),
+                    _ => damaged.insert(at, b"0123456789-/ \n"[random.bits() as usize % 14]),
+                }
+            }
+            fs::write(&file, &damaged).expect("written");
+            if let Err(error) = read() {
+                let error = error.to_string();
+                assert!(!error.contains('\n'), "{error}");
+                refused += 1;
+            }
+        }
+        assert!(refused > 50, "{name}: {refused}");
+    }
+}
+
+/// A square of 100 mm with a picture of four pixels, as each format says it.
+#[test]
+fn textures_come_the_same_way_up_from_every_format() {
+    let colours = [[200, 10, 20], [30, 140, 50], [60, 70, 180], [9, 8, 7]];
+    let mut png = Vec::new();
+    image::RgbImage::from_fn(2, 2, |x, y| image::Rgb(colours[(2 * y + x) as usize]))
+        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
+        .expect("encodes");
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, content: &[u8]| {
+        let file = folder.path().join(name);
+        fs::write(&file, content).expect("written");
+        file
+    };
+    write("my face.png", &png);
+    write(
+        "s.mtl",
+        b"newmtl skin\nKd 1 1 1\nmap_Kd -s 1 1 1 C:\\scans\\my face.png\n",
+    );
+    let obj = "mtllib s.mtl\nv 0 0 0\nv 100 0 0\nv 100 100 0\nv 0 100 0\n\
+               vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3 4/4\n";
+    let corners = "0 0 0 0 0\n100 0 0 1 0\n100 100 0 1 1\n0 100 0 0 1\n";
+    let header = |vertex: &str, face: &str| {
+        ply_header(
+            "ascii",
+            "4",
+            &format!("{vertex}element face 1\nproperty list uchar int vertex_indices\n{face}"),
+        )
+        .replace("1.0\n", "1.0\ncomment TextureFile my face.png\n")
+    };
+    let by_vertex = header("property float s\nproperty float t\n", "") + corners + "4 0 1 2 3\n";
+    let by_face = header("", "property list uchar float texcoord\n")
+        + "0 0 0\n100 0 0\n100 100 0\n0 100 0\n4 0 1 2 3 8 0 0 1 0 1 1 0 1\n";
+    // In glTF v runs down. A strip, under a node that mirrors it: its x is negative.
+    let strip = [
+        [-0.1f32, 0.0, 0.0],
+        [0.0, 0.0, 0.0],
+        [-0.1, 0.1, 0.0],
+        [0.0, 0.1, 0.0],
+    ];
+    let mut binary: Vec<u8> = strip
+        .as_flattened()
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let uvs = [1f32, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0];
+    binary.extend(uvs.iter().flat_map(|x| x.to_le_bytes()));
+    binary.extend(&png);
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
+        "nodes":[{{"mesh":0,"scale":[-1,1,1]}}],
+        "meshes":[{{"primitives":[{{"mode":5,"material":0,
+        "attributes":{{"POSITION":0,"TEXCOORD_0":1}}}}]}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
+        "textures":[{{"source":0}}],"images":[{{"bufferView":2}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3",
+        "min":[-0.1,0,0],"max":[0,0.1,0]}},
+        {{"bufferView":1,"componentType":5126,"count":4,"type":"VEC2"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":48}},
+        {{"buffer":0,"byteOffset":48,"byteLength":32}},
+        {{"buffer":0,"byteOffset":80,"byteLength":{}}}],
+        "buffers":[{{"byteLength":{}}}]}}"#,
+        png.len(),
+        binary.len()
+    );
+    for (name, content) in [
+        ("s.obj", obj.as_bytes()),
+        ("vertex.ply", by_vertex.as_bytes()),
+        ("face.ply", by_face.as_bytes()),
+        ("s.glb", &glb(&json, &binary)[..]),
+    ] {
+        let scan = Scan::read(&write(name, content), None).expect(name);
+        assert_eq!(scan.triangles.len(), 2, "{name}");
+        let texture = scan
+            .texture
+            .as_ref()
+            .unwrap_or_else(|| panic!("{name}: {:?}", scan.notes));
+        for (triangle, uvs) in scan.triangles.iter().zip(&texture.triangles) {
+            let [a, b, c] = triangle.map(|v| scan.positions[v as usize]);
+            assert!((b - a).cross(c - a).z > 0.0, "{name}: faces us");
+            for (&v, &uv) in triangle.iter().zip(uvs) {
+                let p = scan.positions[v as usize] / 100.0;
+                // Single precision of 0.1 m.
+                assert!(
+                    p.truncate().distance(texture.uvs[uv as usize]) < 1e-6,
+                    "{name}"
+                );
+            }
+        }
+        for (u, v, expected) in [(0.0, 1.0, 0), (1.0, 1.0, 1), (0.0, 0.0, 2), (1.0, 0.0, 3)] {
+            let colour = texture.sample(glam::DVec2::new(u, v));
+            assert_eq!(
+                colour.to_array(),
+                colours[expected].map(f64::from),
+                "{name}"
+            );
+        }
+    }
+}

@@ -1,9 +1,7 @@
 //! Readers of the CC0 MakeHuman base mesh, its targets and its symmetry table.
 //!
-//! `tobj` would read `base.obj`, but it renumbers vertices, and the targets, the symmetry table
-//! and our landmarks all speak of vertices by their line in that file. Hence the small reader
-//! here, which keeps the file's numbering. The files are in decimetres; everything is in
-//! millimetres once read.
+//! Targets, the symmetry table and our landmarks all speak of vertices by their line in `base.obj`,
+//! so its numbering is kept. The files are in decimetres; everything is in millimetres once read.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -14,6 +12,7 @@ use std::str::{FromStr, SplitWhitespace};
 use flate2::read::GzDecoder;
 use glam::{DVec2, DVec3};
 
+use super::obj::{self, Obj};
 use super::{FitError, FitResult};
 
 /// Millimetres in the base mesh's unit, the decimetre.
@@ -194,41 +193,33 @@ pub fn read_target(path: &Path, vertices: usize) -> FitResult<Target> {
 }
 
 fn read_obj(path: &Path) -> FitResult<BaseMesh> {
-    let file = File::open(path).map_err(|e| FitError::file(path, e))?;
-    let mut positions = Vec::new();
-    let mut uvs = Vec::new();
+    let mut obj = Obj::read(path)?;
     let mut groups: HashMap<String, Vec<Quad>> = HashMap::new();
-    let mut group = String::new();
-    each_line(path, Box::new(file), |words| {
-        match words.next() {
-            Some("v") => positions.push(vector(words)? * UNIT_MM),
-            Some("vt") => uvs.push(DVec2::new(number(words)?, number(words)?)),
-            Some("g") => group = words.next().unwrap_or_default().to_owned(),
-            Some("f") => {
-                let mut quad = Quad {
-                    vertices: [0; 4],
-                    uvs: [0; 4],
-                };
-                for corner in 0..4 {
-                    let word = words.next().ok_or("a face with fewer than 4 corners")?;
-                    let (vertex, uv) = word
-                        .split_once('/')
-                        .ok_or_else(|| format!("corner `{word}` without texture"))?;
-                    quad.vertices[corner] = index(vertex, positions.len())?;
-                    quad.uvs[corner] = index(uv, uvs.len())?;
-                }
-                if words.next().is_some() {
-                    return Err("a face with more than 4 corners".into());
-                }
-                groups.entry(group.clone()).or_default().push(quad);
+    for (r, run) in obj.runs.iter().enumerate() {
+        let end = obj
+            .runs
+            .get(r + 1)
+            .map_or(obj.polygons(), |next| next.first);
+        for polygon in run.first..end {
+            let fail = |what| FitError::file(path, format!("face {}: {what}", polygon + 1));
+            let corners: [[u32; 2]; 4] = obj
+                .polygon(polygon)
+                .try_into()
+                .map_err(|_| fail("not four corners"))?;
+            if corners.iter().any(|corner| corner[1] == obj::NONE) {
+                return Err(fail("a corner without texture coordinate"));
             }
-            _ => {}
+            let quad = Quad {
+                vertices: corners.map(|corner| corner[0]),
+                uvs: corners.map(|corner| corner[1]),
+            };
+            groups.entry(run.group.clone()).or_default().push(quad);
         }
-        Ok(())
-    })?;
+    }
+    obj.positions.iter_mut().for_each(|p| *p *= UNIT_MM);
     Ok(BaseMesh {
-        positions,
-        uvs,
+        positions: obj.positions,
+        uvs: obj.uvs,
         groups,
         mirror: Vec::new(),
         targets_dir: PathBuf::new(),
@@ -294,13 +285,5 @@ fn vector(words: &mut SplitWhitespace<'_>) -> Result<DVec3, String> {
         Ok(vector)
     } else {
         Err("a number that is not finite".into())
-    }
-}
-
-/// A 1-based index of an OBJ file as a 0-based one.
-fn index(word: &str, count: usize) -> Result<u32, String> {
-    match word.parse::<usize>() {
-        Ok(index) if (1..=count).contains(&index) => Ok(index as u32 - 1),
-        _ => Err(format!("bad index `{word}` of {count}")),
     }
 }

@@ -40,6 +40,37 @@ const LANDMARKS: [u32; 68] = [
     6207, 6470, 5517, 5966,
 ];
 
+/// The vertices of the template's other points: of the skull, the nose and the ears. Set by hand.
+pub const OTHER_LANDMARKS: [(&str, u32); 27] = [
+    ("glabella", 1398),
+    ("pogonion", 968),
+    ("supramentale", 7),
+    ("trichion", 8253),
+    ("vertex", 10527),
+    ("alare right", 64),
+    ("alare left", 2305),
+    ("tragion right", 7467),
+    ("tragion left", 6740),
+    ("gonion right", 1834),
+    ("gonion left", 4036),
+    ("cheek right", 2151),
+    ("cheek left", 4344),
+    ("postaurale right", 7949),
+    ("postaurale left", 7222),
+    ("helix root right", 8155),
+    ("helix root left", 7428),
+    ("crus helicis right", 7532),
+    ("crus helicis left", 6805),
+    ("intertragic notch right", 7785),
+    ("intertragic notch left", 7058),
+    ("superaurale right", 7571),
+    ("superaurale left", 6844),
+    ("subaurale right", 7852),
+    ("subaurale left", 7125),
+    ("lower helix right", 7584),
+    ("lower helix left", 6857),
+];
+
 /// The skin of ICT's face model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ict {

@@ -13,13 +13,16 @@
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
-//! - pictures: [`render`](mod@render) draws without a GPU, [`pictures`] says what;
+//! - pictures: a scan's image comes to the generic head as its [`texture`];
+//!   [`render`](mod@render) draws without a GPU, lengths in the colours of the [`colour_bar`],
+//!   [`pictures`] says what;
 //! - [`files`] writes all of it whole or not at all.
 
 pub mod align;
 pub mod base_mesh;
 pub mod cage;
 pub mod colour;
+pub mod colour_bar;
 pub mod crease;
 pub mod describe;
 pub mod detect;
@@ -33,6 +36,7 @@ pub mod learn;
 pub mod measures;
 pub mod obj;
 pub mod pca;
+pub mod people;
 pub mod pictures;
 pub mod ply;
 pub mod population;
@@ -48,6 +52,7 @@ pub mod subdivide;
 pub mod surface;
 pub mod surround;
 pub mod template;
+pub mod texture;
 pub mod warp;
 
 mod error;

@@ -1,13 +1,19 @@
-//! Pictures of a template and of a model, for people to check and for the documentation.
+//! Pictures of a template, of a model and of a registration, for people to check and for the
+//! documentation.
 
 use std::path::Path;
 
 use glam::DVec3;
 
-use super::FitResult;
+use rayon::prelude::*;
+
+use super::align::Rigid;
 use super::learn::FEATURES;
-use super::render::{self, Camera, Image, Options};
+use super::render::{self, Camera, Image, Mesh, Options};
+use super::scan::{Scan, Texture};
+use super::surface::Surface;
 use super::template::Template;
+use super::{FitResult, colour_bar};
 use crate::{Face, FaceModel, Randomize};
 
 /// Distinct colours for regions, in the order of their numbers.
@@ -112,6 +118,134 @@ pub fn of_model(model: &FaceModel, folder: &Path) -> FitResult<()> {
         })
         .collect::<FitResult<Vec<_>>>()?;
     Image::grid(&faces, 6)?.save(&folder.join("faces.png"))
+}
+
+/// Clay, for shape alone.
+const CLAY: [u8; 3] = [198, 186, 176];
+/// Scans without colours.
+const PLAIN: [u8; 3] = [178, 184, 192];
+/// Vertices that do not lie on the scan.
+const NO_SCAN: [u8; 3] = [150, 150, 152];
+/// The length that has the brightest colour, mm.
+const LARGEST_ERROR: f64 = 1.0;
+
+/// One picture of a registration, from the front and from three-quarter: the scan, the registered
+/// head with `texture` (of [`texture::bake`](super::texture::bake); without one in the template's
+/// colours), in clay, and its distance to the scan's surface in colour, with a bar in mm; grey
+/// where the head is not `covered`. The distance of a vertex is the largest at it and at the middles
+/// of its edges: vertices alone are set on the scan, and would say nothing.
+///
+/// `positions` are the head's vertices in the scan's pose, mm.
+///
+/// # Errors
+/// When the picture cannot be written.
+pub fn of_registration(
+    template: &Template,
+    scan: &Scan,
+    positions: &[DVec3],
+    covered: &[bool],
+    texture: Option<&Texture>,
+    file: &Path,
+) -> FitResult<()> {
+    let skin = template.part_vertices("skin")?;
+    let even = vec![1.0; positions.len()];
+    // The scan keeps its pose; the pictures show the face from where the template is seen.
+    let upright = Rigid::fit(positions, &template.positions, &skin, &even);
+    let moved = |points: &[DVec3]| points.iter().map(|&p| upright.apply(p)).collect::<Vec<_>>();
+    let (head, surface) = (moved(positions), moved(&scan.positions));
+    let triangles = template.triangles();
+    let found = Surface::new(&surface, &scan.triangles);
+    let mut errors = vec![NO_SCAN; head.len()];
+    for (v, distance) in distances(&head, covered, &triangles, &found) {
+        errors[v] = colour_bar::colour(distance, LARGEST_ERROR);
+    }
+    let clay = vec![CLAY; head.len()];
+    let plain = match scan.colours.len() == surface.len() {
+        true => scan.colours.clone(),
+        false => vec![PLAIN; surface.len()],
+    };
+    let topology = &template.topology;
+    let parts = &topology.parts;
+    // Eyeballs shine and are a few texels wide, so they are drawn in the painted colours, as dark
+    // as the texture has them.
+    let eyes = template.part_vertices("left eyeball")?;
+    let sum = |colour: &dyn Fn(u32) -> DVec3| eyes.iter().map(|&v| colour(v)).sum::<DVec3>();
+    let painted = |v: u32| DVec3::from_array(topology.colours[v as usize].map(f64::from));
+    let exposure = texture.map_or(1.0, |texture| {
+        let baked = sum(&|v| texture.sample(texture.uvs[v as usize]));
+        baked.element_sum() / sum(&painted).element_sum()
+    });
+    let colours: Vec<[u8; 3]> = topology
+        .colours
+        .iter()
+        .map(|colour| colour.map(|c| (f64::from(c) * exposure).round() as u8))
+        .collect();
+    let of_head =
+        |colours, texture| render::head(&triangles, parts, &head, colours, texture).to_vec();
+    let columns = [
+        vec![Mesh {
+            positions: &surface,
+            triangles: &scan.triangles,
+            colours: &plain,
+            texture: scan.texture.as_ref(),
+            shine: 0.0,
+        }],
+        of_head(&colours, texture),
+        of_head(&clay, None),
+        of_head(&errors, None),
+    ];
+    let mut images = Vec::new();
+    for yaw in [0.0, 38.0] {
+        let camera = Camera::around(DVec3::new(0.0, -45.0, -40.0), 980.0, yaw, 0.0);
+        for meshes in &columns {
+            images.push(render::render(meshes, &Options::new(480, 600, camera)));
+        }
+        if let Some(image) = images.last_mut() {
+            colour_bar::draw(image, LARGEST_ERROR);
+        }
+    }
+    Image::grid(&images, columns.len())?.save(file)
+}
+
+/// The largest distance from a surface at each covered vertex and at the middles of its edges to
+/// covered ones, mm.
+fn distances(
+    positions: &[DVec3],
+    covered: &[bool],
+    triangles: &[[u32; 3]],
+    surface: &Surface,
+) -> Vec<(usize, f64)> {
+    let far = |p: DVec3| {
+        let hit = surface.closest(p, f64::INFINITY);
+        hit.map_or(f64::INFINITY, |hit| hit.distance)
+    };
+    let mut largest: Vec<f64> = positions
+        .par_iter()
+        .zip(covered)
+        .map(|(&p, covered)| if *covered { far(p) } else { f64::NEG_INFINITY })
+        .collect();
+    let mut edges: Vec<[usize; 2]> = triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        .map(|[a, b]| [a.min(b) as usize, a.max(b) as usize])
+        .filter(|edge| edge.iter().all(|&v| covered[v]))
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    let middles: Vec<f64> = edges
+        .par_iter()
+        .map(|&[a, b]| far(positions[a].midpoint(positions[b])))
+        .collect();
+    for (ends, distance) in edges.iter().zip(middles) {
+        for &v in ends {
+            largest[v] = largest[v].max(distance);
+        }
+    }
+    largest
+        .into_iter()
+        .enumerate()
+        .filter(|(v, _)| covered[*v])
+        .collect()
 }
 
 /// A face in the model's colours.

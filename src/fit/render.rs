@@ -1,7 +1,7 @@
 //! Draws meshes without a GPU: for pictures of docs and reports.
 //!
-//! A z-buffer rasteriser in perspective with smooth normals, a colour a vertex, three lights and
-//! supersampling. Light is summed linearly and written as sRGB.
+//! A z-buffer rasteriser in perspective with smooth normals, a colour a vertex or a texture, three
+//! lights and supersampling. Light is summed linearly and written as sRGB.
 
 use std::path::Path;
 
@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use image::ImageEncoder;
 
 use super::files::write_atomically;
+use super::scan::Texture;
 use super::template::Part;
 use super::{FitError, FitResult};
 
@@ -74,6 +75,8 @@ pub struct Mesh<'a> {
     pub triangles: &'a [[u32; 3]],
     /// sRGB, one a vertex.
     pub colours: &'a [[u8; 3]],
+    /// What covers the colours where it has coordinates.
+    pub texture: Option<&'a Texture>,
     /// Strength of the highlight, 0 to 1.
     pub shine: f64,
 }
@@ -127,6 +130,9 @@ const LIGHTS: [([f64; 3], f64); 3] = [
 /// Light from everywhere: from below, and what comes on top of that from above.
 const AMBIENT: [f64; 2] = [0.10, 0.16];
 
+/// How much of our light falls on a texture: a photograph brings its own along.
+const ON_TEXTURE: f64 = 0.35;
+
 /// Draws meshes, the nearest surface in front.
 pub fn render(meshes: &[Mesh<'_>], options: &Options) -> Image {
     let samples = options.samples.max(1);
@@ -151,6 +157,11 @@ pub fn render(meshes: &[Mesh<'_>], options: &Options) -> Image {
             let mut light = vec![background; width * samples];
             for (mesh, prepared) in meshes.iter().zip(&prepared) {
                 for &triangle in &prepared.rows[top / band] {
+                    let share = if textured(mesh, triangle) {
+                        ON_TEXTURE
+                    } else {
+                        1.0
+                    };
                     let shade = |at: DVec3, normal: DVec3, colour: DVec3| {
                         let normal = normal.normalize_or_zero();
                         let out = (options.camera.eye - at).normalize();
@@ -162,7 +173,8 @@ pub fn render(meshes: &[Mesh<'_>], options: &Options) -> Image {
                             let half = (from + out).normalize_or_zero();
                             highlight += power * normal.dot(half).max(0.0).powi(60);
                         }
-                        (colour * sum + DVec3::splat(highlight * mesh.shine)).to_array()
+                        let sum = 1.0 + share * (sum - 1.0);
+                        (colour * sum + DVec3::splat(share * highlight * mesh.shine)).to_array()
                     };
                     prepared.scan(mesh, triangle, top, samples, &mut depth, &mut light, shade);
                 }
@@ -257,6 +269,7 @@ impl Prepared {
         let [Some(a), Some(b), Some(c)] = corners.map(|v| self.screen[v]) else {
             return;
         };
+        let textured = textured(mesh, triangle);
         let area = (b - a).truncate().perp_dot((c - a).truncate());
         let left = a.x.min(b.x).min(c.x).max(0.0) as usize;
         let right = (a.x.max(b.x).max(c.x) + 1.0).clamp(0.0, width as f64) as usize;
@@ -280,7 +293,17 @@ impl Prepared {
                 let mix = |of: &[DVec3]| -> DVec3 {
                     corners.iter().zip(weights).map(|(&v, w)| of[v] * w).sum()
                 };
-                light[sample] = shade(mix(mesh.positions), mix(&self.normals), mix(&self.colours));
+                let colour = match mesh.texture.filter(|_| textured) {
+                    None => mix(&self.colours),
+                    Some(texture) => {
+                        let at = texture.triangles[triangle];
+                        let uv = (0..3)
+                            .map(|i| texture.uvs[at[i] as usize] * weights[i])
+                            .sum();
+                        texture.sample(uv).map(|c| linear_of(c / 255.0))
+                    }
+                };
+                light[sample] = shade(mix(mesh.positions), mix(&self.normals), colour);
             }
         }
     }
@@ -299,8 +322,17 @@ pub fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
     normals.iter().map(|n| n.normalize_or_zero()).collect()
 }
 
+/// Whether a triangle has a texture.
+fn textured(mesh: &Mesh<'_>, triangle: usize) -> bool {
+    mesh.texture
+        .is_some_and(|texture| texture.triangles[triangle] != Texture::BARE)
+}
+
 fn linear(value: u8) -> f64 {
-    let x = f64::from(value) / 255.0;
+    linear_of(f64::from(value) / 255.0)
+}
+
+fn linear_of(x: f64) -> f64 {
     if x <= 0.04045 {
         x / 12.92
     } else {
@@ -378,18 +410,49 @@ impl Image {
 
     /// Writes a PNG, whole or not at all.
     pub fn save(&self, path: &Path) -> FitResult<()> {
-        let mut bytes = Vec::new();
-        let size = (self.width as u32, self.height as u32);
-        image::codecs::png::PngEncoder::new(&mut bytes)
-            .write_image(
-                self.pixels.as_flattened(),
-                size.0,
-                size.1,
-                image::ExtendedColorType::Rgb8,
-            )
-            .map_err(|e| FitError::file(path, e))?;
-        write_atomically(path, &bytes)
+        write_png(path, [self.width, self.height], &self.pixels)
     }
+}
+
+/// Writes sRGB pixels, row by row from the top, as a PNG, whole or not at all.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_png(path: &Path, [width, height]: [usize; 2], pixels: &[[u8; 3]]) -> FitResult<()> {
+    let mut bytes = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut bytes)
+        .write_image(
+            pixels.as_flattened(),
+            width as u32,
+            height as u32,
+            image::ExtendedColorType::Rgb8,
+        )
+        .map_err(|e| FitError::file(path, e))?;
+    write_atomically(path, &bytes)
+}
+
+/// The meshes of a head of the template: skin and cavities matt, with a texture in the template's
+/// layout if there is one, and eyeballs wet.
+pub fn head<'a>(
+    triangles: &'a [[u32; 3]],
+    parts: &[Part],
+    positions: &'a [DVec3],
+    colours: &'a [[u8; 3]],
+    texture: Option<&'a Texture>,
+) -> [Mesh<'a>; 2] {
+    let first = parts.iter().find(|p| p.name.ends_with("eyeball"));
+    let at = first.map_or(triangles.len(), |p| p.first as usize);
+    let mesh = |triangles, texture, shine| Mesh {
+        positions,
+        triangles,
+        colours,
+        texture,
+        shine,
+    };
+    [
+        mesh(&triangles[..at], texture, 0.05),
+        mesh(&triangles[at..], None, 0.7),
+    ]
 }
 
 /// A face of the template in given colours: skin and cavities matt, eyeballs wet.
@@ -400,24 +463,7 @@ pub fn face(
     colours: &[[u8; 3]],
     options: &Options,
 ) -> Image {
-    let meshes: Vec<Mesh<'_>> = [false, true]
-        .iter()
-        .map(|&eyes| {
-            let first = parts.iter().find(|p| p.name.ends_with("eyeball"));
-            let at = first.map_or(triangles.len(), |p| p.first as usize);
-            Mesh {
-                positions,
-                triangles: if eyes {
-                    &triangles[at..]
-                } else {
-                    &triangles[..at]
-                },
-                colours,
-                shine: if eyes { 0.7 } else { 0.05 },
-            }
-        })
-        .collect();
-    render(&meshes, options)
+    render(&head(triangles, parts, positions, colours, None), options)
 }
 
 #[cfg(test)]
@@ -443,6 +489,7 @@ mod tests {
             positions: &near,
             triangles: &SQUARE,
             colours: &[[200, 0, 0]; 4],
+            texture: None,
             shine: 0.0,
         };
         let blue = Mesh {
@@ -467,6 +514,7 @@ mod tests {
             positions: &positions,
             triangles: &SQUARE.map(|[a, b, c]| [a, c, b]),
             colours: &[[200, 0, 0]; 4],
+            texture: None,
             shine: 0.0,
         };
         let options = Options::new(20, 20, camera());

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::align::Rigid;
 use super::files::write_atomically;
-use super::ict::Ict;
+use super::ict::{Ict, OTHER_LANDMARKS};
 use super::ply::write_mesh;
 use super::resample::{Resampler, SurfacePoint};
 use super::scan::Scan;
@@ -69,7 +69,8 @@ impl Truth {
 pub struct Simulated {
     /// The scan.
     pub scan: Scan,
-    /// The 68 landmarks, `ibug_00` to `ibug_67`, as they were set; mm, in the scan's pose.
+    /// The landmarks as they were set, mm, in the scan's pose: `ibug_00` to `ibug_67`, then
+    /// [`OTHER_LANDMARKS`].
     pub landmarks: Vec<DVec3>,
     /// What it was made from.
     pub truth: Truth,
@@ -136,8 +137,9 @@ impl<'a> Simulator<'a> {
         let landmarks = self
             .ict
             .landmarks
-            .iter()
-            .map(|&v| {
+            .into_iter()
+            .chain(OTHER_LANDMARKS.map(|(_, v)| v))
+            .map(|v| {
                 let error = DVec3::from_array(std::array::from_fn(|_| random.normal()));
                 pose.apply(person[v as usize]) + error * sigma
             })
@@ -338,9 +340,15 @@ pub fn about() -> About {
     }
 }
 
+/// What the files of a seed's person are called, but for their endings.
+pub fn name(seed: u64) -> String {
+    format!("person_{seed:04}")
+}
+
 /// Writes `count` scans of the seeds from `seed` on: `person_SEED.ply` with the landmarks in
 /// `person_SEED.json`, the truth in `truth/person_SEED.json`, and `about.json`, which `train` puts
-/// into the model. `done` is called after each.
+/// into the model. The 68 iBUG points are written, or with `all_points` the others too. `done` is
+/// called after each.
 ///
 /// # Errors
 /// When the folder cannot be written to.
@@ -349,20 +357,25 @@ pub fn write(
     seed: u64,
     count: u32,
     settings: &Settings,
+    all_points: bool,
     dir: &Path,
     done: impl Fn() + Sync,
 ) -> FitResult<()> {
     let truths = dir.join("truth");
     std::fs::create_dir_all(&truths).map_err(|e| FitError::file(&truths, e))?;
+    let mut names: Vec<String> = (0..68).map(|i| format!("ibug_{i:02}")).collect();
+    if all_points {
+        names.extend(OTHER_LANDMARKS.map(|(name, _)| name.to_owned()));
+    }
     (0..u64::from(count)).into_par_iter().try_for_each(|i| {
         let seed = seed.wrapping_add(i);
         let person = simulator.scan(seed, settings);
-        let name = format!("person_{seed:04}");
+        let name = name(seed);
         let landmarks: std::collections::BTreeMap<String, [f64; 3]> = person
             .landmarks
             .iter()
-            .enumerate()
-            .map(|(i, p)| (format!("ibug_{i:02}"), p.to_array()))
+            .zip(&names)
+            .map(|(p, name)| (name.clone(), p.to_array()))
             .collect();
         write_json(&dir.join(format!("{name}.json")), &landmarks)?;
         write_json(&truths.join(format!("{name}.json")), &person.truth)?;

@@ -6,11 +6,11 @@ use clap::Args;
 use glam::DVec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use phiz::fit::evaluate::{Evaluator, Expression, Report, evaluate};
+use phiz::fit::evaluate::{Evaluator, Expression, Report, evaluate, exchange};
 use phiz::fit::ict::Ict;
 use phiz::fit::register::{Registrar, Settings as Registration};
 use phiz::fit::scan::Scan;
-use phiz::fit::simulate::{Settings, Simulator};
+use phiz::fit::simulate::{self, Settings, Simulated, Simulator};
 use phiz::fit::template::Template;
 use phiz::fit::{FitError, FitResult};
 
@@ -31,9 +31,17 @@ pub struct EvaluateArgs {
     /// The first person's seed; the next person has the next one.
     #[arg(long, default_value_t = 9000)]
     seed: u64,
-    /// Only settings whose name has this in it, such as `clean` or `holes`.
-    #[arg(long, value_name = "NAME")]
-    only: Option<String>,
+    /// Only these settings: clean, usual, noisy, and each with -holes.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    only: Vec<String>,
+    /// Write the scans, and what else another program needs to register them, into this folder:
+    /// SETTING/person_SEED.ply with landmarks, mean.ply and the template's skin.ply.
+    #[arg(long, value_name = "DIR")]
+    save: Option<PathBuf>,
+    /// Measure another program's registrations of what --save wrote: this folder has files of the
+    /// same names with the vertices of skin.ply.
+    #[arg(long, value_name = "DIR")]
+    registered: Option<PathBuf>,
     /// As JSON.
     #[arg(long)]
     json: bool,
@@ -44,37 +52,40 @@ const SETTINGS: [(&str, f64, f64, bool); 6] = [
     ("clean", 0.0, 0.0, false),
     ("usual", 0.2, 0.5, false),
     ("noisy", 0.3, 1.5, false),
-    ("clean, holes", 0.0, 0.0, true),
-    ("usual, holes", 0.2, 0.5, true),
-    ("noisy, holes", 0.3, 1.5, true),
+    ("clean-holes", 0.0, 0.0, true),
+    ("usual-holes", 0.2, 0.5, true),
+    ("noisy-holes", 0.3, 1.5, true),
 ];
 
 pub fn run(args: &EvaluateArgs) -> FitResult<()> {
     let template = super::read_template(&args.template)?;
     let ict = super::step("reading ICT-FaceKit", || Ict::read(&args.ict))?;
+    if let Some(folder) = &args.save {
+        exchange::write(&template, &ict, folder)?;
+    }
     let registrar = Registrar::new(&template)?;
     let places = places(&template)?;
-    let register = |scan: &Scan, landmarks: &[DVec3]| {
-        let points: Vec<(usize, DVec3)> = places
+    let ours = |scan: &Scan, landmarks: &[DVec3]| {
+        let points: Vec<_> = places
             .iter()
-            .copied()
-            .zip(landmarks.iter().copied())
+            .zip(landmarks)
+            .map(|(&i, &p)| (i, p))
             .collect();
         let registered = registrar.register(scan, &points, &Registration::default())?;
         Ok(registered.positions)
     };
-    let mean = Scan {
-        positions: ict.neutral.clone(),
-        triangles: ict.triangles.clone(),
-        scale: 1.0,
-        ..Scan::default()
+    let reference = match &args.registered {
+        Some(folder) => exchange::read(&folder.join("mean.ply"), &template)?,
+        None => {
+            let mean = Scan {
+                positions: ict.neutral.clone(),
+                triangles: ict.triangles.clone(),
+                scale: 1.0,
+                ..Scan::default()
+            };
+            ours(&mean, &ict.landmarks.map(|v| ict.neutral[v as usize]))?
+        }
     };
-    let exact: Vec<DVec3> = ict
-        .landmarks
-        .iter()
-        .map(|&v| ict.neutral[v as usize])
-        .collect();
-    let reference = register(&mean, &exact)?;
     let expressions = match &args.base_mesh {
         Some(folder) => Expression::read(&template, folder)?,
         None => Vec::new(),
@@ -83,14 +94,15 @@ pub fn run(args: &EvaluateArgs) -> FitResult<()> {
     let simulator = Simulator::new(&ict);
     let chosen: Vec<_> = SETTINGS
         .iter()
-        .filter(|(name, ..)| args.only.as_ref().is_none_or(|only| name.contains(only)))
+        .filter(|(name, ..)| args.only.is_empty() || args.only.iter().any(|only| only == name))
         .collect();
-    if chosen.is_empty() {
+    if let Some(only) = args
+        .only
+        .iter()
+        .find(|&only| SETTINGS.iter().all(|s| s.0 != only))
+    {
         let names: Vec<&str> = SETTINGS.iter().map(|s| s.0).collect();
-        let cause = format!(
-            "--only: no setting of that name; there are {}",
-            names.join("; ")
-        );
+        let cause = format!("--only {only}: there are {}", names.join(", "));
         return Err(FitError::Input(cause));
     }
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} registrations, {eta} left");
@@ -103,13 +115,32 @@ pub fn run(args: &EvaluateArgs) -> FitResult<()> {
             jitter,
             holes,
         };
+        if let Some(folder) = &args.save {
+            let folder = folder.join(name);
+            simulate::write(
+                &simulator,
+                args.seed,
+                args.count,
+                &settings,
+                false,
+                &folder,
+                || (),
+            )?;
+        }
+        let register = |person: &Simulated| match &args.registered {
+            Some(folder) => {
+                let file = format!("{}.ply", simulate::name(person.truth.seed));
+                exchange::read(&folder.join(name).join(file), &template)
+            }
+            None => ours(&person.scan, &person.landmarks),
+        };
         reports.push(evaluate(
             &evaluator,
             &simulator,
             (name, &settings),
             args.seed,
             args.count as usize,
-            |person| register(&person.scan, &person.landmarks),
+            register,
             || bar.inc(1),
         )?);
     }

@@ -2,6 +2,7 @@
 
 mod evaluate;
 mod landmarks;
+mod register;
 mod simulate;
 
 use std::path::{Path, PathBuf};
@@ -13,6 +14,8 @@ use indicatif::ProgressBar;
 use phiz::FaceModel;
 use phiz::fit::files::write_atomically;
 use phiz::fit::learn::{Learned, Settings, learn};
+use phiz::fit::people::People;
+use phiz::fit::register::batch;
 use phiz::fit::template::Template;
 use phiz::fit::{FitError, FitResult, generic_head, pictures, ply, population};
 use phiz::model::About;
@@ -29,6 +32,8 @@ struct Cli {
 enum Verb {
     /// Build the generic head from the base mesh.
     Template(TemplateArgs),
+    /// Fit the generic head to scans.
+    Register(register::RegisterArgs),
     /// Sample registered synthetic faces from the base mesh's targets.
     Population(PopulationArgs),
     /// Find the landmarks of a scan.
@@ -50,6 +55,25 @@ struct TemplateArgs {
     /// The unpacked data folder of the base mesh (holds `mpfb2`).
     #[arg(long, value_name = "DIR")]
     base_mesh: PathBuf,
+    /// Leave the rest pose at the base mesh's average adult, without what comes with the program:
+    /// people's mean, how they vary, and where they set landmarks.
+    #[arg(long)]
+    plain: bool,
+    /// Learn that from these registered faces instead (PLY, with landmarks beside them as
+    /// `register --scans` leaves them).
+    #[arg(
+        long,
+        value_name = "DIR",
+        conflicts_with = "plain",
+        requires = "registered_to"
+    )]
+    faces: Option<PathBuf>,
+    /// The template that the faces were registered to.
+    #[arg(long, value_name = "FILE", requires = "faces")]
+    registered_to: Option<PathBuf>,
+    /// Write what was learned from the faces here too; the program's own is `src/fit/people.phiz`.
+    #[arg(long, value_name = "FILE", requires = "faces")]
+    people: Option<PathBuf>,
     /// The template to write.
     #[arg(short, value_name = "FILE")]
     output: PathBuf,
@@ -111,6 +135,7 @@ struct PicturesArgs {
 fn main() -> ExitCode {
     let done = match Cli::parse().verb {
         Verb::Template(args) => template(&args),
+        Verb::Register(args) => register::run(&args),
         Verb::Population(args) => sample(&args),
         Verb::Landmarks(args) => landmarks::run(&args),
         Verb::Evaluate(args) => evaluate::run(&args),
@@ -150,9 +175,26 @@ fn step<T>(what: &'static str, work: impl FnOnce() -> FitResult<T>) -> FitResult
 }
 
 fn template(args: &TemplateArgs) -> FitResult<()> {
-    let template = step("building the generic head", || {
+    let plain = step("building the generic head", || {
         generic_head::build(&args.base_mesh)
     })?;
+    let template = match (&args.faces, &args.registered_to) {
+        (Some(faces), Some(registered_to)) => {
+            let people = step("learning from people", || {
+                let former = read_template(registered_to)?;
+                let faces = batch::read_registered(faces, &former)?;
+                People::learn(&former, &plain, &faces)
+            })?;
+            let bytes = people.to_bytes()?;
+            if let Some(path) = &args.people {
+                write_atomically(path, &bytes)?;
+            }
+            // What the program will read later is what is given now, rounding and all.
+            People::from_bytes(&bytes)?.give(&plain)?
+        }
+        _ if args.plain => plain,
+        _ => People::bundled()?.give(&plain)?,
+    };
     write_atomically(&args.output, &template.to_bytes()?)?;
     println!(
         "{}: {} vertices, {} triangles, {} points",

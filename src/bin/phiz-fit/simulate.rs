@@ -29,6 +29,9 @@ pub struct SimulateArgs {
     /// Leave holes: nostrils, behind the ears, the crown, the neck, small ones.
     #[arg(long)]
     holes: bool,
+    /// Write all of the template's points, not the 68 iBUG points alone.
+    #[arg(long)]
+    all_points: bool,
     /// The folder to write: a PLY and a JSON of landmarks a person, `truth/` and `about.json`.
     #[arg(short, value_name = "DIR")]
     output: PathBuf,
@@ -56,6 +59,7 @@ pub fn run(args: &SimulateArgs) -> FitResult<()> {
         args.seed,
         args.count,
         &settings,
+        args.all_points,
         &args.output,
         || bar.inc(1),
     )?;

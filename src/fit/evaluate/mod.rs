@@ -10,6 +10,7 @@
 //!   the distance from the mean of these spots over the people.
 
 pub mod binding;
+pub mod exchange;
 pub mod expression;
 pub mod folds;
 

@@ -70,7 +70,10 @@ pub fn embed(
             triangles[t].iter().for_each(|&v| give[v as usize] = true);
         }
         let mut around = vec![false; positions.len()];
-        for t in triangles.iter().filter(|t| t.iter().any(|&v| give[v as usize])) {
+        for t in triangles
+            .iter()
+            .filter(|t| t.iter().any(|&v| give[v as usize]))
+        {
             t.iter().for_each(|&v| around[v as usize] = true);
         }
         for v in 0..share.len() {

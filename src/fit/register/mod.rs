@@ -7,14 +7,20 @@
 //! and softer level by level, by [`correspondence`]s to closest points of the scan. Last, vertices
 //! that have a point on the scan are set on it.
 
+pub mod batch;
 pub mod correspondence;
+pub mod embed;
+pub mod noise;
 pub mod sheet;
+pub mod space;
 pub mod statistical;
 
 use glam::DVec3;
 
 use self::correspondence::{Admission, correspond};
+use self::noise::Neighbours;
 use self::sheet::{Pull, Sheet};
+use self::space::{Bending, Observation};
 use self::statistical::Shape;
 use super::FitResult;
 use super::align::Rigid;
@@ -49,11 +55,54 @@ pub struct Registered {
     pub covered: Vec<bool>,
 }
 
-/// Stiffnesses of the sheet, mm; the first are for a start without a prior.
-const LENGTHS: [f64; 5] = [30.0, 14.0, 7.0, 4.0, 2.5];
+impl Registered {
+    /// In words, for who ran it.
+    pub fn summary(&self) -> String {
+        let covered = self.covered.iter().filter(|c| **c).count();
+        format!(
+            "{covered} of {} vertices lie on the scan, the others were carried along",
+            self.covered.len()
+        )
+    }
+}
+
+/// Stiffnesses of the sheet, mm, from stiff to soft.
+const LENGTHS: [f64; 3] = [7.0, 4.0, 2.0];
 
 /// How often closest points are looked for at each stiffness.
-const ROUNDS: [usize; 5] = [2, 2, 2, 2, 2];
+const ROUNDS: [usize; 3] = [1, 1, 2];
+
+/// A scan with less noise than this is taken as it is, mm: one that was meant to be followed to the
+/// last tenth has less.
+const CLEAN: f64 = 0.1;
+
+/// Vertices at which the surface pulls when space is bent.
+const BENT: usize = 1200;
+
+/// How closely the surface is followed, round by round.
+const SLACKS: [f64; 5] = [10.0, 3.0, 1.0, 0.5, 0.3];
+
+/// Rounds of smoothing of a noisy scan.
+const SMOOTHING: usize = 8;
+
+/// A vertex this near to its point on the scan counts as lying on it, mm; noise may be larger.
+const COVERED: f64 = 0.05;
+
+/// How much a landmark pulls at the sheet, mm^2 of surface, when it was set exactly.
+const POINT_PULL: f64 = 50.0;
+
+/// Landmarks are never trusted beyond this, mm: people differ in where a point is.
+const POINT_SCATTER: f64 = 0.3;
+
+/// The same against the prior, which knows only so much of where landmarks are, mm.
+const POINT_ERROR: f64 = 1.0;
+
+/// Trust in points that slide on smooth skin, while the template's are where a hand put them and
+/// not yet where people set them.
+const LOOSE: f64 = 0.05;
+
+/// The slack of exact landmarks where space is bent.
+const POINT_SLACK: f64 = 0.1;
 
 /// Conjugate-gradient steps between two looks for closest points.
 const STEPS: usize = 5;
@@ -156,6 +205,11 @@ impl<'a> Registrar<'a> {
         })
     }
 
+    /// The template's triangles.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
     /// Registers one scan by its landmarks (place in the template's list, position in mm).
     ///
     /// # Errors
@@ -174,12 +228,19 @@ impl<'a> Registrar<'a> {
         let to: Vec<DVec3> = points.iter().map(|p| p.1).collect();
         let all: Vec<u32> = (0..points.len() as u32).collect();
         let pose = Rigid::fit(&to, &from, &all, &vec![1.0; to.len()]);
-        let moved: Vec<DVec3> = scan.positions.iter().map(|&p| pose.apply(p)).collect();
+        let mut moved: Vec<DVec3> = scan.positions.iter().map(|&p| pose.apply(p)).collect();
         let points: Pulls = points.iter().map(|&(l, p)| (l, pose.apply(p))).collect();
+        let neighbours = Neighbours::new(moved.len(), &scan.triangles);
+        let facing = normals(&moved, &scan.triangles);
+        let noise = noise::noise(&moved, &facing, &neighbours);
+        let off = off_surface(&points, &moved, &facing);
+        if noise > CLEAN {
+            noise::smooth(&mut moved, &neighbours, SMOOTHING);
+        }
         let surface = Surface::new(&moved, &scan.triangles);
 
         let prior = template.prior.as_ref().filter(|_| settings.prior);
-        let (start, first) = match prior {
+        let start = match prior {
             Some(prior) => {
                 let stencils: Vec<&[(u32, f64)]> =
                     template.landmarks.iter().map(|l| &l.stencil[..]).collect();
@@ -190,21 +251,15 @@ impl<'a> Registrar<'a> {
                     weights: &self.weights,
                     stencils: &stencils,
                 };
-                let still = Rigid {
-                    rotation: glam::DMat3::IDENTITY,
-                    translation: DVec3::ZERO,
-                };
-                let fit = statistical::fit(&shape, &surface, still, &points, 2.0);
+                let error = (POINT_ERROR * POINT_ERROR + 3.0 * off * off).sqrt();
+                let fit = statistical::fit(&shape, &surface, &points, error);
                 let face = prior.face(&template.positions, &fit.coefficients);
-                (
-                    face.iter().map(|&p| fit.pose.apply(p)).collect::<Vec<_>>(),
-                    1,
-                )
+                face.iter().map(|&p| fit.pose.apply(p)).collect()
             }
             None => {
                 let to: Vec<DVec3> = points.iter().map(|p| p.1).collect();
                 let warp = Warp::fit(&from, &to, Kernel::Biharmonic, 0.0)?;
-                (warp.apply_all(&template.positions), 0)
+                self.bend(&surface, &points, warp.apply_all(&template.positions))
             }
         };
         let base: Vec<DVec3> = self.soft.iter().map(|&v| start[v as usize]).collect();
@@ -213,11 +268,15 @@ impl<'a> Registrar<'a> {
             .filter(|&i| self.open[i as usize] > 0.0)
             .collect();
         let mut reach = 15.0;
-        for level in first..LENGTHS.len() {
+        let pull_of_points =
+            POINT_PULL * POINT_SCATTER.powi(2) / (POINT_SCATTER.powi(2) + off * off);
+        // The softest sheet would follow what is left of the noise.
+        let last = LENGTHS.len() - usize::from(noise > CLEAN);
+        for level in 0..last {
             for _ in 0..ROUNDS[level] {
                 let now: Vec<DVec3> = base.iter().zip(&moves).map(|(b, u)| *b + *u).collect();
                 let facing = normals(&now, &self.soft_triangles);
-                let cosine = if level < 2 { 0.5 } else { 0.65 };
+                let cosine = 0.65;
                 let found = correspond(
                     &surface,
                     &now,
@@ -236,7 +295,7 @@ impl<'a> Registrar<'a> {
                             let stencil = &template.landmarks[l].stencil;
                             let at: DVec3 =
                                 stencil.iter().map(|&(v, w)| start[v as usize] * w).sum();
-                            (l, p - at, 50.0)
+                            (l, p - at, self.trust(l) * pull_of_points)
                         })
                         .collect(),
                 };
@@ -253,29 +312,85 @@ impl<'a> Registrar<'a> {
                 reach = (8.0 * typical).clamp(2.0, reach);
             }
         }
-        let mut positions = start;
         let now: Vec<DVec3> = base.iter().zip(&moves).map(|(b, u)| *b + *u).collect();
-        let mut covered = vec![false; positions.len()];
         let facing = normals(&now, &self.soft_triangles);
         let admission = Admission {
             reach: 1.0,
             cosine: 0.7,
         };
-        for (&v, p) in self.soft.iter().zip(&now) {
+        let found = correspond(&surface, &now, &facing, &every, &admission);
+        let set = if noise > CLEAN {
+            now.clone()
+        } else {
+            embed::embed(&now, &self.soft_triangles, &self.open, &found)
+        };
+        let mut positions = start;
+        for (&v, p) in self.soft.iter().zip(&set) {
             positions[v as usize] = *p;
         }
-        for c in correspond(&surface, &now, &facing, &every, &admission)
-            .iter()
-            .flatten()
-        {
-            let v = self.soft[c.vertex as usize] as usize;
-            covered[v] = true;
-            positions[v] = c.point;
+        let mut covered = vec![false; positions.len()];
+        for c in found.iter().flatten() {
+            let reached = set[c.vertex as usize].distance(c.point);
+            covered[self.soft[c.vertex as usize] as usize] = reached <= noise.max(COVERED);
         }
         self.carry_eyes(&mut positions);
         let back = pose.inverse();
         positions.iter_mut().for_each(|p| *p = back.apply(*p));
         Ok(Registered { positions, covered })
+    }
+
+    /// How much a landmark is trusted, 0 to 1.
+    fn trust(&self, landmark: usize) -> f64 {
+        let learned = self.template.prior.is_some();
+        if !learned && loose(&self.template.landmarks[landmark].name) {
+            LOOSE
+        } else {
+            1.0
+        }
+    }
+
+    /// Bends space around a first guess until landmarks and surface agree ([`space`]).
+    fn bend(&self, surface: &Surface<'_>, points: &Pulls, first: Vec<DVec3>) -> Vec<DVec3> {
+        let template = self.template;
+        let rest = &template.positions;
+        let open: Vec<u32> = (0..rest.len() as u32)
+            .filter(|&v| self.weights[v as usize] > 0.0)
+            .collect();
+        let stride = (open.len() / BENT).max(1);
+        let sample: Vec<u32> = open.into_iter().step_by(stride).collect();
+        let mut face = first;
+        for slack in SLACKS {
+            let facing = normals(&face, &self.triangles);
+            let admission = Admission {
+                reach: 15.0,
+                cosine: 0.6,
+            };
+            let found = correspond(surface, &face, &facing, &sample, &admission);
+            let surface = found.iter().flatten().map(|c| {
+                let place = rest[c.vertex as usize];
+                Observation {
+                    place,
+                    direction: c.normal,
+                    displacement: c.normal.dot(c.point - place),
+                    slack,
+                }
+            });
+            let landmarks = points.iter().flat_map(|&(l, p)| {
+                let place = template.landmark(l, rest);
+                DVec3::AXES.map(|direction| Observation {
+                    place,
+                    direction,
+                    displacement: direction.dot(p - place),
+                    slack: POINT_SLACK / self.trust(l),
+                })
+            });
+            let observations: Vec<Observation> = surface.chain(landmarks).collect();
+            let Some(bending) = Bending::fit(&observations) else {
+                break;
+            };
+            face = rest.iter().map(|&p| p + bending.at(p)).collect();
+        }
+        face
     }
 
     /// Moves the eyeballs, each rigidly, with what is around them.
@@ -324,4 +439,29 @@ fn openness(positions: &[DVec3], triangles: &[[u32; 3]], vertices: &[u32]) -> Ve
             t * t * (3.0 - 2.0 * t)
         })
         .collect()
+}
+
+/// Whether a point lies on smooth skin and slides: two people would not set it on the same spot.
+fn loose(name: &str) -> bool {
+    let jaw_or_brow = name
+        .strip_prefix("ibug_")
+        .and_then(|n| n.parse::<u32>().ok())
+        .is_some_and(|n| n < 27 && n != 8);
+    let drawn = ["trichion", "vertex", "cheek", "gonion", "tragion"];
+    jaw_or_brow || drawn.iter().any(|d| name.starts_with(d))
+}
+
+/// How far landmarks lie off the surface, root mean square, mm: the part of their error that can be
+/// seen, a third of the square of all of it when they were set in space and not on the surface.
+fn off_surface(points: &[(usize, DVec3)], positions: &[DVec3], normals: &[DVec3]) -> f64 {
+    let squares = points.iter().map(|&(_, p)| {
+        let nearest = (0..positions.len())
+            .min_by(|&a, &b| {
+                let distance = |v: usize| positions[v].distance_squared(p);
+                distance(a).total_cmp(&distance(b))
+            })
+            .unwrap_or(0);
+        normals[nearest].dot(p - positions[nearest]).powi(2)
+    });
+    (squares.sum::<f64>() / points.len() as f64).sqrt()
 }

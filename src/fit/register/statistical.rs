@@ -1,7 +1,7 @@
 //! The first fit: pose and the coefficients of the template's prior, before anything else may bend.
 
+use faer::linalg::solvers::Solve;
 use glam::{DMat3, DVec3};
-use nalgebra::{DMatrix, DVector};
 
 use super::Pulls;
 use super::correspondence::{Admission, correspond};
@@ -18,10 +18,10 @@ const INDEPENDENT_AREA: f64 = 60.0;
 const SURFACE_ERROR: f64 = 0.5;
 
 /// Gauss-Newton rounds; each looks for closest points anew.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 6;
 
 /// Vertices that are compared with the scan: every vertex would only cost time.
-const SAMPLE: usize = 3000;
+const SAMPLE: usize = 2500;
 
 /// A fit of the prior to a scan.
 pub struct StatisticalFit {
@@ -48,12 +48,11 @@ pub struct Shape<'a> {
 /// Fits pose and coefficients by Gauss-Newton on point-to-plane distances and landmarks
 /// (iterated closest points; the regulariser is the prior's own Mahalanobis length).
 ///
-/// `start` is a pose that brings the rest pose near the scan; `points` are landmarks (place in
+/// The scan is near the rest pose already; `points` are landmarks (place in
 /// `stencils`, position) whose error is about `point_error` mm.
 pub fn fit(
     shape: &Shape<'_>,
     scan: &Surface<'_>,
-    start: Rigid,
     points: &Pulls,
     point_error: f64,
 ) -> StatisticalFit {
@@ -61,7 +60,10 @@ pub fn fit(
     let k = modes.len();
     let sample = sample(shape.weights);
     let mut coefficients = vec![0.0; k];
-    let mut pose = start;
+    let mut pose = Rigid {
+        rotation: DMat3::IDENTITY,
+        translation: DVec3::ZERO,
+    };
     let mut reach = 30.0;
     for round in 0..ROUNDS {
         let local = shape.prior.face(shape.rest, &coefficients);
@@ -143,19 +145,20 @@ fn sample(weights: &[f64]) -> Vec<u32> {
     counting.into_iter().step_by(stride).collect()
 }
 
-/// Normal equations of pose (turn, shift) and coefficients.
+/// Normal equations of pose (turn, shift) and coefficients, gathered row by row.
 struct System {
-    matrix: DMatrix<f64>,
-    right: DVector<f64>,
-    row: Vec<f64>,
+    /// Rows times the roots of their weights, one after the other.
+    rows: Vec<f64>,
+    residuals: Vec<f64>,
+    unknowns: usize,
 }
 
 impl System {
     fn new(modes: usize) -> Self {
         Self {
-            matrix: DMatrix::zeros(modes + 6, modes + 6),
-            right: DVector::zeros(modes + 6),
-            row: Vec::with_capacity(modes + 6),
+            rows: Vec::new(),
+            residuals: Vec::new(),
+            unknowns: modes + 6,
         }
     }
 
@@ -168,29 +171,25 @@ impl System {
         shift: DVec3,
         modes: impl Iterator<Item = f64>,
     ) {
-        self.row.clear();
-        self.row.extend(turn.to_array());
-        self.row.extend(shift.to_array());
-        self.row.extend(modes);
-        for (j, &b) in self.row.iter().enumerate() {
-            let scaled = weight * b;
-            self.right[j] += scaled * residual;
-            let mut column = self.matrix.column_mut(j);
-            // The lower triangle, column by column.
-            for (i, &a) in self.row.iter().enumerate().skip(j) {
-                column[i] += scaled * a;
-            }
-        }
+        let root = weight.sqrt();
+        let pose = turn.to_array().into_iter().chain(shift.to_array());
+        self.rows.extend(pose.chain(modes).map(|a| a * root));
+        self.residuals.push(residual * root);
     }
 
     /// The step, with the prior's pull towards zero coefficients.
-    fn solve(mut self, coefficients: &[f64]) -> Option<DVector<f64>> {
+    fn solve(self, coefficients: &[f64]) -> Option<Vec<f64>> {
+        faer::set_global_parallelism(faer::Par::Seq);
+        let count = self.residuals.len();
+        let rows = faer::MatRef::from_row_major_slice(&self.rows, count, self.unknowns);
+        let residuals = faer::MatRef::from_column_major_slice(&self.residuals, count, 1);
+        let mut matrix = rows.transpose() * rows;
+        let mut right = rows.transpose() * residuals;
         for (i, &c) in coefficients.iter().enumerate() {
-            self.matrix[(6 + i, 6 + i)] += 1.0;
-            self.right[6 + i] -= c;
+            matrix[(6 + i, 6 + i)] += 1.0;
+            right[(6 + i, 0)] -= c;
         }
-        self.matrix
-            .cholesky()
-            .map(|factor| factor.solve(&self.right))
+        let step = matrix.llt(faer::Side::Lower).ok()?.solve(&right);
+        Some((0..self.unknowns).map(|i| step[(i, 0)]).collect())
     }
 }

@@ -30,8 +30,11 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
             )));
         }
     }
-    let mut gltf = gltf::Gltf::from_slice(&bytes).map_err(|e| fail(one_line(&e)))?;
-    let blob = gltf.blob.take();
+    let glb = gltf::Glb::from_slice(&bytes).map_err(|e| fail(one_line(&e)))?;
+    let mut root = gltf::json::Root::from_slice(&glb.json).map_err(|e| fail(one_line(&e)))?;
+    mend(&mut root).map_err(fail)?;
+    let gltf = gltf::Document::from_json(root).map_err(|e| fail(one_line(&e)))?;
+    let blob = glb.bin.map(|bin| bin.into_owned());
     let folder = path.parent().unwrap_or(Path::new(""));
     let buffers = gltf
         .buffers()
@@ -62,6 +65,30 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
         return Err(fail("no mesh in its scene".into()));
     }
     Ok(reader.file)
+}
+
+/// Refuses what the crate's own validation would panic on, and adds what it would miss later.
+fn mend(root: &mut gltf::json::Root) -> Result<(), String> {
+    for (index, mesh) in root.meshes.iter().enumerate() {
+        let accessors = mesh.primitives.iter().flat_map(|p| p.attributes.values());
+        if let Some(bad) = accessors
+            .map(|a| a.value())
+            .find(|&a| a >= root.accessors.len())
+        {
+            return Err(format!("mesh {index}: no accessor {bad}"));
+        }
+    }
+    for (index, image) in root.images.iter_mut().enumerate() {
+        match (&image.buffer_view, &image.uri) {
+            (None, None) => return Err(format!("image {index}: neither bytes nor a file")),
+            // What the bytes are is seen by themselves.
+            (Some(_), _) if image.mime_type.is_none() => {
+                image.mime_type = Some(gltf::json::image::MimeType("image/png".into()));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 struct Reader<'a> {
@@ -271,7 +298,7 @@ impl Reader<'_> {
     }
 }
 
-fn one_line(error: &gltf::Error) -> String {
+fn one_line(error: &dyn std::fmt::Display) -> String {
     error
         .to_string()
         .split_whitespace()

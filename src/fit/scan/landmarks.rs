@@ -63,7 +63,10 @@ pub fn write(
 }
 
 /// The points in the file's units.
-fn read_file(path: &Path, template: &Template) -> FitResult<Vec<(usize, DVec3)>> {
+pub(in crate::fit) fn read_file(
+    path: &Path,
+    template: &Template,
+) -> FitResult<Vec<(usize, DVec3)>> {
     let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
     let fail = |cause: String| FitError::file(path, cause);
     let text = std::str::from_utf8(&bytes).map_err(|_| fail("no text".into()))?;

@@ -1,0 +1,185 @@
+//! Registering every scan of a folder: on all cores, resumable, and one bad scan does not stop the
+//! others.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Registered, Registrar, Settings};
+use crate::fit::scan::{Scan, Unit, check, landmarks};
+use crate::fit::template::Template;
+use crate::fit::{FitError, FitResult, ply};
+
+/// A scan of a folder and what will become of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Job {
+    /// The scan.
+    pub scan: PathBuf,
+    /// Its landmarks: the JSON or text file of its name; without one they are found.
+    pub landmarks: Option<PathBuf>,
+    /// The registered face.
+    pub output: PathBuf,
+}
+
+/// The endings of scans.
+const ENDINGS: [&str; 3] = ["ply", "obj", "glb"];
+
+/// The jobs of a folder, by name: every `.ply`, `.obj` and `.glb` in it (not in its subfolders).
+///
+/// # Errors
+/// When the folder cannot be read or holds no scan, when two scans have the same name but for
+/// their ending, and when the output folder is the scans' own.
+pub fn jobs(scans: &Path, output: &Path) -> FitResult<Vec<Job>> {
+    let entries = std::fs::read_dir(scans).map_err(|e| FitError::file(scans, e))?;
+    if let (Ok(a), Ok(b)) = (scans.canonicalize(), output.canonicalize())
+        && a == b
+    {
+        let cause = "holds the scans: registered faces go to a folder of their own";
+        return Err(FitError::file(output, cause));
+    }
+    let mut found: BTreeMap<String, PathBuf> = BTreeMap::new();
+    for entry in entries {
+        let path = entry.map_err(|e| FitError::file(scans, e))?.path();
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        if !ending.is_some_and(|e| ENDINGS.contains(&e.as_str())) {
+            continue;
+        }
+        let name = path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        if let Some(other) = found.insert(name, path.clone()) {
+            let cause = format!("has the same name as {}", other.display());
+            return Err(FitError::file(&path, cause));
+        }
+    }
+    if found.is_empty() {
+        return Err(FitError::file(scans, "no .ply, .obj or .glb files"));
+    }
+    Ok(found
+        .into_iter()
+        .map(|(name, scan)| Job {
+            landmarks: ["json", "txt"]
+                .iter()
+                .map(|ending| scan.with_extension(ending))
+                .find(|path| path.is_file()),
+            output: output.join(format!("{name}.ply")),
+            scan,
+        })
+        .collect())
+}
+
+/// A scan as read, with its landmarks in mm.
+pub struct Prepared {
+    /// The scan, turned outside out where it had to be.
+    pub scan: Scan,
+    /// Its landmarks: place in the template's list, position in mm.
+    pub points: Vec<(usize, DVec3)>,
+    /// What was decided on the way, a line each.
+    pub notes: Vec<String>,
+}
+
+/// Reads a scan and its landmarks, or finds them, and looks at both.
+///
+/// # Errors
+/// Those of the readers, of [`check`] and of [`detect`].
+pub fn prepare(
+    registrar: &Registrar<'_>,
+    scan: &Path,
+    points: Option<&Path>,
+    unit: Option<Unit>,
+) -> FitResult<Prepared> {
+    let template = registrar.template;
+    let mut scan = Scan::read(scan, unit)?;
+    let said: Vec<String> = Vec::new();
+    let points = match points {
+        Some(path) => landmarks::read(path, &mut scan, template)?,
+        None => return Err(FitError::file(&scan.path, "no landmarks")),
+    };
+    let checked = check(&mut scan, &points, template)?;
+    let mut notes = scan.notes.clone();
+    notes.extend(said);
+    notes.extend(checked);
+    Ok(Prepared {
+        scan,
+        points,
+        notes,
+    })
+}
+
+/// Registers one scan.
+///
+/// # Errors
+/// Those of [`prepare`] and of [`Registrar::register`].
+pub fn register_scan(
+    registrar: &Registrar<'_>,
+    job: &Job,
+    unit: Option<Unit>,
+    settings: &Settings,
+) -> FitResult<(Prepared, Registered)> {
+    let prepared = prepare(registrar, &job.scan, job.landmarks.as_deref(), unit)?;
+    let registered = registrar
+        .register(&prepared.scan, &prepared.points, settings)
+        .map_err(|e| match e {
+            FitError::Input(cause) => FitError::file(&job.scan, cause),
+            other => other,
+        })?;
+    Ok((prepared, registered))
+}
+
+/// A registered face and where its landmarks were set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RegisteredFace {
+    /// All vertices of the template, mm.
+    pub positions: Vec<DVec3>,
+    /// Landmarks in the same pose: place in the template's list, position in mm. May be empty.
+    pub points: Vec<(usize, DVec3)>,
+}
+
+/// Reads a folder that [`run`] wrote, by name.
+///
+/// # Errors
+/// When a face is not registered to `template`, or a file cannot be understood.
+pub fn read_registered(dir: &Path, template: &Template) -> FitResult<Vec<RegisteredFace>> {
+    ply::read_faces(dir, template)?
+        .into_iter()
+        .map(|(name, positions)| {
+            let path = dir.join(format!("{name}.json"));
+            let points = match path.is_file() {
+                true => landmarks::read_file(&path, template)?,
+                false => Vec::new(),
+            };
+            Ok(RegisteredFace { positions, points })
+        })
+        .collect()
+}
+
+/// Registers the jobs whose output is not there yet, on all cores, each with its landmarks in mm
+/// beside it; `done` is told of each. Returns what failed, in the order of the jobs.
+pub fn run(
+    registrar: &Registrar<'_>,
+    jobs: &[Job],
+    unit: Option<Unit>,
+    settings: &Settings,
+    done: impl Fn(&Job, &FitResult<()>) + Sync,
+) -> Vec<FitError> {
+    jobs.par_iter()
+        // A core takes the next scan when it is free: they take unequal time.
+        .with_max_len(1)
+        .filter(|job| !job.output.exists())
+        .filter_map(|job| {
+            let result =
+                register_scan(registrar, job, unit, settings).and_then(|(prepared, face)| {
+                    // The face last: while it is missing, the job is not done.
+                    let points = job.output.with_extension("json");
+                    landmarks::write(&points, &prepared.points, 1.0, registrar.template)?;
+                    ply::write_mesh(&job.output, &face.positions, &registrar.triangles)
+                });
+            done(job, &result);
+            result.err()
+        })
+        .collect()
+}

@@ -1,0 +1,79 @@
+//! A real scan, made by others: a head with hair, collar and a ragged edge, with its image.
+#![cfg(feature = "fit")]
+
+#[path = "common/base_mesh.rs"]
+mod base_mesh;
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use phiz::fit::generic_head;
+use phiz::fit::scan::{Scan, Texture, check, landmarks};
+
+/// The folder with `james.obj`, from `PHIZ_JAMES` or beside the checkout. The scan is not ours to
+/// commit; where there is none the test says so, and in CI that is a failure.
+fn james() -> Option<PathBuf> {
+    let folder = std::env::var_os("PHIZ_JAMES").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/james"),
+        PathBuf::from,
+    );
+    if folder.join("james.obj").is_file() {
+        return Some(folder);
+    }
+    let why = format!(
+        "skipped: no james.obj in {}; set PHIZ_JAMES",
+        folder.display()
+    );
+    assert!(std::env::var_os("CI").is_none(), "{why}");
+    println!("{why}");
+    None
+}
+
+#[test]
+fn a_real_scan_is_read_with_its_image_and_points() {
+    let (Some(folder), Some(base)) = (james(), base_mesh::folder()) else {
+        return;
+    };
+    let template = generic_head::build(&base).expect("builds");
+    let mut scan = Scan::read(&folder.join("james.obj"), None).expect("reads");
+    assert_eq!(scan.scale, 1.0);
+    let texture = scan.texture.clone().expect("an image beside it");
+    let bare = texture.triangles.iter().filter(|t| **t == Texture::BARE);
+    assert_eq!(bare.count(), 0);
+    let file = folder.join("james_ibug68.txt");
+    let points = landmarks::read(&file, &mut scan, &template).expect("68 points");
+    assert_eq!(points.len(), 68);
+    assert_eq!(
+        check(&mut scan, &points, &template).expect("a face"),
+        [""; 0]
+    );
+
+    // What is written is read again, in the units of the scan.
+    let copy = tempfile::tempdir().expect("a folder");
+    let json = copy.path().join("james.json");
+    landmarks::write(&json, &points, scan.scale, &template).expect("writes");
+    assert_eq!(
+        landmarks::read(&json, &mut scan, &template).expect("reads"),
+        points
+    );
+
+    // Its mirror image is told even from four points, of which two are a pair.
+    for names in [
+        &["ibug_36", "ibug_45", "ibug_30", "ibug_08"][..],
+        &["ibug_"],
+    ] {
+        let mut mirrored = scan.clone();
+        mirrored.positions.iter_mut().for_each(|p| p.x = -p.x);
+        mirrored.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        let points: Vec<_> = points
+            .iter()
+            .filter(|(l, _)| {
+                let name = &template.landmarks[*l].name;
+                names.iter().any(|n| name.starts_with(n))
+            })
+            .map(|&(l, p)| (l, p * DVec3::new(-1.0, 1.0, 1.0)))
+            .collect();
+        let error = check(&mut mirrored, &points, &template).expect_err("mirrored");
+        assert!(error.to_string().contains("mirror"), "{error}");
+    }
+}
