@@ -17,8 +17,17 @@
 //! | then | the sections, each starting at a multiple of 16, zeros between |
 //!
 //! A row of the section table is: 16 bytes of name (ASCII, zero-padded), u32 element type
-//! (1 u8, 2 u16, 3 i16, 4 u32, 5 f32, 6 f64), u32 offset from the start of the blob, u32 length in
-//! bytes, u32 zero.
+//! (1 u8, 2 u16, 3 i16, 4 u32, 5 f32, 6 f64, 7 planes), u32 offset from the start of the blob, u32
+//! length in bytes, u32 zero.
+//!
+//! Planes are small integers: each is folded to a number that is not negative (0, -1, 1, -2 ...
+//! become 0, 1, 2, 3 ...); then come the lowest bytes of all, the next bytes of all, and so on,
+//! one to four times, as the largest needs. Where most numbers are small, all planes but the first
+//! are zeros.
+//!
+//! On disk a model is a blob in gzip ([`pack`], [`unpack`]): its sections are laid out to be small
+//! then. A page inflates with what the platform has, native code with [`unpack`]; the blob in it is
+//! what [`Blob::parse`] reads, and a blob that is not packed is as good.
 //!
 //! What the sections of a model mean is documented in [`crate::model`] beside the code that reads
 //! them; those of a template in `fit::template`.
@@ -33,14 +42,17 @@ use crate::{Error, Result};
 
 const MAGIC: [u8; 8] = *b"phiz\r\n\x1a\n";
 /// The format's version: a reader takes its own version and no other.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 const PREAMBLE: usize = 40;
 const ROW: usize = 32;
 const ALIGNMENT: usize = 16;
 /// More than any real blob has, few enough that a damaged count cannot cost time.
 const MAX_SECTIONS: usize = 256;
-/// 256 MiB: a hundred times the default model.
-const MAX_BYTES: usize = 1 << 28;
+/// 64 MiB: twenty times the default model. It is also the most that a packed blob may inflate to;
+/// `www/phiz/index.js` has it too.
+const MAX_BYTES: usize = 1 << 26;
+/// The element type of planes.
+const PLANES: u32 = 7;
 
 /// What a blob holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -161,6 +173,17 @@ impl BlobWriter {
         }
     }
 
+    /// Adds integers that are mostly small, as planes. Read with [`Blob::planes`].
+    pub fn planes(&mut self, name: &str, numbers: &[i32]) {
+        debug_assert!(name.is_ascii() && name.len() <= 16);
+        let folded = || numbers.iter().map(|&n| ((n << 1) ^ (n >> 31)) as u32);
+        let largest = folded().max().unwrap_or(0);
+        let planes = (4 - largest.leading_zeros() / 8).max(1);
+        let bytes = (0..planes).flat_map(|p| folded().map(move |n| (n >> (8 * p)) as u8));
+        self.sections
+            .push((name.to_owned(), PLANES, bytes.collect()));
+    }
+
     /// The bytes of the blob.
     pub fn finish(self) -> Vec<u8> {
         let mut out = Vec::new();
@@ -239,6 +262,9 @@ impl<'a> Blob<'a> {
                 "{} bytes are too few for a preamble of {PREAMBLE}",
                 bytes.len()
             ));
+        }
+        if bytes.starts_with(&GZIP) {
+            return bad("it is packed: inflate it first".into());
         }
         if bytes[..8] != MAGIC {
             return bad("it does not start with the phiz signature".into());
@@ -366,6 +392,32 @@ impl<'a> Blob<'a> {
         Ok(row.bytes.chunks_exact(T::SIZE).map(T::read).collect())
     }
 
+    /// A section of `length` integers, written by [`BlobWriter::planes`].
+    ///
+    /// # Errors
+    /// When it is missing, of another type or of another length.
+    #[inline(never)]
+    pub fn planes(&self, name: &str, length: usize) -> Result<Vec<i32>> {
+        let row = self.row(name)?;
+        let planes = row.bytes.len().checked_div(length).unwrap_or(1);
+        if row.code != PLANES || row.bytes.len() != planes * length || !(1..=4).contains(&planes) {
+            return Err(Error::Blob(format!(
+                "section {name:?} is not {length} numbers in planes"
+            )));
+        }
+        let (lowest, higher) = row.bytes.split_at(length);
+        let mut numbers: Vec<i32> = lowest.iter().map(|&byte| byte.into()).collect();
+        for (plane, p) in higher.chunks_exact(length.max(1)).zip(1..) {
+            for (number, &byte) in numbers.iter_mut().zip(plane) {
+                *number |= i32::from(byte) << (8 * p);
+            }
+        }
+        for number in &mut numbers {
+            *number = (*number as u32 >> 1) as i32 ^ -(*number & 1);
+        }
+        Ok(numbers)
+    }
+
     /// A section of finite f32, none larger than `limit` in magnitude.
     ///
     /// # Errors
@@ -404,6 +456,47 @@ impl<'a> Blob<'a> {
     }
 }
 
+/// What a gzip stream starts with.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// Packs a blob for the disk: gzip, the same bytes for the same blob.
+///
+/// # Errors
+/// When there is no memory for it.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn pack(blob: &[u8]) -> Result<Vec<u8>> {
+    use std::io::Write;
+    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+    let packed = packer.write_all(blob).and_then(|()| packer.finish());
+    packed.map_err(|e| Error::Blob(format!("packing it: {e}")))
+}
+
+/// The blob in a packed one; bytes that do not start like gzip come back as they are.
+///
+/// # Errors
+/// When the packed bytes are damaged, go on after their end, or inflate to more than 64 MiB.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn unpack(bytes: &[u8]) -> Result<std::borrow::Cow<'_, [u8]>> {
+    use std::io::Read;
+    if !bytes.starts_with(&GZIP) {
+        return Ok(bytes.into());
+    }
+    let mut unpacker = flate2::bufread::GzDecoder::new(bytes).take(MAX_BYTES as u64 + 1);
+    let mut blob = Vec::new();
+    if let Err(e) = unpacker.read_to_end(&mut blob) {
+        return Err(Error::Blob(format!("its packed bytes are damaged: {e}")));
+    }
+    if blob.len() > MAX_BYTES {
+        return Err(Error::Blob(format!(
+            "unpacked it is over the limit of {MAX_BYTES} bytes"
+        )));
+    }
+    if !unpacker.into_inner().into_inner().is_empty() {
+        return Err(Error::Blob("bytes follow its packed ones".into()));
+    }
+    Ok(blob.into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -413,6 +506,9 @@ mod tests {
         writer.section("floats", &[1.0_f32, 2.0, -3.5]);
         writer.indices("indices", &[0, 5, 65_536]);
         writer.section("bytes", &[7_u8]);
+        writer.planes("planes", &[0, -1, 127, -129, i32::MAX, i32::MIN]);
+        writer.planes("thin", &[-128, 127, 5]);
+        writer.planes("none", &[]);
         writer.finish()
     }
 
@@ -426,7 +522,14 @@ mod tests {
         assert!(blob.floats("floats", 3, 3.0).is_err());
         assert!(blob.section::<u8>("bytes", 2).is_err());
         assert!(blob.section::<u16>("bytes", 1).is_err());
-        assert!(blob.section::<u8>("none", 1).is_err());
+        let planes = [0, -1, 127, -129, i32::MAX, i32::MIN];
+        assert_eq!(blob.planes("planes", 6).unwrap(), planes);
+        assert_eq!(blob.planes("thin", 3).unwrap(), [-128, 127, 5]);
+        assert!(blob.planes("none", 0).unwrap().is_empty());
+        assert!(blob.planes("none", 1).is_err());
+        assert!(blob.planes("planes", 5).is_err());
+        assert!(blob.planes("bytes", 1).is_err());
+        assert!(blob.section::<u8>("nowhere", 1).is_err());
         assert!(Blob::parse(&bytes, Kind::Template).is_err());
     }
 

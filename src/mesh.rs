@@ -4,6 +4,8 @@ use glam::Vec3;
 
 use crate::anatomy::Part;
 use crate::blob::{Blob, BlobWriter};
+use crate::predict::Walk;
+use crate::quantise::TEXTURE;
 use crate::{Error, Result};
 
 /// Triangles, texture coordinates, regions and mirror images of N vertices.
@@ -86,14 +88,14 @@ impl Topology {
         }
     }
 
-    /// What a move of the vertices `moved` touches.
+    /// What a move of the vertices `moved` touches; `all` are the triangles.
     pub(crate) fn patch(
         &self,
         moved: impl Iterator<Item = u32>,
+        all: &[[u32; 3]],
         adjacency: &VertexTriangles,
     ) -> Patch {
         let n = self.regions.len();
-        let all = self.triangles();
         let mut turned = vec![false; n];
         for vertex in moved {
             turned[vertex as usize] = true;
@@ -116,14 +118,38 @@ impl Topology {
         }
     }
 
-    pub(crate) fn write(&self, blob: &mut BlobWriter) {
+    /// The walk over the vertices that predicts their numbers.
+    pub(crate) fn walk(&self) -> Walk {
+        Walk::new(self.regions.len(), &self.triangles())
+    }
+
+    pub(crate) fn write(&self, blob: &mut BlobWriter, walk: &Walk) {
         let n = self.regions.len();
-        let uvs: Vec<f32> = self.uvs.iter().flatten().copied().collect();
-        blob.section("uvs", &uvs);
+        let corners = self.uv_triangles.as_flattened();
+        // Each corner from another of the triangle, the first from the triangle before.
+        let from = |i: usize| match i % 3 {
+            0 => i.checked_sub(3),
+            corner => Some(i - corner),
+        };
+        let step = |i: usize| corners[i].wrapping_sub(from(i).map_or(0, |j| corners[j])) as i32;
+        let by_corner = (0..3).flat_map(|corner| (corner..corners.len()).step_by(3));
+        let steps: Vec<i32> = by_corner.map(step).collect();
+        blob.planes("triangles", &steps);
+        let uvs: Vec<i32> = (self.uvs.iter().flatten())
+            .map(|&x| TEXTURE.index(x.into()))
+            .collect();
+        let (own, further) = uvs.split_at(2 * n);
+        let mut residuals = walk.residuals(own, 2);
+        for (further, &vertex) in further.chunks_exact(2).zip(&self.uv_vertices[n..]) {
+            let own = &own[2 * vertex as usize..];
+            residuals.extend(further.iter().zip(own).map(|(a, b)| a.wrapping_sub(*b)));
+        }
+        blob.planes("uvs", &residuals);
         blob.indices("seams", &self.uv_vertices[n..]);
-        let corners: Vec<u32> = self.uv_triangles.iter().flatten().copied().collect();
-        blob.indices("triangles", &corners);
-        blob.indices("mirror", &self.mirror);
+        // The second of two mirror images says nothing new.
+        let ahead = self.mirror.iter().zip(0..);
+        let ahead: Vec<i32> = ahead.map(|(&m, v)| m.saturating_sub(v) as i32).collect();
+        blob.planes("mirror", &ahead);
         blob.section("regions", &self.regions);
         let colours: Vec<u8> = self.colours.iter().flatten().copied().collect();
         blob.section("colours", &colours);
@@ -136,29 +162,54 @@ impl Topology {
         triangles: usize,
         region_names: Vec<String>,
         parts: Vec<Part>,
-    ) -> Result<Self> {
+    ) -> Result<(Self, Walk)> {
         let bad = |why: &str| Err(Error::Blob(why.into()));
         if corners < n {
             return bad("fewer texture coordinates than vertices");
         }
-        let uvs = blob.floats("uvs", 2 * corners, 1e4)?;
         let mut uv_vertices: Vec<u32> = (0..n as u32).collect();
         uv_vertices.extend(blob.indices("seams", n)?);
-        let triples = blob.indices("triangles", corners)?;
-        let mirror = blob.indices("mirror", n)?;
         let regions = blob.section::<u8>("regions", n)?;
         let colours = blob.section::<u8>("colours", 3 * n)?;
-        if uv_vertices.len() != corners || triples.len() != 3 * triangles || mirror.len() != n {
+        if uv_vertices.len() != corners {
             return bad("its topology has sections of wrong lengths");
         }
+        let steps = blob.planes("triangles", 3 * triangles)?;
+        let mut uv_triangles: Vec<[u32; 3]> = Vec::with_capacity(triangles);
+        let mut before = 0_u32;
+        for t in 0..triangles {
+            let step = |corner: usize| steps[corner * triangles + t] as u32;
+            let first = before.wrapping_add(step(0));
+            uv_triangles.push([
+                first,
+                first.wrapping_add(step(1)),
+                first.wrapping_add(step(2)),
+            ]);
+            before = first;
+        }
+        if uv_triangles
+            .as_flattened()
+            .iter()
+            .any(|&c| c as usize >= corners)
+        {
+            return bad("a triangle has a corner that is not there");
+        }
+        let vertex_of = |c: u32| uv_vertices[c as usize];
+        let on_vertices: Vec<[u32; 3]> = uv_triangles.iter().map(|t| t.map(vertex_of)).collect();
+        let walk = Walk::new(n, &on_vertices);
+        let residuals = blob.planes("uvs", 2 * corners)?;
+        let (own, further) = residuals.split_at(2 * n);
+        let mut uvs = walk.restore(own, 2);
+        for (further, &vertex) in further.chunks_exact(2).zip(&uv_vertices[n..]) {
+            let at = 2 * vertex as usize;
+            uvs.extend([0, 1].map(|axis| further[axis].wrapping_add(uvs[at + axis])));
+        }
+        let mirror = read_mirror(blob, n)?;
         if regions
             .iter()
             .any(|&r| usize::from(r) >= region_names.len())
         {
             return bad("a vertex lies in no region");
-        }
-        if (0..n).any(|v| mirror[mirror[v] as usize] as usize != v) {
-            return bad("its mirror map is not an involution");
         }
         let mut next = 0_u32;
         for part in &parts {
@@ -173,13 +224,13 @@ impl Topology {
         if next as usize != triangles {
             return bad("its parts do not cover the mesh");
         }
-        Ok(Self {
-            uvs: uvs.chunks_exact(2).map(|c| [c[0], c[1]]).collect(),
-            uv_vertices,
-            uv_triangles: triples
-                .chunks_exact(3)
-                .map(|t| [t[0], t[1], t[2]])
+        let topology = Self {
+            uvs: uvs
+                .chunks_exact(2)
+                .map(|c| [c[0], c[1]].map(|x| TEXTURE.point(x) as f32))
                 .collect(),
+            uv_vertices,
+            uv_triangles,
             parts,
             mirror,
             region_names,
@@ -188,8 +239,31 @@ impl Topology {
                 .chunks_exact(3)
                 .map(|c| [c[0], c[1], c[2]])
                 .collect(),
-        })
+        };
+        Ok((topology, walk))
     }
+}
+
+/// The mirror map from how far ahead the image of a vertex is; 0 for one that is its own, and for
+/// one that is the image of an earlier vertex.
+fn read_mirror(blob: &Blob, n: usize) -> Result<Vec<u32>> {
+    const UNKNOWN: u32 = u32::MAX;
+    let mut mirror = vec![UNKNOWN; n];
+    for (v, step) in (0_u32..).zip(blob.planes("mirror", n)?) {
+        let known = mirror[v as usize] != UNKNOWN;
+        if known && step == 0 {
+            continue;
+        }
+        let image = v.checked_add_signed(step).filter(|&m| m >= v && !known);
+        match image.filter(|&m| mirror.get(m as usize) == Some(&UNKNOWN)) {
+            Some(image) => {
+                mirror[v as usize] = image;
+                mirror[image as usize] = v;
+            }
+            None => return Err(Error::Blob("its mirror map is not an involution".into())),
+        }
+    }
+    Ok(mirror)
 }
 
 impl Patch {

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use common::{exercise, sheet, sheet_blob, sheet_model, with_header};
 use glam::Vec3;
-use phiz::blob::{VERSION, seal};
+use phiz::blob::{VERSION, pack, seal, unpack};
 use phiz::{Error, FaceModel};
 use proptest::prelude::*;
 
@@ -102,8 +102,11 @@ fn oversized_numbers_in_the_header_are_refused_before_anything_is_allocated() {
         ("\"units\":\"mm\"", "\"units\":\"cm\""),
         ("\"modes\":3", "\"modes\":4"),
         ("\"modes\":3", "\"modes\":0"),
-        ("\"sources\":2", "\"sources\":0"),
-        ("\"sources\":2", "\"sources\":1"),
+        ("\"support\":8", "\"support\":9"),
+        ("\"support\":48", "\"support\":47"),
+        ("\"targets\":3", "\"targets\":4"),
+        ("\"weights\":[40000", "\"weights\":[40001"),
+        ("\"part\":\"strip\"", "\"part\":\"stripe\""),
         ("\"alpha\":12.0", "\"alpha\":-1.0"),
         ("\"alpha\":12.0", "\"alpha\":99.0"),
         ("[2.0,40.0]", "[2.0,9e99]"),
@@ -140,17 +143,17 @@ fn huge_counts_in_the_preamble_and_the_table_are_refused() {
 
 #[test]
 fn numbers_that_are_none_are_refused_in_every_float_section() {
-    let model = sheet_model();
-    let mean = model.parts().mean[0].x.to_le_bytes();
-    let at = BLOB
-        .windows(4)
-        .position(|w| w == mean)
-        .expect("the mean starts with it");
-    for number in [f32::NAN, f32::INFINITY, -2e4] {
-        let mut bytes = BLOB.clone();
-        bytes[at..at + 4].copy_from_slice(&number.to_le_bytes());
-        seal(&mut bytes);
-        assert!(refused(&bytes).contains("\"mean\""));
+    // Sigmas of the nose: 5 and 5 / 2; quantiles: from -3 on.
+    for (section, start) in [("sigmas.0", 5.0_f32), ("quantiles", -3.0)] {
+        let start = start.to_le_bytes();
+        let at = BLOB.windows(4).position(|w| w == start);
+        let at = at.expect("the section starts with it");
+        for number in [f32::NAN, f32::INFINITY, -2e9] {
+            let mut bytes = BLOB.clone();
+            bytes[at..at + 4].copy_from_slice(&number.to_le_bytes());
+            seal(&mut bytes);
+            assert!(refused(&bytes).contains(&format!("{section:?}")));
+        }
     }
 }
 
@@ -160,8 +163,8 @@ fn inconsistent_parts_are_refused() {
     let check = |what: &str, change: &dyn Fn(&mut phiz::model::ModelParts)| {
         let mut parts = sheet();
         change(&mut parts);
-        let bytes = parts.write().expect("it can be written");
-        assert!(FaceModel::parse(&bytes).is_err(), "{what} was taken");
+        let read = parts.write().and_then(|bytes| FaceModel::parse(&bytes));
+        assert!(read.is_err(), "{what} was taken");
     };
     check("a step of 0", &|p| p.blocks[0].modes.step = 0.0);
     check("a step that is none", &|p| {
@@ -184,12 +187,25 @@ fn inconsistent_parts_are_refused() {
         surround.targets[0] = inside;
         surround.targets.sort_unstable();
     });
+    let eyeball = |p: &mut phiz::model::ModelParts, change: &dyn Fn(&mut phiz::model::Rigid)| {
+        let surround = p.blocks[0].surround.as_mut().expect("the nose has one");
+        change(&mut surround.rigid[0]);
+    };
     check("weights that do not sum to 1", &|p| {
-        p.blocks[0]
-            .surround
-            .as_mut()
-            .expect("the nose has one")
-            .weights[0] -= 1;
+        eyeball(p, &|rigid| rigid.weights[0] -= 1)
+    });
+    check("too few weights", &|p| {
+        eyeball(p, &|rigid| rigid.weights.truncate(7))
+    });
+    check("a source that is not there", &|p| {
+        eyeball(p, &|rigid| rigid.sources[0] = 99)
+    });
+    check("a part that is not there", &|p| {
+        eyeball(p, &|rigid| rigid.part = "eye".into())
+    });
+    check("a distance beyond all heads", &|p| {
+        let surround = p.blocks[0].surround.as_mut().expect("the nose has one");
+        surround.distances[0] = 2e4;
     });
     check("a negative distance", &|p| {
         p.blocks[0]
@@ -198,10 +214,12 @@ fn inconsistent_parts_are_refused() {
             .expect("the nose has one")
             .distances[0] = -1.0;
     });
-    check("a correlation of 2", &|p| p.correlation[1] = 2.0);
-    check("a correlation that is not symmetric", &|p| {
-        p.correlation[1] = 0.1
+    check("a correlation of 2", &|p| {
+        p.correlation[common::COEFFICIENTS] = 2.0
     });
+    check("a mean that is none", &|p| p.mean[0].x = f32::NAN);
+    check("a mean without an end", &|p| p.mean[0].y = f32::INFINITY);
+    check("a mean far away", &|p| p.mean[0].z = -2e4);
     check("a correlation that no population has", &|p| {
         for (i, j) in [(0, 1), (1, 0), (1, 2), (2, 1)] {
             p.correlation[i * common::COEFFICIENTS + j] = 0.99;
@@ -240,6 +258,45 @@ fn inconsistent_parts_are_refused() {
         p.blocks[0].modes.integers.clear();
         p.blocks[0].sigmas.clear();
     });
+}
+
+#[test]
+fn a_packed_model_is_the_same_model_and_packs_to_the_same_bytes() {
+    let packed = pack(&BLOB).unwrap();
+    assert_eq!(*FaceModel::parse(&packed).unwrap().parts(), sheet());
+    assert_eq!(pack(&BLOB).unwrap(), packed);
+    assert_eq!(*unpack(&packed).unwrap(), **BLOB);
+    assert_eq!(*unpack(&BLOB).unwrap(), **BLOB);
+}
+
+#[test]
+fn damaged_packing_is_refused() {
+    let packed = pack(&BLOB).unwrap();
+    for end in 0..packed.len() {
+        assert!(FaceModel::parse(&packed[..end]).is_err(), "cut at {end}");
+    }
+    for bit in 0..packed.len() * 8 {
+        let mut flipped = packed.clone();
+        flipped[bit / 8] ^= 1 << (bit % 8);
+        // A few bits mean nothing, such as the time in gzip's preamble. All that means something
+        // is covered by two checksums.
+        if let Ok(model) = FaceModel::parse(&flipped) {
+            assert_eq!(*model.parts(), sheet(), "bit {bit}");
+        }
+    }
+    let mut longer = packed.clone();
+    longer.push(0);
+    assert!(refused(&longer).contains("bytes follow"));
+    let nested = pack(&packed).unwrap();
+    assert!(refused(&nested).contains("packed"));
+}
+
+#[test]
+fn a_packed_blob_that_inflates_without_end_is_refused() {
+    // 64 MiB and a byte of zeros are 64 kB packed.
+    let bomb = pack(&vec![0; (1 << 26) + 1]).unwrap();
+    assert!(bomb.len() < 1 << 17);
+    assert!(refused(&bomb).contains("limit of 67108864"));
 }
 
 #[test]

@@ -5,16 +5,20 @@
 mod base_mesh;
 
 use std::sync::LazyLock;
+use std::time::Instant;
 
 use glam::DVec3;
 use phiz::Random;
+use phiz::blob::pack;
 use phiz::fit::crease::BorderBand;
 use phiz::fit::geodesic::Geodesic;
 use phiz::fit::learn::{FEATURES, Learned, Settings, learn};
 use phiz::fit::pca::Pca;
 use phiz::fit::template::Template;
 use phiz::fit::{generic_head, population};
+use phiz::quantise::BLOCK_ERROR;
 use phiz::{FaceModel, Randomize};
+use rayon::prelude::*;
 
 /// As `./build.sh model` has them.
 const COUNT: usize = 400;
@@ -162,6 +166,61 @@ fn seams_are_as_clean_as_whole_faces() {
         }
     }
     assert!(!failed, "a seam is sharper than 1.2 x a whole-face PCA");
+}
+
+/// What a file of the model keeps, after packing and unpacking: random faces within the error that
+/// `phiz::quantise` states, in a file that a page can load.
+#[test]
+fn rounding_moves_random_faces_by_the_stated_error() {
+    let Some(Trained { learned, .. }) = &*TRAINED else {
+        return;
+    };
+    let file = pack(&learned.parts.write().unwrap()).unwrap();
+    let start = Instant::now();
+    let model = FaceModel::parse(&file).unwrap();
+    let took = start.elapsed();
+    let n = model.parts().mean.len();
+    let faces = learned.aligned.len() as f64;
+    let mean: Vec<DVec3> = (0..n)
+        .map(|v| learned.aligned.iter().map(|f| f[v]).sum::<DVec3>() / faces)
+        .collect();
+    let squares = |coefficients: &[f32], face: &phiz::Face| -> f64 {
+        let mut exact = mean.clone();
+        for (mode, &c) in learned.modes.iter().zip(coefficients) {
+            let moved = exact.iter_mut().zip(mode);
+            moved.for_each(|(p, d)| *p += *d * f64::from(c));
+        }
+        let off = face.positions().iter().zip(&exact);
+        off.map(|(p, q)| p.as_dvec3().distance_squared(*q)).sum()
+    };
+    let count = 100;
+    let sum: f64 = (0..count)
+        .into_par_iter()
+        .map(|seed| {
+            let mut face = model.face();
+            face.randomize(&Randomize {
+                seed: Some(seed),
+                ..Default::default()
+            })
+            .unwrap();
+            squares(&face.coefficients(), &face)
+        })
+        .sum();
+    let rms = (sum / (count as f64 * n as f64)).sqrt();
+    let still = model.parts().mean.iter().zip(&mean);
+    let still: f64 = still.map(|(p, q)| p.as_dvec3().distance_squared(*q)).sum();
+    let still = (still / n as f64).sqrt();
+    println!(
+        "{} bytes, read in {took:.0?}; random faces {:.1}, the mean {:.2} micrometres off",
+        file.len(),
+        1000.0 * rms,
+        1000.0 * still
+    );
+    // Nowhere more than two blocks and the surround of others, which move less.
+    assert!(rms < 2.0 * BLOCK_ERROR, "{rms} mm");
+    // A grid of 1/512 mm: half a step / sqrt(3) in each of three coordinates is a micrometre.
+    assert!(still < 0.00125, "{still} mm");
+    assert!(file.len() < 1_500_000, "{} bytes", file.len());
 }
 
 /// `www/public/model.phiz` is what its sources give: same controls, and positions of 100 random

@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 use crate::Random;
-use crate::model::{Block, FaceModel, LIMIT, falloff};
+use crate::model::{Block, FaceModel, LIMIT, SOURCES, falloff};
 use crate::{Error, Result};
 
 /// Coefficients live on a grid of 1/65536 sigma, so that a face, its code and its undo history are
@@ -460,7 +460,7 @@ impl Face {
                 let Ok(t) = surround.targets.binary_search(&vertex) else {
                     return Vec3::ZERO;
                 };
-                let each = t * surround.sources_each..(t + 1) * surround.sources_each;
+                let each = t * SOURCES..(t + 1) * SOURCES;
                 let pulled: Vec3 = surround.sources[each.clone()]
                     .iter()
                     .zip(&surround.weights[each])
@@ -495,11 +495,10 @@ fn displace(block: &Block, coefficients: &[f32], fades: &[f32], out: &mut [Vec3]
         }
     }
     if let Some(surround) = &block.surround {
-        let each = surround.sources_each;
         let rows = surround
             .sources
-            .chunks_exact(each)
-            .zip(surround.weights.chunks_exact(each));
+            .chunks_exact(SOURCES)
+            .zip(surround.weights.chunks_exact(SOURCES));
         for ((target, (sources, weights)), &fade) in targets.iter_mut().zip(rows).zip(fades) {
             let mut pulled = Vec3::ZERO;
             for (&slot, &weight) in sources.iter().zip(weights) {

@@ -15,6 +15,7 @@ use super::subdivide::{Origin, catmull_clark};
 use super::template::{Landmark, Part, Stencils, Template};
 use super::{FitError, FitResult, colour, region};
 use crate::mesh::Topology;
+use crate::quantise::TEXTURE;
 
 /// The ethnicities of the macro targets.
 pub const ETHNICITIES: [&str; 3] = ["african", "asian", "caucasian"];
@@ -448,7 +449,8 @@ impl Draft {
         });
         for (vertex, uv) in firsts.chain(further.iter().copied()) {
             index.insert((vertex, uv), uvs.len() as u32);
-            uvs.push(self.uvs[uv as usize].as_vec2().to_array());
+            let on_grid = |x: f64| TEXTURE.nearest(x) as f32;
+            uvs.push(self.uvs[uv as usize].to_array().map(on_grid));
             uv_vertices.push(vertex);
         }
         let mut uv_triangles: Vec<[u32; 3]> = self
@@ -456,7 +458,11 @@ impl Draft {
             .iter()
             .map(|t| {
                 let corner = |i: usize| index[&(new[t.vertices[i] as usize], t.uvs[i])];
-                [corner(0), corner(1), corner(2)]
+                // The lowest first: the others are then a little ahead of it.
+                let mut corners: [u32; 3] = std::array::from_fn(corner);
+                let lowest = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
+                corners.rotate_left(lowest);
+                corners
             })
             .collect();
         for part in &self.parts {

@@ -9,11 +9,11 @@ use super::geodesic::Geodesic;
 use super::measures::measures;
 use super::pca::Pca;
 use super::smooth::{Smoother, Smoothing};
-use super::surround::{self, border, spread};
+use super::surround::{self, Loose, border, spread};
 use super::template::Template;
 use super::{FitError, FitResult};
 use crate::model::{About, Blending, Block, Control, FALLOFF_REACH, LIMIT, ModelParts};
-use crate::quantise::Quantised;
+use crate::quantise::{BLOCK_ERROR, COORDINATES, CORRELATIONS, Quantised};
 
 /// A feature: a block of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,6 +106,9 @@ pub struct Learned {
     pub aligned: Vec<Vec<DVec3>>,
     /// Coefficients of the training faces, sigmas.
     pub coefficients: Vec<Vec<f64>>,
+    /// The modes before they were rounded, one a coefficient: displacements of all vertices, those
+    /// of the surround at the model's blending distance, mm a sigma.
+    pub modes: Vec<Vec<DVec3>>,
 }
 
 /// What learning a block came to.
@@ -163,6 +166,9 @@ pub fn learn(
     let skin = template.part_vertices("skin")?;
     let mut aligned = faces;
     let mean = procrustes(&mut aligned, &template.positions, &skin, &areas);
+    // From here on it is the mean that a model file holds: what surrounds follow is found on it.
+    let mean: Vec<DVec3> = mean.iter().map(|&p| on_grid(p)).collect();
+    let stored: Vec<Vec3> = mean.iter().map(|p| p.as_vec3()).collect();
     let alignment = rms(aligned.iter().flat_map(|face| {
         skin.iter()
             .map(|&v| face[v as usize].distance(mean[v as usize]))
@@ -183,6 +189,7 @@ pub fn learn(
         .collect();
     let mut blocks = Vec::new();
     let mut reports = Vec::new();
+    let mut modes = Vec::new();
     for rule in FEATURES {
         let feature = learn_feature(&Feature {
             template,
@@ -191,6 +198,7 @@ pub fn learn(
             areas: &areas,
             skin: &skin,
             mean: &mean,
+            stored: &stored,
             proportioned: &proportioned,
             graph: &graph,
             loose: &loose,
@@ -207,6 +215,7 @@ pub fn learn(
                 }
             });
         append(&mut coefficients, &feature.coefficients);
+        modes.extend(feature.whole_modes);
         blocks.push(Block {
             first_coefficient: blocks.iter().map(|b: &Block| b.sigmas.len()).sum(),
             ..feature.block
@@ -223,6 +232,10 @@ pub fn learn(
         kept_by_smoothing: 1.0,
     });
     append(&mut coefficients, &head.coefficients);
+    modes.extend(head.modes.iter().zip(&head.sigmas).map(|(mode, &sigma)| {
+        let moved = mode.chunks_exact(3).map(DVec3::from_slice);
+        moved.map(|d| d * sigma).collect::<Vec<_>>()
+    }));
     blocks.push(Block {
         name: HEAD.into(),
         regions: region_numbers(template, &[HEAD])?,
@@ -238,10 +251,7 @@ pub fn learn(
             faces: aligned.len() as u32,
             ..about
         },
-        mean: mean
-            .iter()
-            .map(|p| Vec3::new(p.x as f32, p.y as f32, p.z as f32))
-            .collect(),
+        mean: stored,
         topology: template.topology.clone(),
         controls: controls(&blocks, &coefficients),
         blocks,
@@ -257,6 +267,7 @@ pub fn learn(
         alignment,
         aligned,
         coefficients,
+        modes,
     })
 }
 
@@ -267,9 +278,11 @@ struct Feature<'a> {
     areas: &'a [f64],
     skin: &'a [u32],
     mean: &'a [DVec3],
+    /// The mean in the model's f32.
+    stored: &'a [Vec3],
     proportioned: &'a [Vec<DVec3>],
     graph: &'a Geodesic<'a>,
-    loose: &'a [(Vec<u32>, Vec<u32>)],
+    loose: &'a [Loose],
     settings: &'a Settings,
 }
 
@@ -324,7 +337,14 @@ fn learn_feature(f: &Feature) -> FitResult<LearnedFeature> {
         .collect();
 
     let reach = f64::from(f.settings.blending.limits[1] * FALLOFF_REACH);
-    let surround = surround::build(f.graph, f.triangles, n, &support, f.loose, reach);
+    let surround = surround::build(
+        f.graph,
+        f.stored,
+        &f.template.topology,
+        &support,
+        f.loose,
+        reach,
+    )?;
     let alpha = f.settings.blending.alpha;
     let whole_modes = smooth
         .par_iter()
@@ -369,7 +389,12 @@ fn quantise(modes: &[Vec<f64>], sigmas: &[f64]) -> Quantised {
         .zip(sigmas)
         .flat_map(|(mode, s)| mode.iter().map(move |m| m * s))
         .collect();
-    Quantised::new(&scaled)
+    Quantised::new(&scaled, Quantised::step_for(BLOCK_ERROR, modes.len()))
+}
+
+/// The point that a model file keeps of a point of the mean.
+fn on_grid(p: DVec3) -> DVec3 {
+    DVec3::from(p.to_array().map(|x| COORDINATES.nearest(x)))
 }
 
 fn explained(pca: &Pca) -> f64 {
@@ -414,7 +439,7 @@ fn region_numbers(template: &Template, names: &[&str]) -> FitResult<Vec<u8>> {
 
 /// The eyeballs, each with the skin that lies on it (the lids): all that is nearer than 2 mm, and
 /// at least the nearest vertex.
-fn loose_parts(template: &Template, mean: &[DVec3]) -> FitResult<Vec<(Vec<u32>, Vec<u32>)>> {
+fn loose_parts(template: &Template, mean: &[DVec3]) -> FitResult<Vec<Loose>> {
     let skin = template.part_vertices("skin")?;
     ["left eyeball", "right eyeball"]
         .iter()
@@ -429,7 +454,11 @@ fn loose_parts(template: &Template, mean: &[DVec3]) -> FitResult<Vec<(Vec<u32>, 
             let mut near: Vec<(f64, u32)> = skin.par_iter().map(|&v| (gap(v), v)).collect();
             near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let close = near.iter().take_while(|(gap, _)| *gap < 2.0).count().max(1);
-            Ok((ball, near[..close].iter().map(|(_, v)| *v).collect()))
+            Ok(Loose {
+                part: (*name).into(),
+                members: ball,
+                leaders: near[..close].iter().map(|(_, v)| *v).collect(),
+            })
         })
         .collect()
 }
@@ -511,14 +540,15 @@ fn correlation(coefficients: &[Vec<f64>]) -> Vec<f32> {
             signal += r * r;
         }
     }
-    // Some shrinkage always stays, so that rounding to f32 cannot cost definiteness.
+    // Some shrinkage always stays, so that rounding cannot cost definiteness: it moves an
+    // eigenvalue by at most half a step of the grid for each of some hundred coefficients.
     let shrink = (noise / signal.max(1e-12)).clamp(0.01, 1.0);
     (0..c * c)
         .map(|at| {
             if at / c == at % c {
                 1.0
             } else {
-                (sample[at] * (1.0 - shrink)) as f32
+                CORRELATIONS.nearest(sample[at] * (1.0 - shrink)) as f32
             }
         })
         .collect()

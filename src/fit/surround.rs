@@ -2,17 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
-use rayon::prelude::*;
+use glam::{DVec3, Vec3};
 
+use super::FitResult;
 use super::geodesic::Geodesic;
-use crate::model::{Surround, falloff};
-
-/// How many sources a vertex follows. The sharpest crease at the border of nose and forehead, as
-/// a multiple of a whole-face PCA's (`tests/learning.rs`): 2.7 and 2.1 with the single nearest of
-/// eq. 11, 1.9 and 1.9 with 4, 0.7 and 1.1 with 8, 0.7 and 0.6 with 12, which cost half as many
-/// bytes again.
-const SOURCES: usize = 8;
+use crate::mesh::Topology;
+use crate::model::{Nearest, Rigid, SOURCES, Surround, falloff};
+use crate::quantise::DISTANCES;
 
 /// The vertices of a region with a neighbour outside of it.
 pub fn border(triangles: &[[u32; 3]], inside: &[bool]) -> Vec<u32> {
@@ -30,113 +26,98 @@ pub fn border(triangles: &[[u32; 3]], inside: &[bool]) -> Vec<u32> {
         .collect()
 }
 
+/// A part that hangs together with nothing by triangles (an eyeball) and follows as a whole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loose {
+    /// The part's name.
+    pub part: String,
+    /// Its vertices.
+    pub members: Vec<u32>,
+    /// The vertices (lids) that it follows.
+    pub leaders: Vec<u32>,
+}
+
 /// Builds the surround of a region.
 ///
-/// `support` are the region's vertices (increasing); `loose` are sets of vertices that hang
-/// together with nothing by triangles (eyeballs), each with the vertices (lids) that it follows as
-/// a whole. Vertices farther than `reach` mm along the surface do not follow.
+/// `mean` is the mean face of `graph`, `support` are the region's vertices (increasing). Vertices
+/// farther than `reach` mm along the surface do not follow.
+///
+/// # Errors
+/// When the region has no border.
 pub fn build(
     graph: &Geodesic<'_>,
-    triangles: &[[u32; 3]],
-    vertices: usize,
+    mean: &[Vec3],
+    topology: &Topology,
     support: &[u32],
-    loose: &[(Vec<u32>, Vec<u32>)],
+    loose: &[Loose],
     reach: f64,
-) -> Surround {
+) -> FitResult<Surround> {
+    let vertices = mean.len();
     let mut inside = vec![false; vertices];
     support.iter().for_each(|&v| inside[v as usize] = true);
-    let border = border(triangles, &inside);
-    let nearest = graph.distances(&border, reach);
-    // Farther than the nearest source there must be enough others to blend with.
-    let from_each: Vec<Vec<f64>> = border
-        .par_iter()
-        .map(|&source| graph.distances(&[source], reach + 30.0))
+    let border = border(&topology.triangles(), &inside);
+    let from_border = graph.distances(&border, reach);
+    let mut distances: BTreeMap<u32, f64> = (0..vertices)
+        .filter(|&v| !inside[v] && from_border[v].is_finite())
+        .map(|v| (v as u32, from_border[v]))
         .collect();
-    let mut rows: BTreeMap<u32, (f64, Vec<(u32, f64)>)> = BTreeMap::new();
-    for v in (0..vertices).filter(|&v| !inside[v] && nearest[v].is_finite()) {
-        let mut sources: Vec<(u32, f64)> = border
-            .iter()
-            .zip(&from_each)
-            .filter(|(_, distances)| distances[v].is_finite())
-            .map(|(&source, distances)| (source, distances[v]))
-            .collect();
-        sources.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-        rows.insert(v as u32, (nearest[v], vanishing_weights(&sources)));
-    }
-    for (members, leaders) in loose {
-        let led: Vec<_> = leaders
-            .iter()
-            .filter_map(|leader| rows.get(leader))
+    let mut nearest = Nearest::new(mean, topology, support);
+    let mut rigid = Vec::new();
+    let mut followed = Vec::new();
+    for Loose {
+        part,
+        members,
+        leaders,
+    } in loose
+    {
+        let led: Vec<u32> = (leaders.iter().copied())
+            .filter(|leader| distances.contains_key(leader))
             .collect();
         // Leaders inside the region carry the loose part with it by its own modes.
         if led.is_empty() || members.iter().any(|&m| inside[m as usize]) {
             continue;
         }
-        let distance = led.iter().map(|row| row.0).sum::<f64>() / led.len() as f64;
+        let distance = led.iter().map(|v| distances[v]).sum::<f64>() / led.len() as f64;
         let mut sum: BTreeMap<u32, f64> = BTreeMap::new();
-        for (source, weight) in led.iter().flat_map(|row| &row.1) {
-            *sum.entry(*source).or_default() += weight;
+        for (source, weight) in led.iter().flat_map(|&v| nearest.row(mean[v as usize])) {
+            *sum.entry(source).or_default() += f64::from(weight);
         }
         let mut sources: Vec<(u32, f64)> = sum.into_iter().collect();
         sources.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        sources.truncate(SOURCES);
-        members.iter().for_each(|&m| {
-            rows.insert(m, (distance, sources.clone()));
-        });
+        rigid.push(row(part, &sources));
+        followed.extend(members.iter().map(|&m| (m, distance)));
     }
-    pack(rows, support)
+    distances.extend(followed);
+    let on_grid = |d: &f64| DISTANCES.nearest(*d) as f32;
+    let surround = Surround::new(
+        mean,
+        topology,
+        support,
+        distances.keys().copied().collect(),
+        distances.values().map(on_grid).collect(),
+        rigid,
+    );
+    Ok(surround?)
 }
 
-/// Weights of the nearest sources that sink to zero where a source drops out of the set, so that
-/// neighbours with other sets agree (the modified Shepard weights of Renka 1988).
-fn vanishing_weights(sources: &[(u32, f64)]) -> Vec<(u32, f64)> {
-    let horizon = match sources.get(SOURCES) {
-        Some(&(_, next)) => next,
-        None => sources.last().map_or(1.0, |s| s.1) * 1.2,
-    };
-    sources
+/// The first sources, of which the first has the most, with weights in units of 1/65535 that sum
+/// to one.
+fn row(part: &str, sources: &[(u32, f64)]) -> Rigid {
+    let sources = &sources[..sources.len().min(SOURCES)];
+    let total: f64 = sources.iter().map(|s| s.1).sum();
+    let weights = sources
         .iter()
-        .take(SOURCES)
-        .map(|&(source, distance)| {
-            let distance = distance.max(1e-6);
-            (
-                source,
-                (1.0 / distance - 1.0 / horizon).max(0.0).powi(2) + 1e-12,
-            )
-        })
-        .collect()
-}
-
-/// Rows as the model keeps them: weights in units of 1/65535 that sum to one.
-fn pack(rows: BTreeMap<u32, (f64, Vec<(u32, f64)>)>, support: &[u32]) -> Surround {
-    let mut surround = Surround {
-        targets: Vec::new(),
-        distances: Vec::new(),
-        sources_each: SOURCES,
-        sources: Vec::new(),
-        weights: Vec::new(),
-    };
-    for (target, (distance, sources)) in rows {
-        let total: f64 = sources.iter().map(|s| s.1).sum();
-        let mut weights: Vec<u16> = sources
-            .iter()
-            .map(|s| (s.1 / total * 65_535.0).floor() as u16)
-            .collect();
-        let missing = 65_535 - weights.iter().map(|&w| u32::from(w)).sum::<u32>();
-        let largest = (0..weights.len()).max_by_key(|&i| weights[i]).unwrap_or(0);
-        weights[largest] += missing as u16;
-        weights.resize(SOURCES, 0);
-        surround.targets.push(target);
-        surround.distances.push(distance as f32);
-        surround.weights.extend(weights);
-        let slots = sources
-            .iter()
-            .map(|s| support.partition_point(|&v| v < s.0) as u32);
-        surround
-            .sources
-            .extend(slots.chain(std::iter::repeat(0)).take(SOURCES));
+        .map(|s| (s.1 / total * 65_535.0).floor() as u16);
+    let mut weights: Vec<u16> = weights.collect();
+    weights[0] += 65_535 - weights.iter().sum::<u16>();
+    weights.resize(SOURCES, 0);
+    let mut places: Vec<u32> = sources.iter().map(|s| s.0).collect();
+    places.resize(SOURCES, 0);
+    Rigid {
+        part: part.into(),
+        sources: places,
+        weights,
     }
-    surround
 }
 
 /// A displacement field of the support (x, y, z a vertex) spread over the whole mesh.
@@ -153,9 +134,8 @@ pub fn spread(
         .iter()
         .zip(&own)
         .for_each(|(&v, &d)| whole[v as usize] = d);
-    let each = surround.sources_each;
     for (t, &target) in surround.targets.iter().enumerate() {
-        let pulled: DVec3 = (t * each..(t + 1) * each)
+        let pulled: DVec3 = (t * SOURCES..(t + 1) * SOURCES)
             .map(|i| own[surround.sources[i] as usize] * f64::from(surround.weights[i]))
             .sum();
         let fade = f64::from(falloff(surround.distances[t] / alpha));

@@ -130,7 +130,7 @@ impl Template {
         let mut blob = BlobWriter::new(Kind::Template, &header)?;
         let flat: Vec<f64> = self.positions.iter().flat_map(|p| p.to_array()).collect();
         blob.section("positions", &flat);
-        self.topology.write(&mut blob);
+        self.topology.write(&mut blob, &self.topology.walk());
         blob.indices("stencil_starts", &self.stencils.starts);
         let (bases, weights): (Vec<u32>, Vec<f64>) = self.stencils.entries.iter().copied().unzip();
         blob.indices("stencil_bases", &bases);
@@ -152,7 +152,8 @@ impl Template {
         let header: Header = blob.header()?;
         let n = header.vertices as usize;
         let (corners, triangles) = (header.corners as usize, header.triangles as usize);
-        let topology = Topology::read(&blob, n, corners, triangles, header.regions, header.parts)?;
+        let (topology, _) =
+            Topology::read(&blob, n, corners, triangles, header.regions, header.parts)?;
         let positions = blob.section::<f64>("positions", 3 * n)?;
         let weights = blob.sized::<f64>("stencil_weights")?;
         let starts = blob.indices("stencil_starts", weights.len() + 1)?;

@@ -1,5 +1,6 @@
 //! Blocks: a basis, where it acts, and how it fades.
 
+use super::surround::Surround;
 use crate::quantise::Quantised;
 
 /// A basis with its vertex support.
@@ -31,26 +32,6 @@ impl Block {
     pub fn coefficients(&self) -> std::ops::Range<usize> {
         self.first_coefficient..self.first_coefficient + self.sigmas.len()
     }
-}
-
-/// The vertices around a region and what they follow (region morphing, section 6.2).
-///
-/// Target t moves by `falloff(distance_t / alpha)` times the weighted mean of its sources'
-/// displacements. Eq. 11's single nearest vertex creases where neighbours have far-apart nearest
-/// vertices, so there are several sources with weights that sum to 1; distances run along the
-/// surface, so the upper lip does not pull the lower.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Surround {
-    /// The vertices that follow, increasing; none of the support.
-    pub targets: Vec<u32>,
-    /// Distance of each target from the region along the undeformed surface, mm.
-    pub distances: Vec<f32>,
-    /// How many sources a target has.
-    pub sources_each: usize,
-    /// `sources_each` places in the support (not vertex numbers) a target.
-    pub sources: Vec<u32>,
-    /// Their weights in units of 1/65535; those of a target sum to 65535.
-    pub weights: Vec<u16>,
 }
 
 /// Where the fall-off reaches zero, in units of alpha.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::surround::Rigid;
 use crate::anatomy::{Landmark, Measure, Part};
 
 /// What the people in a model are, and are not, and whose work it stands on.
@@ -39,12 +40,15 @@ pub(crate) struct BlockHeader {
     pub regions: Vec<String>,
     pub modes: u32,
     pub step: f32,
+    /// How many vertices the block moves by itself.
+    pub support: u32,
     pub surround: Option<SurroundHeader>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SurroundHeader {
-    pub sources: u32,
+    pub targets: u32,
+    pub rigid: Vec<Rigid>,
 }
 
 /// A control as the header names it.

@@ -3,46 +3,65 @@
 //! # Sections of a model blob
 //!
 //! N vertices, M texture corners, T triangles, B blocks, C coefficients in all, P controls with Q
-//! quantiles each; block `b` has S support vertices, K modes, R surround targets with J sources.
+//! quantiles each; block `b` has S support vertices, K modes and R surround targets.
 //!
 //! | section | type | length | what |
 //! |---|---|---|---|
-//! | `mean` | f32 | 3 N | mean face, x y z a vertex, mm |
-//! | `uvs` | f32 | 2 M | texture coordinates, u v a corner; the first N belong to the vertices in order |
-//! | `seams` | index | M - N | the vertex of each further corner |
-//! | `triangles` | index | 3 T | corners, counter-clockwise seen from outside, part by part |
-//! | `mirror` | index | N | the vertex on the other side |
+//! | `triangles` | planes | 3 T | corners, counter-clockwise seen from outside, part by part: all first ones, each as its difference from the one before; all second ones and all third ones, each as its difference from the triangle's first |
+//! | `seams` | index | M - N | the vertex of each corner from N on; the first N belong to the vertices in order |
+//! | `uvs` | planes | 2 M | texture coordinates in units of [`TEXTURE`]: of the first N corners, predicted over the vertices, all u, all v; then of each further corner u and v as differences from those of its vertex |
+//! | `mirror` | planes | N | how many vertices ahead the one on the other side is; 0 when it is the same or an earlier one |
 //! | `regions` | u8 | N | index into the header's `regions` |
 //! | `colours` | u8 | 3 N | sRGB |
-//! | `correlation` | f32 | C C | correlation of the coefficients in the population |
+//! | `mean` | planes | 3 N | mean face, predicted over the vertices: all x, all y, all z, in units of [`COORDINATES`] |
+//! | `correlation` | planes | C (C - 1) / 2 | correlation of the coefficients in the population, in units of [`CORRELATIONS`]: row by row, up to the diagonal |
 //! | `quantiles` | f32 | P Q | read-out at equally spaced percentiles, a control after another |
-//! | `support.b` | index | S | vertices, increasing; absent for a block without surround (all N) |
-//! | `modes.b` | i16 | 3 S K | displacement for one sigma in units of the header's `step` |
+//! | `support.b` | planes | S | vertices, increasing, each as its difference from the one before; absent for a block without surround (all N) |
+//! | `modes.b` | planes | 3 S K | displacement for one sigma in units of the header's `step`, predicted over the support: a mode after another, of each all x, all y, all z |
 //! | `sigmas.b` | f32 | K | standard deviations, mm |
-//! | `targets.b` | index | R | surround vertices, increasing |
-//! | `distances.b` | f32 | R | distance from the region, mm |
-//! | `sources.b` | index | R J | places in the support |
-//! | `weights.b` | u16 | R J | weights; those of a target sum to 65535 |
+//! | `targets.b` | planes | R | surround vertices, as `support.b` |
+//! | `distances.b` | planes | R | distance from the region, predicted over the targets, in units of [`DISTANCES`] |
 //!
-//! An index section is u16 or u32, as its row in the table says.
+//! An index section is u16 or u32, as its row in the table says; planes are described in
+//! [`crate::blob`]. The units are in [`crate::quantise`].
+//!
+//! *Predicted* numbers of vertices are what is left of them after a guess from their neighbours.
+//! The vertices are walked breadth first: from the lowest that was not met, over the triangles
+//! around each vertex in their order, over the two next corners of each. A vertex v is guessed from
+//! parallelograms: for the triangles (v, a, b) around it and those around a that have the edge a b,
+//! in their order, with a, b and the third corner c met earlier than v, the mean of a + b - c,
+//! rounded to the nearest; where there is none, the mean of the earlier corners of its triangles;
+//! where there is none either, the vertex met before; the first is guessed as 0. Of as many as there
+//! are the first eight, four, two or one count; of the triangles around a vertex the first 32. On
+//! the support or the targets of a block the walk passes over all others; parallelograms with a
+//! corner among these do not count, and a vertex that loses all of them is guessed from the mean of
+//! their other corners. All is modulo 2^32, and numbers are kept in the order of the walk.
+//!
+//! What a target follows is not kept: it is found again by [`Surround::new`], but for parts that
+//! follow as one, whose sources are in the header.
 
 mod block;
 mod control;
 mod header;
+mod surround;
 
 use std::sync::Arc;
 
 use glam::Vec3;
 use nalgebra::DMatrix;
 
-pub use block::{Block, FALLOFF_REACH, Surround, falloff};
+pub use block::{Block, FALLOFF_REACH, falloff};
 pub use control::Control;
 pub use header::{About, Blending, Licence};
+#[cfg(feature = "fit")]
+pub(crate) use surround::Nearest;
+pub use surround::{Rigid, SOURCES, Surround};
 
 use crate::anatomy::{Landmark, Measure};
 use crate::blob::{Blob, BlobWriter, Kind};
 use crate::mesh::Topology;
-use crate::quantise::Quantised;
+use crate::predict::Walk;
+use crate::quantise::{COORDINATES, CORRELATIONS, DISTANCES, Quantised};
 use crate::{Error, Face, Result};
 use header::{BlockHeader, ControlHeader, Header, SurroundHeader};
 
@@ -102,12 +121,15 @@ pub struct FaceModel {
 }
 
 impl FaceModel {
-    /// Reads a model.
+    /// Reads a model from the bytes of a file, packed or not; on wasm32, where the platform
+    /// inflates, not packed.
     ///
     /// # Errors
     /// [`Error::Blob`] or [`Error::Version`] with the reason, for any bytes that are not a whole
     /// and consistent model.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
+        #[cfg(not(target_arch = "wasm32"))]
+        let bytes = &crate::blob::unpack(bytes)?;
         let blob = Blob::parse(bytes, Kind::Model)?;
         let parts = ModelParts::read(&blob)?;
         Self::new(parts, blob.checksum())
@@ -125,6 +147,7 @@ impl FaceModel {
                 "its correlation matrix is not positive definite".into(),
             ));
         };
+        let triangles = parts.topology.triangles();
         let adjacency = parts.topology.vertex_triangles();
         let touched = parts
             .blocks
@@ -132,10 +155,11 @@ impl FaceModel {
             .map(|block| {
                 let surround = block.surround.as_ref().map_or(&[][..], |s| &s.targets);
                 let moved = block.support.iter().chain(surround).copied();
-                parts.topology.patch(moved, &adjacency)
+                parts.topology.patch(moved, &triangles, &adjacency)
             })
             .collect();
-        let whole = parts.topology.patch(0..parts.mean.len() as u32, &adjacency);
+        let every = 0..parts.mean.len() as u32;
+        let whole = parts.topology.patch(every, &triangles, &adjacency);
         let mut median = vec![0.0_f32; count];
         for control in &parts.controls {
             let amount = (control.median() - control.read(&median)) / control.gain();
@@ -206,12 +230,17 @@ impl ModelParts {
         self.blocks.iter().map(|b| b.sigmas.len()).sum()
     }
 
-    /// The bytes of the model's blob.
+    /// The bytes of the model's blob; [`pack`](crate::blob::pack) makes a file of them.
+    ///
+    /// Mean, texture coordinates, correlations and distances are rounded to their grids
+    /// ([`crate::quantise`]); what lies on them is read as it was.
     ///
     /// # Errors
-    /// When the header cannot be written.
+    /// When the header cannot be written, the mean has a coordinate that is no number, or a vertex
+    /// or corner is named that is not there.
     pub fn write(&self) -> Result<Vec<u8>> {
         let topology = &self.topology;
+        self.can_be_written()?;
         let header = Header {
             about: self.about.clone(),
             units: "mm".into(),
@@ -242,10 +271,16 @@ impl ModelParts {
             blending: self.blending,
         };
         let mut blob = BlobWriter::new(Kind::Model, &header)?;
-        let flat: Vec<f32> = self.mean.iter().flat_map(|p| p.to_array()).collect();
-        blob.section("mean", &flat);
-        topology.write(&mut blob);
-        blob.section("correlation", &self.correlation);
+        let walk = topology.walk();
+        topology.write(&mut blob, &walk);
+        let mean: Vec<i32> = (self.mean.iter().flat_map(|p| p.to_array()))
+            .map(|x| COORDINATES.index(x.into()))
+            .collect();
+        blob.planes("mean", &walk.residuals(&mean, 3));
+        let total = self.coefficients();
+        let below = (0..total).flat_map(|i| &self.correlation[i * total..i * total + i]);
+        let below: Vec<i32> = below.map(|&r| CORRELATIONS.index(r.into())).collect();
+        blob.planes("correlation", &below);
         let quantiles: Vec<f32> = self
             .controls
             .iter()
@@ -253,17 +288,69 @@ impl ModelParts {
             .collect();
         blob.section("quantiles", &quantiles);
         for (b, block) in self.blocks.iter().enumerate() {
-            blob.section(&format!("modes.{b}"), &block.modes.integers);
+            let own = walk.on(&block.support);
+            let numbers = 3 * block.support.len();
+            // All numbers of a vertex together: its predictors are looked up once.
+            let modes: Vec<i32> = (0..numbers / 3)
+                .flat_map(|v| {
+                    block
+                        .modes
+                        .integers
+                        .chunks_exact(numbers)
+                        .map(move |m| (v, m))
+                })
+                .flat_map(|(v, mode)| mode[3 * v..3 * v + 3].iter().map(|&i| i.into()))
+                .collect();
+            blob.planes(
+                &format!("modes.{b}"),
+                &own.residuals(&modes, 3 * block.sigmas.len()),
+            );
             blob.section(&format!("sigmas.{b}"), &block.sigmas);
             if let Some(surround) = &block.surround {
-                blob.indices(&format!("support.{b}"), &block.support);
-                blob.indices(&format!("targets.{b}"), &surround.targets);
-                blob.section(&format!("distances.{b}"), &surround.distances);
-                blob.indices(&format!("sources.{b}"), &surround.sources);
-                blob.section(&format!("weights.{b}"), &surround.weights);
+                blob.planes(&format!("support.{b}"), &differences(&block.support));
+                blob.planes(&format!("targets.{b}"), &differences(&surround.targets));
+                let distances = surround.distances.iter();
+                let distances: Vec<i32> = distances.map(|&d| DISTANCES.index(d.into())).collect();
+                let residuals = walk.on(&surround.targets).residuals(&distances, 1);
+                blob.planes(&format!("distances.{b}"), &residuals);
             }
         }
         Ok(blob.finish())
+    }
+
+    fn can_be_written(&self) -> Result<()> {
+        let bad = |why: String| Err(Error::Blob(why));
+        let Topology {
+            uvs,
+            uv_vertices,
+            uv_triangles,
+            regions,
+            ..
+        } = &self.topology;
+        let (n, total) = (self.mean.len(), self.coefficients());
+        let below = |numbers: &[u32], end: usize| numbers.iter().all(|&i| (i as usize) < end);
+        if regions.len() != n || uv_vertices.len() != uvs.len() || uvs.len() < n {
+            return bad("its topology is of another number of vertices".into());
+        }
+        if !below(uv_vertices, n) || !below(uv_triangles.as_flattened(), uvs.len()) {
+            return bad("a triangle has a corner that is not there".into());
+        }
+        if let Some(v) = self.mean.iter().position(|p| !p.is_finite()) {
+            return bad(format!("vertex {v} of its mean is no point"));
+        }
+        if self.correlation.len() != total * total {
+            return bad(format!("{} correlations", self.correlation.len()));
+        }
+        for block in &self.blocks {
+            let targets = block.surround.as_ref().map_or(&[][..], |s| &s.targets);
+            if !below(&block.support, n) || !below(targets, n) {
+                return bad(format!(
+                    "block {:?} moves a vertex that is not there",
+                    block.name
+                ));
+            }
+        }
+        Ok(())
     }
 
     fn read(blob: &Blob) -> Result<Self> {
@@ -289,12 +376,7 @@ impl ModelParts {
             return bad(format!("{} regions", header.regions.len()));
         }
         let n = header.vertices as usize;
-        let mean = blob
-            .floats("mean", 3 * n, LARGEST_COORDINATE)?
-            .chunks_exact(3)
-            .map(Vec3::from_slice)
-            .collect();
-        let topology = Topology::read(
+        let (topology, walk) = Topology::read(
             blob,
             n,
             header.corners as usize,
@@ -302,6 +384,7 @@ impl ModelParts {
             header.regions,
             header.parts,
         )?;
+        let mean = read_mean(blob, &walk, n)?;
         let total: u64 = header.blocks.iter().map(|b| u64::from(b.modes)).sum();
         let empty = header.blocks.iter().any(|b| b.modes == 0);
         if header.blocks.is_empty() || empty || total > MAX_COEFFICIENTS as u64 {
@@ -314,22 +397,14 @@ impl ModelParts {
         let mut blocks = Vec::with_capacity(header.blocks.len());
         let mut first_coefficient = 0;
         for (b, block) in header.blocks.into_iter().enumerate() {
-            let block = read_block(blob, b, block, &topology, n, first_coefficient)?;
+            let block = read_block(blob, b, block, (&topology, &walk, &mean), first_coefficient)?;
             first_coefficient += block.sigmas.len();
             if blocks.iter().any(|other: &Block| other.name == block.name) {
                 return bad(format!("two blocks are called {:?}", block.name));
             }
             blocks.push(block);
         }
-        let correlation = blob.floats("correlation", total * total, 1.000_001)?;
-        for i in 0..total {
-            let diagonal = correlation[i * total + i];
-            let symmetric =
-                (0..i).all(|j| correlation[i * total + j] == correlation[j * total + i]);
-            if (diagonal - 1.0).abs() > 1e-5 || !symmetric {
-                return bad(format!("row {i} of its correlation matrix is not one"));
-            }
-        }
+        let correlation = read_correlation(blob, total)?;
         let controls = read_controls(blob, header.controls, header.quantiles, total)?;
         for landmark in &header.landmarks {
             let sum: f64 = landmark.stencil.iter().map(|s| s.1).sum();
@@ -385,21 +460,76 @@ fn block_header(block: &Block, topology: &Topology) -> BlockHeader {
             .collect(),
         modes: block.sigmas.len() as u32,
         step: block.modes.step,
+        support: block.support.len() as u32,
         surround: block.surround.as_ref().map(|s| SurroundHeader {
-            sources: s.sources_each as u32,
+            targets: s.targets.len() as u32,
+            rigid: s.rigid.clone(),
         }),
     }
+}
+
+/// Each number as its difference from the one before.
+fn differences(numbers: &[u32]) -> Vec<i32> {
+    let before = [0].iter().chain(numbers);
+    let pairs = numbers.iter().zip(before);
+    pairs.map(|(b, a)| b.wrapping_sub(*a) as i32).collect()
+}
+
+/// The inverse of [`differences`] for vertices in order: increasing and below `n`.
+fn vertices(blob: &Blob, name: &str, length: u32, n: usize) -> Result<Vec<u32>> {
+    let mut next = 0_u32;
+    let numbers: Vec<u32> = (blob.planes(name, length as usize)?.into_iter())
+        .map(|step| {
+            next = next.wrapping_add(step as u32);
+            next
+        })
+        .collect();
+    let increasing = numbers.windows(2).all(|w| w[0] < w[1]);
+    match increasing && numbers.last().is_none_or(|&v| (v as usize) < n) {
+        true => Ok(numbers),
+        false => Err(Error::Blob(format!("section {name:?} is not in order"))),
+    }
+}
+
+fn read_mean(blob: &Blob, walk: &Walk, n: usize) -> Result<Vec<Vec3>> {
+    let mean = walk.restore(&blob.planes("mean", 3 * n)?, 3);
+    let most = COORDINATES.index(LARGEST_COORDINATE.into()).unsigned_abs();
+    if let Some(at) = mean.iter().position(|x| x.unsigned_abs() > most) {
+        return Err(Error::Blob(format!(
+            "number {at} of section \"mean\" is {}, outside +-{LARGEST_COORDINATE}",
+            COORDINATES.point(mean[at])
+        )));
+    }
+    let point = |p: &[i32]| Vec3::from_slice(&[0, 1, 2].map(|i| COORDINATES.point(p[i]) as f32));
+    Ok(mean.chunks_exact(3).map(point).collect())
+}
+
+fn read_correlation(blob: &Blob, total: usize) -> Result<Vec<f32>> {
+    let below = blob.planes("correlation", total * (total - 1) / 2)?;
+    let mut correlation = vec![1.0; total * total];
+    let pairs = (0..total).flat_map(|i| (0..i).map(move |j| (i, j)));
+    for ((i, j), index) in pairs.zip(below) {
+        let r = CORRELATIONS.point(index) as f32;
+        if !(r.abs() <= 1.0) {
+            return Err(Error::Blob(format!(
+                "row {i} of its correlation matrix has a correlation of {r}"
+            )));
+        }
+        correlation[i * total + j] = r;
+        correlation[j * total + i] = r;
+    }
+    Ok(correlation)
 }
 
 fn read_block(
     blob: &Blob,
     b: usize,
     header: BlockHeader,
-    topology: &Topology,
-    n: usize,
+    (topology, walk, mean): (&Topology, &Walk, &[Vec3]),
     first_coefficient: usize,
 ) -> Result<Block> {
     let bad = |why: String| Err(Error::Blob(format!("block {:?}: {why}", header.name)));
+    let n = mean.len();
     let mut regions = Vec::new();
     for name in &header.regions {
         match topology.region_names.iter().position(|r| r == name) {
@@ -407,50 +537,44 @@ fn read_block(
             None => return bad(format!("no region is called {name:?}")),
         }
     }
-    let increasing = |indices: &[u32]| indices.windows(2).all(|w| w[0] < w[1]);
     let support: Vec<u32> = match header.surround {
-        Some(_) => blob.indices(&format!("support.{b}"), n)?,
+        Some(_) => vertices(blob, &format!("support.{b}"), header.support, n)?,
         None => (0..n as u32).collect(),
     };
-    if support.is_empty() || !increasing(&support) {
-        return bad("its support is not in order".into());
+    if support.is_empty() || support.len() != header.support as usize {
+        return bad(format!("a support of {} vertices", header.support));
     }
     let modes = header.modes as usize;
-    let integers = blob.section::<i16>(&format!("modes.{b}"), 3 * support.len() * modes)?;
+    let numbers = 3 * support.len();
+    let residuals = blob.planes(&format!("modes.{b}"), numbers * modes)?;
+    // All modes of a vertex together, as the walk has them; a mode after another, as sums do.
+    let by_vertex = walk.on(&support).restore(&residuals, 3 * modes);
+    if let Some(far) = by_vertex.iter().find(|i| i16::try_from(**i).is_err()) {
+        return bad(format!("a mode of {far} steps"));
+    }
+    let mut integers = vec![0; by_vertex.len()];
+    for (v, row) in by_vertex.chunks_exact(3 * modes).enumerate() {
+        for (k, moved) in row.chunks_exact(3).enumerate() {
+            let at = numbers * k + 3 * v;
+            integers[at..at + 3].copy_from_slice(&[0, 1, 2].map(|axis| moved[axis] as i16));
+        }
+    }
     let sigmas = blob.floats(&format!("sigmas.{b}"), modes, 1e9)?;
     let surround = match header.surround {
         None => None,
-        Some(SurroundHeader { sources }) => {
-            let targets = blob.indices(&format!("targets.{b}"), n)?;
-            if !increasing(&targets) || targets.iter().any(|t| support.binary_search(t).is_ok()) {
-                return bad("its surround is not in order".into());
+        Some(SurroundHeader { targets, rigid }) => {
+            let targets = vertices(blob, &format!("targets.{b}"), targets, n)?;
+            let distances = blob.planes(&format!("distances.{b}"), targets.len())?;
+            let distances: Vec<f32> = (walk.on(&targets).restore(&distances, 1).into_iter())
+                .map(|d| DISTANCES.point(d) as f32)
+                .collect();
+            if distances.iter().any(|&d| d > LARGEST_COORDINATE) {
+                return bad("a distance beyond all heads".into());
             }
-            let sources_each = sources as usize;
-            if sources_each == 0 || sources_each > 64 {
-                return bad(format!("{sources_each} sources a vertex"));
+            match Surround::new(mean, topology, &support, targets, distances, rigid) {
+                Ok(surround) => Some(surround),
+                Err(why) => return bad(why.to_string()),
             }
-            let distances =
-                blob.floats(&format!("distances.{b}"), targets.len(), LARGEST_COORDINATE)?;
-            if distances.iter().any(|&d| d < 0.0) {
-                return bad("a negative distance".into());
-            }
-            let pairs = targets.len() * sources_each;
-            let sources = blob.indices(&format!("sources.{b}"), support.len())?;
-            let weights = blob.section::<u16>(&format!("weights.{b}"), pairs)?;
-            if sources.len() != pairs {
-                return bad(format!("{} sources, not {pairs}", sources.len()));
-            }
-            let whole = |row: &[u16]| row.iter().map(|&w| u32::from(w)).sum::<u32>() == 65_535;
-            if !weights.chunks_exact(sources_each).all(whole) {
-                return bad("the weights of a vertex do not sum to 1".into());
-            }
-            Some(Surround {
-                targets,
-                distances,
-                sources_each,
-                sources,
-                weights,
-            })
         }
     };
     Ok(Block {

@@ -6,8 +6,8 @@ use glam::Vec3;
 use phiz::FaceModel;
 use phiz::anatomy::{Landmark, Measure, Part};
 use phiz::mesh::Topology;
-use phiz::model::{About, Blending, Block, Control, Licence, ModelParts, Surround};
-use phiz::quantise::Quantised;
+use phiz::model::{About, Blending, Block, Control, Licence, ModelParts, Rigid, SOURCES, Surround};
+use phiz::quantise::{COORDINATES, CORRELATIONS, DISTANCES, FINEST_STEP, Quantised, TEXTURE};
 
 /// Columns and rows of the sheet's vertices, 10 mm apart:
 ///
@@ -37,7 +37,7 @@ fn region(column: usize, row: usize) -> u8 {
     }
 }
 
-/// A bent sheet with a seam, two parts and three blocks that overlap as those of a head do.
+/// A bent sheet with a seam, three parts and three blocks that overlap as those of a head do.
 pub fn sheet() -> ModelParts {
     let at = |column: usize, row: usize| (row * COLUMNS + column) as u32;
     let place = |v: usize| (v % COLUMNS, v / COLUMNS);
@@ -46,19 +46,21 @@ pub fn sheet() -> ModelParts {
             let (column, row) = place(v);
             let x = 10.0 * (column as f32 - 3.5);
             let y = 10.0 * row as f32 - 25.0;
-            Vec3::new(x, y, 60.0 - 0.02 * x * x - 0.01 * y * y)
+            let z = 60.0 - 0.02 * x * x - 0.01 * y * y;
+            Vec3::new(x, y, COORDINATES.nearest(z.into()) as f32)
         })
         .collect();
+    let texture = |u: f32, v: f32| [u, v].map(|x| TEXTURE.nearest(x.into()) as f32);
     let mut uvs: Vec<[f32; 2]> = (0..VERTICES)
         .map(|v| {
             let (column, row) = place(v);
-            [column as f32 / 7.0, row as f32 / 5.0]
+            texture(column as f32 / 7.0, row as f32 / 5.0)
         })
         .collect();
     // A seam: the last column has second texture coordinates, used by the top right quad.
     let mut uv_vertices: Vec<u32> = (0..VERTICES as u32).collect();
     for row in 0..ROWS {
-        uvs.push([0.0, row as f32 / 5.0]);
+        uvs.push(texture(0.0, row as f32 / 5.0));
         uv_vertices.push(at(COLUMNS - 1, row));
     }
     let mut uv_triangles = Vec::new();
@@ -96,7 +98,12 @@ pub fn sheet() -> ModelParts {
             Part {
                 name: "upper".into(),
                 first: 20,
-                count: triangles - 20,
+                count: triangles - 22,
+            },
+            Part {
+                name: "strip".into(),
+                first: triangles - 2,
+                count: 2,
             },
         ],
         mirror: (0..VERTICES)
@@ -129,7 +136,8 @@ pub fn sheet() -> ModelParts {
     // 0.6^|i - j| is positive definite (the correlation of an autoregressive process), and gives
     // neighbours across two features something to say about each other.
     let correlation = (0..COEFFICIENTS * COEFFICIENTS)
-        .map(|k| 0.6_f32.powi((k / COEFFICIENTS).abs_diff(k % COEFFICIENTS) as i32))
+        .map(|k| 0.6_f64.powi((k / COEFFICIENTS).abs_diff(k % COEFFICIENTS) as i32))
+        .map(|r| CORRELATIONS.nearest(r) as f32)
         .collect();
     ModelParts {
         about: About {
@@ -195,39 +203,32 @@ fn block(topology: &Topology, mean: &[Vec3], region: u8, modes: usize, first: us
         })
         .collect();
     let surround = (!whole).then(|| {
-        // Everything within 30 mm along the grid follows its two nearest vertices of the region.
-        let mut targets = Vec::new();
-        let (mut distances, mut sources, mut weights) = (Vec::new(), Vec::new(), Vec::new());
-        for v in 0..VERTICES as u32 {
-            if support.binary_search(&v).is_ok() {
-                continue;
-            }
-            let mut near: Vec<(f32, u32)> = support
-                .iter()
-                .enumerate()
-                .map(|(slot, &s)| (mean[v as usize].distance(mean[s as usize]), slot as u32))
-                .collect();
-            near.sort_by(|a, b| a.0.total_cmp(&b.0));
-            if near[0].0 <= 30.0 {
+        // Everything within 30 mm of the region along a straight line.
+        let (mut targets, mut distances) = (Vec::new(), Vec::new());
+        for v in (0..VERTICES as u32).filter(|v| support.binary_search(v).is_err()) {
+            let to = |&s: &u32| mean[v as usize].distance(mean[s as usize]);
+            let nearest = support.iter().map(to).fold(f32::INFINITY, f32::min);
+            if nearest <= 30.0 {
                 targets.push(v);
-                distances.push(near[0].0);
-                sources.extend([near[0].1, near[1].1]);
-                weights.extend([40_000, 25_535]);
+                distances.push(DISTANCES.nearest(nearest.into()) as f32);
             }
         }
-        Surround {
-            targets,
-            distances,
-            sources_each: 2,
-            sources,
+        // As an eyeball beside a nose would.
+        let mut weights = vec![0; SOURCES];
+        weights[..2].copy_from_slice(&[40_000, 25_535]);
+        let rigid = Rigid {
+            part: "strip".into(),
+            sources: (0..SOURCES as u32).collect(),
             weights,
-        }
+        };
+        let rigid = if region == 0 { vec![rigid] } else { vec![] };
+        Surround::new(mean, topology, &support, targets, distances, rigid).expect("it is in order")
     });
     Block {
         name: REGIONS[region as usize].into(),
         regions: vec![region],
         support,
-        modes: Quantised::new(&values),
+        modes: Quantised::new(&values, FINEST_STEP),
         sigmas: (0..modes).map(|k| 5.0 / (k + 1) as f32).collect(),
         first_coefficient: first,
         surround,

@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { after, before, describe, test } from 'node:test';
+import { gunzipSync, gzipSync } from 'node:zlib';
 
 import { fastestBuild, load } from '../../pkg/index.js';
 
@@ -220,17 +221,33 @@ for (const build of ['simd', 'scalar']) {
       assert.deepEqual(face.positions, kept);
     });
 
+    test('a model may be packed or not', async () => {
+      const given = Uint8Array.from(bytes);
+      const packed = await load(given.buffer, { build });
+      assert.deepEqual(given, Uint8Array.from(bytes), 'what is given is left as it is');
+      const plain = await load(gunzipSync(bytes), { build });
+      assert.equal(plain.fromCode(packed.face().code).code, packed.face().code);
+      packed.free();
+      plain.free();
+    });
+
     test('a bad blob is an Error with a reason', async () => {
-      const flipped = Uint8Array.from(bytes);
-      flipped[5000] ^= 1;
-      const versioned = Uint8Array.from(bytes);
-      versioned[8] += 1;
+      const plain = gunzipSync(bytes);
+      const flip = (blob, at) => Uint8Array.from(blob, (byte, i) => (i === at ? byte ^ 1 : byte));
       for (const [blob, reason] of [
         [new Uint8Array(0), /too few/],
         [new Uint8Array(1000), /signature/],
-        [bytes.subarray(0, bytes.length - 1), /bytes long/],
-        [flipped, /checksum/],
-        [versioned, /version/],
+        [plain.subarray(0, plain.length - 1), /bytes long/],
+        [flip(plain, 5000), /checksum/],
+        [flip(plain, 8), /version/],
+        [bytes.subarray(0, bytes.length - 1), /packed bytes are damaged/],
+        [bytes.subarray(0, 5000), /packed bytes are damaged/],
+        [flip(bytes, 5000), /packed bytes are damaged|checksum/],
+        [flip(bytes, bytes.length - 8), /packed bytes are damaged/],
+        [gzipSync(bytes), /packed/],
+        [gzipSync(plain.subarray(0, 1000)), /bytes long/],
+        // A few kilobytes that would inflate without end.
+        [gzipSync(new Uint8Array(64 * 1024 * 1024 + 1)), /over the limit of 67108864 bytes/],
       ]) {
         await assert.rejects(load(blob, { build }), (error) => {
           return error instanceof Error && reason.test(error.message);

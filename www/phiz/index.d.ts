@@ -8,7 +8,8 @@
 /**
  * Reads a model.
  *
- * @param bytes a `.phiz` blob. It is copied; you may drop it afterwards.
+ * @param bytes a `.phiz` file: a blob, packed as gzip or not. It is copied; you may drop it
+ *   afterwards.
  * @param options `build` forces one of the two wasm builds; by default the faster one that this
  *   machine can run.
  * @throws Error with the reason when the bytes are not a usable blob.

@@ -41,6 +41,45 @@ async function instantiate(build) {
   return { glue, memory };
 }
 
+/** What a packed model may inflate to, as in `src/blob.rs`: twenty times the default model. */
+const MOST_BYTES = 64 * 1024 * 1024;
+
+/**
+ * A model on disk is gzip; a blob that is not packed comes back as it is.
+ * @param {Uint8Array} bytes
+ */
+async function unpack(bytes) {
+  if (bytes[0] !== 0x1f || bytes[1] !== 0x8b) return bytes;
+  if (typeof DecompressionStream !== 'function') {
+    throw new Error('this browser has no DecompressionStream, which unpacks models: it is too old');
+  }
+  // The stream takes a copy: what the caller gave stays the caller's.
+  const stream = new Blob([/** @type {BlobPart} */ (bytes)]).stream();
+  const reader = stream.pipeThrough(new DecompressionStream('gzip')).getReader();
+  const chunks = [];
+  let length = 0;
+  for (;;) {
+    const { value } = await reader.read().catch((why) => {
+      throw new Error(`not a usable phiz blob: its packed bytes are damaged: ${why.message}`);
+    });
+    if (!value) break;
+    length += value.length;
+    if (length > MOST_BYTES) {
+      await reader.cancel();
+      const most = `over the limit of ${MOST_BYTES} bytes`;
+      throw new Error(`not a usable phiz blob: unpacked it is ${most}`);
+    }
+    chunks.push(value);
+  }
+  const blob = new Uint8Array(length);
+  let at = 0;
+  for (const chunk of chunks) {
+    blob.set(chunk, at);
+    at += chunk.length;
+  }
+  return blob;
+}
+
 /**
  * @param {Uint8Array | ArrayBuffer} bytes
  * @param {{ build?: 'simd' | 'scalar' }} [options]
@@ -53,9 +92,10 @@ export async function load(bytes, { build = fastestBuild() } = {}) {
     // A failed download may be tried again.
     instance.catch(() => instances.delete(build));
   }
-  const { glue, memory } = await instance;
-  const view = bytes instanceof Uint8Array ? bytes : new Uint8Array(bytes);
-  return new FaceModel(glue.FaceModel.parse(view), memory);
+  // The one comes in while the other is unpacked.
+  const unpacked = unpack(bytes instanceof Uint8Array ? bytes : new Uint8Array(bytes));
+  const [{ glue, memory }, blob] = await Promise.all([instance, unpacked]);
+  return new FaceModel(glue.FaceModel.parse(blob), memory);
 }
 
 export class FaceModel {

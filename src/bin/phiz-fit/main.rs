@@ -12,6 +12,7 @@ use clap::{Args, Parser, Subcommand};
 use indicatif::ProgressBar;
 
 use phiz::FaceModel;
+use phiz::blob::pack;
 use phiz::fit::files::write_atomically;
 use phiz::fit::learn::{Learned, Settings, learn};
 use phiz::fit::people::People;
@@ -230,7 +231,7 @@ fn train(args: &TrainArgs) -> FitResult<()> {
         ..Settings::default()
     };
     let learned = step("learning", || learn(&template, faces, about, &settings))?;
-    let bytes = learned.parts.write()?;
+    let bytes = pack(&learned.parts.write()?)?;
     // What is written is read once before it replaces anything.
     FaceModel::parse(&bytes)?;
     write_atomically(&args.output, &bytes)?;

@@ -41,6 +41,7 @@ pub fn run(args: &RegisterArgs) -> FitResult<()> {
     let registrar = super::step("preparing the template", || Registrar::new(&template))?;
     let settings = Settings {
         prior: !args.no_prior,
+        ..Settings::default()
     };
     match (&args.scan, &args.scans) {
         (Some(scan), _) => one(args, &registrar, &settings, scan),

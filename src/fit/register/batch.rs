@@ -72,6 +72,12 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Vec<Job>> {
         .collect())
 }
 
+/// Found landmarks less sure than this are left out.
+const CONFIDENT: f64 = 0.3;
+
+/// The error of found landmarks, mm.
+const FOUND_ERROR: f64 = 2.5;
+
 /// A scan as read, with its landmarks in mm.
 pub struct Prepared {
     /// The scan, turned outside out where it had to be.
@@ -94,10 +100,24 @@ pub fn prepare(
 ) -> FitResult<Prepared> {
     let template = registrar.template;
     let mut scan = Scan::read(scan, unit)?;
-    let said: Vec<String> = Vec::new();
+    let mut said = Vec::new();
     let points = match points {
         Some(path) => landmarks::read(path, &mut scan, template)?,
-        None => return Err(FitError::file(&scan.path, "no landmarks")),
+        None => {
+            let found = registrar
+                .detector()?
+                .find(&scan.positions, &scan.triangles)
+                .map_err(|e| FitError::file(&scan.path, e))?;
+            let points = found.landmarks(CONFIDENT);
+            let sure: f64 = points.iter().map(|&(l, _)| found.confidences[l]).sum();
+            said.push(format!(
+                "landmarks: {} of {} found without a hand, mean confidence {:.2}",
+                points.len(),
+                template.landmarks.len(),
+                sure / points.len().max(1) as f64
+            ));
+            points
+        }
     };
     let checked = check(&mut scan, &points, template)?;
     let mut notes = scan.notes.clone();
@@ -121,8 +141,16 @@ pub fn register_scan(
     settings: &Settings,
 ) -> FitResult<(Prepared, Registered)> {
     let prepared = prepare(registrar, &job.scan, job.landmarks.as_deref(), unit)?;
+    let error = match job.landmarks {
+        Some(_) => settings.point_error,
+        None => settings.point_error.max(FOUND_ERROR),
+    };
+    let settings = Settings {
+        point_error: error,
+        ..settings.clone()
+    };
     let registered = registrar
-        .register(&prepared.scan, &prepared.points, settings)
+        .register(&prepared.scan, &prepared.points, &settings)
         .map_err(|e| match e {
             FitError::Input(cause) => FitError::file(&job.scan, cause),
             other => other,

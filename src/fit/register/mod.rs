@@ -15,6 +15,8 @@ pub mod sheet;
 pub mod space;
 pub mod statistical;
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
 use self::correspondence::{Admission, correspond};
@@ -24,6 +26,7 @@ use self::space::{Bending, Observation};
 use self::statistical::Shape;
 use super::FitResult;
 use super::align::Rigid;
+use super::detect::Detector;
 use super::render::normals;
 use super::scan::Scan;
 use super::surface::Surface;
@@ -38,11 +41,17 @@ pub type Pulls = Vec<(usize, DVec3)>;
 pub struct Settings {
     /// Whether the template's prior is used where it has one.
     pub prior: bool,
+    /// The landmarks' error where it is known to be larger than how far they lie off the surface
+    /// tells, mm.
+    pub point_error: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { prior: true }
+        Self {
+            prior: true,
+            point_error: 0.0,
+        }
     }
 }
 
@@ -121,6 +130,8 @@ pub struct Registrar<'a> {
     /// Area times openness, of all vertices.
     weights: Vec<f64>,
     eyes: Vec<Eye>,
+    /// Made when a scan without landmarks comes.
+    detector: OnceLock<Detector>,
 }
 
 /// An eyeball and what carries it.
@@ -202,7 +213,20 @@ impl<'a> Registrar<'a> {
             open,
             weights,
             eyes,
+            detector: OnceLock::new(),
         })
+    }
+
+    /// What finds the template's landmarks.
+    ///
+    /// # Errors
+    /// When the template has no face to look for.
+    pub fn detector(&self) -> FitResult<&Detector> {
+        if let Some(detector) = self.detector.get() {
+            return Ok(detector);
+        }
+        let made = Detector::new(self.template)?;
+        Ok(self.detector.get_or_init(|| made))
     }
 
     /// The template's triangles.
@@ -233,7 +257,8 @@ impl<'a> Registrar<'a> {
         let neighbours = Neighbours::new(moved.len(), &scan.triangles);
         let facing = normals(&moved, &scan.triangles);
         let noise = noise::noise(&moved, &facing, &neighbours);
-        let off = off_surface(&points, &moved, &facing);
+        // One coordinate of three.
+        let off = off_surface(&points, &moved, &facing).max(settings.point_error / 3.0_f64.sqrt());
         if noise > CLEAN {
             noise::smooth(&mut moved, &neighbours, SMOOTHING);
         }

@@ -1,0 +1,286 @@
+//! What follows a region, and how (region morphing, section 6.2, eqs. 11 and 12).
+
+use glam::Vec3;
+
+use crate::mesh::Topology;
+use crate::{Error, Result};
+
+/// How many sources a target has. The sharpest crease at the border of nose and forehead, as a
+/// multiple of a whole-face PCA's (`tests/learning.rs`): 2.7 and 2.1 with the single nearest of
+/// eq. 11, 1.9 and 1.9 with 4, 0.7 and 1.1 with 8, 0.7 and 0.6 with 12, which cost half as much
+/// time again.
+pub const SOURCES: usize = 8;
+
+/// Weights are in units of 1 / 65535.
+const WHOLE: u16 = u16::MAX;
+
+/// Looking for the nearest sources compares every target with every vertex of the border; a head
+/// has 3 million pairs in all, and so many take a second.
+const MOST_PAIRS: usize = 1 << 28;
+
+/// The vertices around a region and what they follow.
+///
+/// Target t moves by `falloff(distance_t / alpha)` times the weighted mean of its sources'
+/// displacements. Eq. 11's single nearest vertex creases where neighbours have far-apart nearest
+/// vertices, so there are several sources, with weights that sum to 1. How much a target follows
+/// goes by its distance along the surface, so the upper lip does not pull the lower; whom it
+/// follows is seen from the mesh, so a model file does not have to say it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surround {
+    /// The vertices that follow, increasing; none of the support.
+    pub targets: Vec<u32>,
+    /// Distance of each target from the region along the undeformed surface, mm, on
+    /// [`DISTANCES`](crate::quantise::DISTANCES).
+    pub distances: Vec<f32>,
+    /// The parts that follow as one.
+    pub rigid: Vec<Rigid>,
+    /// [`SOURCES`] places in the support (not vertex numbers) a target.
+    pub sources: Vec<u32>,
+    /// Their weights in units of 1/65535; those of a target sum to 65535.
+    pub weights: Vec<u16>,
+}
+
+/// A part whose vertices all follow the same sources, so that it keeps its shape: an eyeball.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Rigid {
+    /// The part's name.
+    pub part: String,
+    /// [`SOURCES`] places in the support.
+    pub sources: Vec<u32>,
+    /// Their weights in units of 1/65535; they sum to 65535.
+    pub weights: Vec<u16>,
+}
+
+impl Surround {
+    /// Finds the sources of `targets` (increasing), which are `distances` mm away from the region
+    /// of `support` (increasing vertex numbers) on the mean face.
+    ///
+    /// # Errors
+    /// When a target is of the support or has no distance, a part is not there or its sources are
+    /// not sound, or the region has no border.
+    pub fn new(
+        mean: &[Vec3],
+        topology: &Topology,
+        support: &[u32],
+        targets: Vec<u32>,
+        distances: Vec<f32>,
+        rigid: Vec<Rigid>,
+    ) -> Result<Self> {
+        let bad = |why: String| Err(Error::Blob(why));
+        let increasing = targets.windows(2).all(|w| w[0] < w[1]);
+        let outside = |t: &u32| (*t as usize) < mean.len() && support.binary_search(t).is_err();
+        if !increasing || !targets.iter().all(outside) || distances.len() != targets.len() {
+            return bad("its surround is not in order".into());
+        }
+        if !distances.iter().all(|&d| d >= 0.0) {
+            return bad("a negative distance".into());
+        }
+        let mut nearest = Nearest::new(mean, topology, support);
+        if nearest.border.is_empty() && !targets.is_empty() {
+            return bad("it has a surround but no border".into());
+        }
+        if nearest.border.len().saturating_mul(targets.len()) > MOST_PAIRS {
+            return bad("its surround is too large".into());
+        }
+        let mut led = vec![None; mean.len()];
+        for (r, row) in rigid.iter().enumerate() {
+            let sum: u32 = row.weights.iter().map(|&w| u32::from(w)).sum();
+            let sound = row.sources.len() == SOURCES
+                && row.weights.len() == SOURCES
+                && row.sources.iter().all(|&s| (s as usize) < support.len())
+                && sum == u32::from(WHOLE);
+            let Some(part) = topology.parts.iter().find(|p| p.name == row.part) else {
+                return bad(format!("no part is called {:?}", row.part));
+            };
+            if !sound {
+                return bad(format!("what part {:?} follows is not sound", row.part));
+            }
+            let own = topology.uv_triangles.iter().skip(part.first as usize);
+            for corner in own.take(part.count as usize).flatten() {
+                led[topology.uv_vertices[*corner as usize] as usize] = Some(r);
+            }
+        }
+        let mut sources = Vec::with_capacity(SOURCES * targets.len());
+        let mut weights = Vec::with_capacity(SOURCES * targets.len());
+        for &target in &targets {
+            match led[target as usize] {
+                Some(r) => {
+                    sources.extend(&rigid[r].sources);
+                    weights.extend(&rigid[r].weights);
+                }
+                None => {
+                    let row = nearest.row(mean[target as usize]);
+                    sources.extend(row.map(|s| s.0));
+                    weights.extend(row.map(|s| s.1));
+                }
+            }
+        }
+        Ok(Self {
+            targets,
+            distances,
+            rigid,
+            sources,
+            weights,
+        })
+    }
+}
+
+/// Border vertices that are passed over at a time when they are too far away.
+const GROUP: usize = 16;
+
+/// The border of a region, to look for the nearest of its vertices.
+pub(crate) struct Nearest {
+    /// The place in the support of each border vertex, and where it is.
+    border: Vec<(u32, Vec3)>,
+    /// The box around each [`GROUP`] of them: neighbours in number are neighbours on the head.
+    boxes: Vec<(Vec3, Vec3)>,
+    /// The nearest to the point that was last looked at, as indices into `border`.
+    last: [u32; SOURCES + 1],
+}
+
+impl Nearest {
+    /// Of a region: the vertices of `support` with a neighbour outside of it.
+    pub fn new(mean: &[Vec3], topology: &Topology, support: &[u32]) -> Self {
+        let mut inside = vec![false; mean.len()];
+        support.iter().for_each(|&v| inside[v as usize] = true);
+        let mut on_border = vec![false; mean.len()];
+        for corners in &topology.uv_triangles {
+            let triangle = corners.map(|c| topology.uv_vertices[c as usize]);
+            if triangle.iter().any(|&v| !inside[v as usize]) {
+                triangle
+                    .iter()
+                    .for_each(|&v| on_border[v as usize] = inside[v as usize]);
+            }
+        }
+        let border = support.iter().zip(0..);
+        let border = border.filter(|(v, _)| on_border[**v as usize]);
+        Self::of(
+            border
+                .map(|(&v, place)| (place, mean[v as usize]))
+                .collect(),
+        )
+    }
+
+    fn of(border: Vec<(u32, Vec3)>) -> Self {
+        let around = |some: &[(u32, Vec3)]| {
+            let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            some.iter().fold(start, |b, s| (b.0.min(s.1), b.1.max(s.1)))
+        };
+        Self {
+            boxes: border.chunks(GROUP).map(around).collect(),
+            border,
+            last: [0; SOURCES + 1],
+        }
+    }
+
+    /// The nearest border vertices to `p` with weights that sink to zero where one drops out of
+    /// the set, so that neighbours with other sets agree (the modified Shepard weights of Renka
+    /// 1988).
+    pub fn row(&mut self, p: Vec3) -> [(u32, u16); SOURCES] {
+        // The nearest are no farther than those of the point before are now. Points come along the
+        // mesh, so that this leaves few to compare; what comes out does not depend on it.
+        let mut bound = f32::INFINITY;
+        if self.border.len() > SOURCES && self.last[0] != self.last[1] {
+            bound = 0.0;
+            for &i in &self.last {
+                let squared = p.distance_squared(self.border[i as usize].1);
+                bound = if squared > bound { squared } else { bound };
+            }
+        }
+        // A thousandth is far more than what rounding makes of a distance.
+        let far = 1.001 * bound;
+        // The nearest first; one more than there are sources.
+        let mut found = [(f32::INFINITY, 0_u32); SOURCES + 1];
+        for (group, (low, high)) in self.boxes.iter().enumerate() {
+            if p.distance_squared(p.clamp(*low, *high)) > far {
+                continue;
+            }
+            let first = group * GROUP;
+            for (&(_, q), i) in self.border[first..].iter().take(GROUP).zip(first as u32..) {
+                let squared = p.distance_squared(q);
+                if squared <= bound && squared < found[SOURCES].0 {
+                    let mut at = SOURCES;
+                    while at > 0 && found[at - 1].0 > squared {
+                        found[at] = found[at - 1];
+                        at -= 1;
+                    }
+                    found[at] = (squared, i);
+                }
+            }
+        }
+        self.last = found.map(|f| f.1);
+        let known = self.border.len().min(SOURCES + 1);
+        let nearness = found.map(|f| 1.0 / f64::from(f.0).sqrt().max(1e-6));
+        let horizon = match known > SOURCES {
+            true => nearness[SOURCES],
+            false => nearness[..known].last().map_or(1.0, |n| n / 1.2),
+        };
+        let raw: [f64; SOURCES] = std::array::from_fn(|i| match i < known {
+            true => (nearness[i] - horizon) * (nearness[i] - horizon) + 1e-12,
+            false => 0.0,
+        });
+        let scale = f64::from(WHOLE) / raw.iter().sum::<f64>();
+        let mut weights = raw.map(|w| (w * scale) as u16);
+        // The nearest has the most; what rounding left is its too.
+        weights[0] += WHOLE - weights.iter().sum::<u16>();
+        std::array::from_fn(|i| (self.border[found[i].1 as usize].0, weights[i]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_sum_to_one_and_the_nearest_has_the_most() {
+        for count in [1, 2, 8, 9, 40] {
+            let border = (0..count).map(|i| (i, Vec3::new(i as f32, 0.0, 0.0)));
+            let mut nearest = Nearest::of(border.collect());
+            for x in [-3.0, 0.0, 0.4, 5.2, 100.0] {
+                let row = nearest.row(Vec3::new(x, 1.0, 0.0));
+                assert_eq!(row.iter().map(|s| u32::from(s.1)).sum::<u32>(), 65_535);
+                assert!(row.iter().all(|s| s.1 <= row[0].1 && s.0 < count));
+                let closest = x.round().clamp(0.0, count as f32 - 1.0) as u32;
+                assert_eq!(row[0].0, closest);
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_do_not_depend_on_where_was_looked_before() {
+        let mut random = crate::Random::new(3);
+        let mut point = || Vec3::from_array([0; 3].map(|_| random.normal() as f32));
+        let border: Vec<(u32, Vec3)> = (0..60).map(|i| (i, point())).collect();
+        let mut walked = Nearest::of(border.clone());
+        for _ in 0..500 {
+            let p = point();
+            let row = walked.row(p);
+            assert_eq!(row, Nearest::of(border.clone()).row(p));
+            let mut nearest = border.clone();
+            nearest.sort_by(|a, b| p.distance(a.1).total_cmp(&p.distance(b.1)));
+            assert_eq!(
+                row.map(|s| s.0)[..],
+                nearest[..SOURCES].iter().map(|b| b.0).collect::<Vec<_>>()
+            );
+        }
+    }
+
+    #[test]
+    fn weights_do_not_jump_where_the_set_changes() {
+        let border = (0..40).map(|i| (i, Vec3::new(i as f32, (i as f32).sin(), 0.0)));
+        let mut nearest = Nearest::of(border.collect());
+        let mut at = |x: f32| {
+            let mut dense = [0_i32; 40];
+            for (place, weight) in nearest.row(Vec3::new(x, 4.0, 1.0)) {
+                dense[place as usize] += i32::from(weight);
+            }
+            dense
+        };
+        // A thousandth of the spacing moves a weight by a few thousandths, wherever it happens.
+        for i in 0..20_000 {
+            let (a, b) = (at(10.0 + i as f32 * 0.001), at(10.001 + i as f32 * 0.001));
+            let most = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).max();
+            assert!(most < Some(300), "{most:?} at {i}");
+        }
+    }
+}

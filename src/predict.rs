@@ -1,0 +1,279 @@
+//! Prediction of numbers on a mesh from their neighbours.
+//!
+//! Positions, modes and texture coordinates vary smoothly along a surface, so a vertex is told
+//! well by those around it that are known already, and what is left to store is small: the
+//! parallelogram rule (Touma & Gotsman 1998, "Triangle mesh compression"), averaged over the
+//! parallelograms there are. Writer and reader derive the same [`Walk`] from the triangles;
+//! everything is integer arithmetic, so what is restored is exact.
+
+/// Of the triangles around a vertex so many are looked at, so that no mesh, however strange, costs
+/// more than its size. A head has 12 at most.
+const MOST_AROUND: usize = 32;
+/// A vertex is predicted from so many others' numbers at most.
+const MOST_PREDICTORS: usize = 8;
+
+/// An order of a mesh's vertices and what predicts each from earlier ones.
+pub(crate) struct Walk {
+    order: Vec<u32>,
+    /// Predictors of `order[i]` are those from `starts[i]` to `starts[i + 1]`.
+    starts: Vec<u32>,
+    /// `[a, b, c]`: a + b - c. A vertex has 1, 2, 4 or 8 of them, so that the mean is a shift, but
+    /// the first, which has none.
+    predictors: Vec<[u32; 3]>,
+}
+
+impl Walk {
+    // Not inlined, as all that only reading needs: the module is downloaded before it runs.
+    /// A breadth-first walk over `count` vertices; `triangles` are of these.
+    #[inline(never)]
+    pub fn new(count: usize, triangles: &[[u32; 3]]) -> Self {
+        let around = Around::new(count, triangles);
+        const UNSEEN: u32 = u32::MAX;
+        let mut rank = vec![UNSEEN; count];
+        let mut walk = Self::with_capacity(count);
+        let mut next = 0;
+        for seed in 0..count as u32 {
+            if rank[seed as usize] != UNSEEN {
+                continue;
+            }
+            rank[seed as usize] = walk.order.len() as u32;
+            walk.order.push(seed);
+            while let Some(&vertex) = walk.order.get(next) {
+                next += 1;
+                for &other in around.of(vertex).as_flattened() {
+                    if rank[other as usize] == UNSEEN {
+                        rank[other as usize] = walk.order.len() as u32;
+                        walk.order.push(other);
+                    }
+                }
+            }
+        }
+        for at in 0..count {
+            let vertex = walk.order[at];
+            let known = |v: u32| rank[v as usize] < at as u32;
+            let first = walk.predictors.len();
+            for &[a, b] in around.of(vertex) {
+                if !(known(a) && known(b)) {
+                    continue;
+                }
+                // The triangles on the other side of the edge a b.
+                for &[x, y] in around.of(a) {
+                    if x == b && known(y) {
+                        walk.predictors.push([a, b, y]);
+                    } else if y == b && known(x) {
+                        walk.predictors.push([a, b, x]);
+                    }
+                }
+            }
+            if walk.predictors.len() == first {
+                let near = around.of(vertex).as_flattened().iter();
+                let near = near.filter(|v| known(**v)).map(|&v| [v; 3]);
+                walk.predictors.extend(near);
+            }
+            walk.close(first);
+        }
+        walk
+    }
+
+    fn with_capacity(count: usize) -> Self {
+        let mut starts = Vec::with_capacity(count + 1);
+        starts.push(0);
+        Self {
+            order: Vec::with_capacity(count),
+            starts,
+            predictors: Vec::with_capacity(2 * count),
+        }
+    }
+
+    /// Ends the predictors, from `first` on, of the next vertex of the order.
+    fn close(&mut self, first: usize) {
+        let at = self.starts.len() - 1;
+        if self.predictors.len() == first && at > 0 {
+            self.predictors.push([self.order[at - 1]; 3]);
+        }
+        let count = (self.predictors.len() - first).min(MOST_PREDICTORS);
+        if count > 0 {
+            self.predictors.truncate(first + (1 << count.ilog2()));
+        }
+        self.starts.push(self.predictors.len() as u32);
+    }
+
+    /// The part of the walk on some vertices (increasing), which get their places among these for
+    /// numbers: the order stays, and predictors that lie wholly on them; a vertex that loses all
+    /// is predicted from those corners that are left.
+    #[inline(never)]
+    pub fn on(&self, vertices: &[u32]) -> Self {
+        const OUTSIDE: u32 = u32::MAX;
+        let mut place = vec![OUTSIDE; self.order.len()];
+        for (&vertex, at) in vertices.iter().zip(0..) {
+            place[vertex as usize] = at;
+        }
+        let mut walk = Self::with_capacity(vertices.len());
+        for (&vertex, row) in self.order.iter().zip(self.starts.windows(2)) {
+            if place[vertex as usize] == OUTSIDE {
+                continue;
+            }
+            walk.order.push(place[vertex as usize]);
+            let first = walk.predictors.len();
+            let all = &self.predictors[row[0] as usize..row[1] as usize];
+            let placed = || all.iter().map(|p| p.map(|v| place[v as usize]));
+            let whole = placed().filter(|p| !p.contains(&OUTSIDE));
+            walk.predictors.extend(whole);
+            if walk.predictors.len() == first {
+                let left = placed().flatten().filter(|&v| v != OUTSIDE);
+                walk.predictors.extend(left.map(|v| [v; 3]));
+            }
+            walk.close(first);
+        }
+        walk
+    }
+
+    /// What the earlier vertices say of the numbers of the vertex at place `at` of the order: the
+    /// mean of its predictors, rounded to the nearest, in arithmetic modulo 2^32. `values` are
+    /// `guess.len()` numbers a vertex.
+    fn predict(&self, at: usize, values: &[i32], guess: &mut [i32]) {
+        let own = &self.predictors[self.starts[at] as usize..self.starts[at + 1] as usize];
+        let axes = guess.len();
+        let row = |v: u32| &values[v as usize * axes..(v as usize + 1) * axes];
+        guess.fill(own.len() as i32 / 2);
+        for &[a, b, c] in own {
+            let corners = row(a).iter().zip(row(b)).zip(row(c));
+            for (sum, ((a, b), c)) in guess.iter_mut().zip(corners) {
+                *sum = sum.wrapping_add(a.wrapping_add(*b).wrapping_sub(*c));
+            }
+        }
+        let shift = own.len().max(1).ilog2();
+        guess.iter_mut().for_each(|sum| *sum >>= shift);
+    }
+
+    /// What prediction misses, in the order of the walk, all of axis 0, then all of axis 1 ...
+    /// `values` are `axes` numbers a vertex.
+    pub fn residuals(&self, values: &[i32], axes: usize) -> Vec<i32> {
+        let mut residuals = vec![0; values.len()];
+        let mut guess = vec![0; axes];
+        for (at, &vertex) in self.order.iter().enumerate() {
+            self.predict(at, values, &mut guess);
+            let own = &values[vertex as usize * axes..];
+            for (axis, (value, guess)) in own.iter().zip(&guess).enumerate() {
+                residuals[axis * self.order.len() + at] = value.wrapping_sub(*guess);
+            }
+        }
+        residuals
+    }
+
+    /// The values of [`Walk::residuals`]: `axes` numbers a vertex. `residuals` are as many.
+    #[inline(never)]
+    pub fn restore(&self, residuals: &[i32], axes: usize) -> Vec<i32> {
+        let mut values = vec![0; residuals.len()];
+        let mut guess = vec![0; axes];
+        for (at, &vertex) in self.order.iter().enumerate() {
+            self.predict(at, &values, &mut guess);
+            let missed = residuals.iter().skip(at).step_by(self.order.len());
+            let own = &mut values[vertex as usize * axes..];
+            for ((value, guess), missed) in own.iter_mut().zip(&guess).zip(missed) {
+                *value = guess.wrapping_add(*missed);
+            }
+        }
+        values
+    }
+}
+
+/// The other two corners of the first triangles around each vertex.
+struct Around {
+    starts: Vec<u32>,
+    edges: Vec<[u32; 2]>,
+}
+
+impl Around {
+    fn new(count: usize, triangles: &[[u32; 3]]) -> Self {
+        let mut starts = vec![0_u32; count + 1];
+        for &vertex in triangles.as_flattened() {
+            starts[vertex as usize + 1] += 1;
+        }
+        for v in 0..count {
+            starts[v + 1] += starts[v];
+        }
+        let mut next = starts.clone();
+        let mut edges = vec![[0; 2]; 3 * triangles.len()];
+        for &[a, b, c] in triangles {
+            for (vertex, edge) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+                let at = &mut next[vertex as usize];
+                edges[*at as usize] = edge;
+                *at += 1;
+            }
+        }
+        Self { starts, edges }
+    }
+
+    fn of(&self, vertex: u32) -> &[[u32; 2]] {
+        let v = vertex as usize;
+        let all = &self.edges[self.starts[v] as usize..self.starts[v + 1] as usize];
+        &all[..all.len().min(MOST_AROUND)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A grid of `side` x `side` vertices, two triangles a square.
+    fn grid(side: u32) -> Vec<[u32; 3]> {
+        let mut triangles = Vec::new();
+        for y in 0..side - 1 {
+            for x in 0..side - 1 {
+                let a = y * side + x;
+                triangles.push([a, a + 1, a + side + 1]);
+                triangles.push([a, a + side + 1, a + side]);
+            }
+        }
+        triangles
+    }
+
+    #[test]
+    fn what_is_linear_along_a_grid_is_predicted_exactly() {
+        let walk = Walk::new(81, &grid(9));
+        let values: Vec<i32> = (0..81).map(|v| 7 * (v % 9) - 300 * (v / 9) + 40).collect();
+        let residuals = walk.residuals(&values, 1);
+        // The first, and the borders at its two sides, have no parallelogram before them.
+        let missed = residuals.iter().filter(|r| **r != 0).count();
+        assert!(missed < 2 * 9, "{missed} of 81: {residuals:?}");
+    }
+
+    #[test]
+    fn whatever_is_predicted_is_restored() {
+        let mut random = crate::Random::new(5);
+        let strange = [
+            vec![],
+            vec![[0, 0, 0], [1, 1, 2], [2, 1, 1]],
+            (1..80).map(|v| [0, v, v + 1]).collect(),
+            (2..81).map(|v| [0, 1, v]).collect(),
+            grid(9),
+        ];
+        for triangles in strange {
+            let walk = Walk::new(81, &triangles);
+            let mut order = walk.order.clone();
+            order.sort_unstable();
+            assert!(order.iter().copied().eq(0..81), "each vertex once");
+            for scale in [10.0, 1e9] {
+                let values: Vec<i32> = (0..243).map(|_| (random.normal() * scale) as i32).collect();
+                assert_eq!(walk.restore(&walk.residuals(&values, 3), 3), values);
+            }
+        }
+    }
+
+    #[test]
+    fn a_part_of_a_walk_predicts_and_restores_numbers_of_its_vertices() {
+        let walk = Walk::new(81, &grid(9));
+        let inside = |v: &u32| (2..8).contains(&(v % 9)) && v / 9 > 2;
+        let vertices: Vec<u32> = (0..81).filter(inside).collect();
+        let part = walk.on(&vertices);
+        let linear = |&v: &u32| 7 * (v as i32 % 9) - 300 * (v as i32 / 9) + 40;
+        let values: Vec<i32> = vertices.iter().map(linear).collect();
+        let residuals = part.residuals(&values, 1);
+        assert_eq!(part.restore(&residuals, 1), values);
+        // All but the borders along which the walk comes in.
+        let missed = residuals.iter().filter(|r| **r != 0).count();
+        assert!(missed < 3 * 6, "{missed} of 36: {residuals:?}");
+        assert!(walk.on(&[]).order.is_empty());
+    }
+}
