@@ -31,9 +31,8 @@ const BUNDLED: &[u8] = include_bytes!("people.phiz");
 /// More than the bundle ever unpacks to, bytes.
 const LARGEST: u64 = 1 << 26;
 
-/// A step of the modes, mm at one standard deviation: a hundred of them together stay below the
-/// tenth of a millimetre that the cage itself loses.
-const STEP: f32 = 0.01;
+/// What rounding may move the vertices of random faces by, mm RMS: less than the cage itself loses.
+const ERROR: f64 = 0.08;
 
 /// Landmarks farther than this from a face's surface were not set on it, mm.
 const OFF: f64 = 5.0;
@@ -93,13 +92,7 @@ impl People {
             .collect();
         Ok(Self {
             rest: cage.fit(&moved),
-            modes: Quantised {
-                step: STEP,
-                integers: modes
-                    .iter()
-                    .map(|v| (v / f64::from(STEP)).round() as i16)
-                    .collect(),
-            },
+            modes: Quantised::new(&modes, Quantised::step_for(ERROR, prior.modes.len())),
             landmarks: landmarks(template, &mean, &faces, &points)?,
             vertices: template.positions.len() as u32,
         })

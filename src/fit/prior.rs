@@ -14,7 +14,7 @@ use super::template::Template;
 
 /// The most modes that are kept: more than people's heads are known to need at the noise of a
 /// scan, few enough that a fit of all of them takes milliseconds.
-const MODES: usize = 100;
+const MODES: usize = 90;
 
 /// The part of the variance that the modes keep.
 const TAU: f64 = 0.9995;
