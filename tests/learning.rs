@@ -223,14 +223,14 @@ fn rounding_moves_random_faces_by_the_stated_error() {
     assert!(file.len() < 1_500_000, "{} bytes", file.len());
 }
 
-/// `www/public/model.phiz` is what its sources give: same controls, and positions of 100 random
+/// `www/public/synthetic.phiz` is what its sources give: same controls, and positions of 100 random
 /// faces within 1 micrometre RMS.
 #[test]
 fn the_committed_model_is_made_from_its_sources() {
     let Some(Trained { model, .. }) = &*TRAINED else {
         return;
     };
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/model.phiz");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/synthetic.phiz");
     let committed = FaceModel::parse(&std::fs::read(path).unwrap()).unwrap();
     let names = |m: &FaceModel| -> Vec<String> {
         m.parts().controls.iter().map(|c| c.name.clone()).collect()

@@ -6,7 +6,7 @@
 //! does not close twice. Where the skin still folds, as in the corners of eyes, it is evened out,
 //! and if that is not enough the expression is lessened there.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
@@ -15,14 +15,11 @@ use rayon::prelude::*;
 use super::FitResult;
 use super::align::Rigid;
 use super::base_mesh::{BaseMesh, read_target};
-use super::folds::Folds;
+use super::folds::{Folds, edge_neighbours};
 use super::template::Template;
 
 /// How often displacements are lessened around folds, at most.
 const ROUNDS: usize = 60;
-
-/// How often the skin around folds is evened out before displacements are lessened.
-const EVENINGS: usize = 30;
 
 /// By what the gain of a vertex in a fold is multiplied.
 const CALMER: f64 = 0.9;
@@ -111,22 +108,11 @@ impl<'a> Performer<'a> {
     /// # Errors
     /// When it has no skin.
     pub fn new(template: &Template, expressions: &'a Expressions) -> FitResult<Self> {
-        let mut neighbours = vec![Vec::new(); template.positions.len()];
-        for [a, b, c] in template.triangles() {
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                neighbours[from as usize].push(to);
-                neighbours[to as usize].push(from);
-            }
-        }
-        for row in &mut neighbours {
-            row.sort_unstable();
-            row.dedup();
-        }
         Ok(Self {
             expressions,
             skin: template.part_vertices("skin")?,
             folds: Folds::new(&template.positions, template.part_triangles("skin")?),
-            neighbours,
+            neighbours: edge_neighbours(template.positions.len(), &template.triangles()),
         })
     }
 
@@ -143,39 +129,12 @@ impl<'a> Performer<'a> {
                 .map(|(p, (d, g))| *p + *d * *g)
                 .collect();
             let folded = self.folds.of(&moved);
-            if folded.is_empty() || self.even_out(&mut moved) {
+            if folded.is_empty() || self.folds.even_out(&mut moved, &self.neighbours) {
                 break;
             }
             self.calm(&self.folds.vertices(&folded), &mut gains);
         }
         moved
-    }
-
-    /// Evens out the skin where it is folded: vertices move towards the middle of their neighbours.
-    /// Returns whether no fold is left.
-    fn even_out(&self, face: &mut [DVec3]) -> bool {
-        let mut patch = BTreeSet::new();
-        for _ in 0..EVENINGS {
-            let folded = self.folds.of(face);
-            if folded.is_empty() {
-                return true;
-            }
-            for vertex in self.folds.vertices(&folded) {
-                patch.insert(vertex);
-                patch.extend(&self.neighbours[vertex as usize]);
-            }
-            let middles: Vec<DVec3> = patch
-                .iter()
-                .map(|&v| {
-                    let around = &self.neighbours[v as usize];
-                    around.iter().map(|&n| face[n as usize]).sum::<DVec3>() / around.len() as f64
-                })
-                .collect();
-            for (&v, middle) in patch.iter().zip(middles) {
-                face[v as usize] = (face[v as usize] + middle) / 2.0;
-            }
-        }
-        false
     }
 
     /// Lessens the gains of some vertices, and of those around them so that no edge has more than

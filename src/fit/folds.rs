@@ -1,5 +1,7 @@
 //! Folded triangles and triangles through each other.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 use parry3d::bounding_volume::Aabb;
 use parry3d::math::Vector;
@@ -13,6 +15,9 @@ const FOLDED: f64 = -0.5;
 
 /// How far from the landmarks of lips and lids triangles are tested against each other, mm.
 const AROUND: f64 = 25.0;
+
+/// Rounds of evening out at most.
+const EVENINGS: usize = 30;
 
 /// Pairs of neighbouring triangles that should not fold.
 #[derive(Debug, Clone)]
@@ -71,6 +76,49 @@ impl Folds {
         vertices.dedup();
         vertices
     }
+
+    /// Evens out a face where it is folded: vertices move towards the middle of their neighbours.
+    /// Returns whether no fold is left.
+    pub fn even_out(&self, face: &mut [DVec3], neighbours: &[Vec<u32>]) -> bool {
+        let mut patch = BTreeSet::new();
+        for _ in 0..EVENINGS {
+            let folded = self.of(face);
+            if folded.is_empty() {
+                return true;
+            }
+            for vertex in self.vertices(&folded) {
+                patch.insert(vertex);
+                patch.extend(&neighbours[vertex as usize]);
+            }
+            let middles: Vec<DVec3> = patch
+                .iter()
+                .map(|&v| {
+                    let around = &neighbours[v as usize];
+                    around.iter().map(|&n| face[n as usize]).sum::<DVec3>() / around.len() as f64
+                })
+                .collect();
+            for (&v, middle) in patch.iter().zip(middles) {
+                face[v as usize] = (face[v as usize] + middle) / 2.0;
+            }
+        }
+        false
+    }
+}
+
+/// The neighbours of each of a mesh's vertices along its edges, increasing.
+pub fn edge_neighbours(vertices: usize, triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
+    let mut neighbours = vec![Vec::new(); vertices];
+    for &[a, b, c] in triangles {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            neighbours[from as usize].push(to);
+            neighbours[to as usize].push(from);
+        }
+    }
+    for row in &mut neighbours {
+        row.sort_unstable();
+        row.dedup();
+    }
+    neighbours
 }
 
 /// Triangles at lips and lids that should not go through each other.

@@ -6,10 +6,6 @@
 //! learned from people of ICT-FaceKit (MIT) by `./build.sh model`. The template that it makes is
 //! still a subdivision of the base mesh.
 
-use std::io::Read;
-
-use flate2::read::GzDecoder;
-use flate2::write::GzEncoder;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -22,14 +18,11 @@ use super::surface::Surface;
 use super::template::{Landmark, Template};
 use super::{FitError, FitResult};
 use crate::Error;
-use crate::blob::{Blob, BlobWriter, Kind};
+use crate::blob::{Blob, BlobWriter, Kind, pack, unpack};
 use crate::quantise::Quantised;
 
 /// The people that come with the program.
 const BUNDLED: &[u8] = include_bytes!("people.phiz");
-
-/// More than the bundle ever unpacks to, bytes.
-const LARGEST: u64 = 1 << 26;
 
 /// What rounding may move the vertices of random faces by, mm RMS: less than the cage itself loses.
 const ERROR: f64 = 0.08;
@@ -169,10 +162,7 @@ impl People {
             .collect();
         blob.section("rest", &rest);
         blob.section("modes", &self.modes.integers);
-        let mut out = GzEncoder::new(Vec::new(), flate2::Compression::best());
-        std::io::Write::write_all(&mut out, &blob.finish())
-            .and_then(|()| out.finish())
-            .map_err(|e| FitError::Input(format!("the bundle: {e}")))
+        Ok(pack(&blob.finish())?)
     }
 
     /// Reads a bundle.
@@ -180,11 +170,7 @@ impl People {
     /// # Errors
     /// When it is damaged.
     pub fn from_bytes(bytes: &[u8]) -> FitResult<Self> {
-        let mut unpacked = Vec::new();
-        GzDecoder::new(bytes)
-            .take(LARGEST)
-            .read_to_end(&mut unpacked)
-            .map_err(|e| FitError::Input(format!("the bundle: {e}")))?;
+        let unpacked = unpack(bytes)?;
         let blob = Blob::parse(&unpacked, Kind::People)?;
         let header: Header = blob.header()?;
         let (base, modes) = (header.base_vertices as usize, header.modes as usize);

@@ -8,7 +8,7 @@
 use glam::DVec3;
 
 use crate::fit::FitResult;
-use crate::fit::folds::Crossings;
+use crate::fit::folds::{Crossings, edge_neighbours};
 use crate::fit::geodesic::Geodesic;
 use crate::fit::region::point;
 use crate::fit::template::Template;
@@ -72,20 +72,10 @@ impl Lips {
                 difference.clamp(-1.0, 1.0) * (1.0 - nearest / REACH)
             })
             .collect();
-        let mut neighbours = vec![Vec::new(); n];
-        for &[a, b, c] in &triangles {
-            for (a, b) in [(a, b), (b, c), (c, a), (b, a), (c, b), (a, c)] {
-                neighbours[a as usize].push(b);
-            }
-        }
-        for around in &mut neighbours {
-            around.sort_unstable();
-            around.dedup();
-        }
         Ok(Self {
             crossings,
             side,
-            neighbours,
+            neighbours: edge_neighbours(n, &triangles),
         })
     }
 

@@ -29,6 +29,7 @@ use self::statistical::Shape;
 use super::FitResult;
 use super::align::Rigid;
 use super::detect::Detector;
+use super::folds::{Folds, edge_neighbours};
 use super::render::normals;
 use super::scan::Scan;
 use super::surface::Surface;
@@ -133,6 +134,10 @@ pub struct Registrar<'a> {
     weights: Vec<f64>,
     eyes: Vec<Eye>,
     lips: Lips,
+    /// The pairs of the skin's triangles that should not fold.
+    folds: Folds,
+    /// Each vertex's neighbours along edges.
+    neighbours: Vec<Vec<u32>>,
     /// Made when a scan without landmarks comes.
     detector: OnceLock<Detector>,
 }
@@ -209,7 +214,6 @@ impl<'a> Registrar<'a> {
             .collect::<FitResult<_>>()?;
         Ok(Self {
             template,
-            triangles,
             soft,
             soft_triangles,
             sheet,
@@ -217,7 +221,10 @@ impl<'a> Registrar<'a> {
             weights,
             eyes,
             lips: Lips::new(template)?,
+            folds: Folds::new(&template.positions, template.part_triangles("skin")?),
+            neighbours: edge_neighbours(n, &triangles),
             detector: OnceLock::new(),
+            triangles,
         })
     }
 
@@ -301,8 +308,8 @@ impl<'a> Registrar<'a> {
             POINT_PULL * POINT_SCATTER.powi(2) / (POINT_SCATTER.powi(2) + off * off);
         // The softest sheet would follow what is left of the noise.
         let last = LENGTHS.len() - usize::from(noise > CLEAN);
-        for level in 0..last {
-            for _ in 0..ROUNDS[level] {
+        for (level, &rounds) in ROUNDS[..last].iter().enumerate() {
+            for _ in 0..rounds {
                 let now: Vec<DVec3> = base.iter().zip(&moves).map(|(b, u)| *b + *u).collect();
                 let facing = normals(&now, &self.soft_triangles);
                 let cosine = 0.65;
@@ -363,6 +370,7 @@ impl<'a> Registrar<'a> {
             covered[self.soft[c.vertex as usize] as usize] = reached <= noise.max(COVERED);
         }
         self.lips.part(&mut positions);
+        self.folds.even_out(&mut positions, &self.neighbours);
         self.carry_eyes(&mut positions);
         let back = pose.inverse();
         positions.iter_mut().for_each(|p| *p = back.apply(*p));

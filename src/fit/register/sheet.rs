@@ -132,10 +132,10 @@ impl Sheet {
         let n = self.areas.len();
         let weight = length.powi(4);
         let mut triplets = Vec::with_capacity(self.bending.entries.len());
-        for i in 0..n {
+        for (i, &open) in open.iter().enumerate() {
             for &(j, b) in self.bending.row(i) {
                 let pull = if i == j as usize {
-                    self.areas[i] * open[i].max(0.02) * DIRECTION
+                    self.areas[i] * open.max(0.02) * DIRECTION
                 } else {
                     0.0
                 };
