@@ -21,7 +21,8 @@ usage: ./build.sh COMMAND
   serve   set up, build, and serve the page on localhost (PORT, or 8080 and up)
   build   the npm package in pkg, the static site in www/dist
   test    every test: Rust, wasm in Node, the package, the page in a browser
-  model   remake www/public/model.phiz and the pictures in www/docs from their sources
+  model   remake the models in www/public and the pictures in www/docs from their sources;
+          the default model needs ICT_FACEKIT=DIR, which holds ICT-FaceKit's FaceXModel
   bench   measure a slider event beside its peers; also writes target/bench.json
   clean   remove everything that was built (downloads stay in .cache and .tools)
 
@@ -252,6 +253,10 @@ run_tests() {
 
 # --- model, bench, clean ------------------------------------------------------------------------
 
+# People that the default model is learned from, and fewer for a first guess of their mean.
+PEOPLE=320
+FIRST_PEOPLE=60
+
 model() {
     say "Setting up"
     need_rust
@@ -260,12 +265,19 @@ model() {
     local fit=$ROOT/target/release/phiz-fit work=$ROOT/target/model
     mkdir -p "$work" www/public
     say "The generic head"
-    "$fit" template --base-mesh "$PHIZ_BASE_MESH" -o "$work/template.phiz"
-    say "The population"
-    "$fit" population --template "$work/template.phiz" --base-mesh "$PHIZ_BASE_MESH" \
-        --count 400 --seed 1 -o "$work/faces"
-    say "The model"
-    "$fit" train --template "$work/template.phiz" --faces "$work/faces" -o www/public/model.phiz
+    "$fit" template --plain --base-mesh "$PHIZ_BASE_MESH" -o "$work/plain.phiz"
+    say "The synthetic model"
+    "$fit" population --template "$work/plain.phiz" --base-mesh "$PHIZ_BASE_MESH" \
+        --count 400 --seed 1 -o "$work/synthetic"
+    "$fit" train --template "$work/plain.phiz" --faces "$work/synthetic" \
+        -o www/public/synthetic.phiz
+    if [ -d "${ICT_FACEKIT:-}/FaceXModel" ]; then
+        people "$fit" "$work"
+    else
+        say "The default model stays as it is: it is learned from people of ICT-FaceKit (MIT)."
+        say "Get that, and set ICT_FACEKIT to the folder that holds its FaceXModel."
+        "$fit" template --base-mesh "$PHIZ_BASE_MESH" -o "$work/template.phiz"
+    fi
     say "Pictures"
     "$fit" pictures "$work/template.phiz" -o www/docs
     "$fit" pictures www/public/model.phiz -o www/docs
@@ -275,7 +287,30 @@ model() {
     package
     site
     quietly page-picture node tests/browser/picture.js
-    sizes www/public/model.phiz
+    sizes www/public/*.phiz
+}
+
+# people FIT WORK: the default model, from scans of people and nothing else but their landmarks. The
+# generic head is fitted to some, then starts from what it learned from them, twice.
+people() {
+    local fit=$1 work=$2
+    rm -rf "$work"/{scans,faces}-*
+    say "A first guess of people's mean"
+    "$fit" simulate --ict "$ICT_FACEKIT" --count $FIRST_PEOPLE --seed 1 --jitter 0.5 --holes \
+        --all-points -o "$work/scans-1"
+    "$fit" register --template "$work/plain.phiz" --scans "$work/scans-1" -o "$work/faces-1"
+    "$fit" template --base-mesh "$PHIZ_BASE_MESH" --faces "$work/faces-1" \
+        --registered-to "$work/plain.phiz" -o "$work/first.phiz"
+    say "People's mean and how they vary"
+    "$fit" simulate --ict "$ICT_FACEKIT" --count $PEOPLE --seed 1 --jitter 0.5 --holes \
+        --all-points -o "$work/scans-2"
+    "$fit" register --no-prior --template "$work/first.phiz" --scans "$work/scans-2" \
+        -o "$work/faces-2"
+    "$fit" template --base-mesh "$PHIZ_BASE_MESH" --faces "$work/faces-2" \
+        --registered-to "$work/first.phiz" --people src/fit/people.phiz -o "$work/template.phiz"
+    say "The default model"
+    "$fit" register --template "$work/template.phiz" --scans "$work/scans-2" -o "$work/faces-3"
+    "$fit" train --template "$work/template.phiz" --faces "$work/faces-3" -o www/public/model.phiz
 }
 
 bench() {

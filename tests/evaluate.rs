@@ -8,8 +8,10 @@ mod ict;
 
 use std::sync::OnceLock;
 
-use glam::DVec3;
-use phiz::fit::evaluate::{Evaluator, Expression, evaluate};
+use glam::{DMat3, DVec3};
+use phiz::fit::align::Rigid;
+use phiz::fit::evaluate::{Evaluator, evaluate};
+use phiz::fit::expression::{Expressions, Performer};
 use phiz::fit::ict::Ict;
 use phiz::fit::render::normals;
 use phiz::fit::simulate::{Settings, Simulated, Simulator};
@@ -30,7 +32,7 @@ struct Given {
     /// The template on ICT's mean head: warped by the landmarks, then set on the surface. Not a
     /// good registration, but every vertex has a spot.
     reference: Vec<DVec3>,
-    expressions: Vec<Expression>,
+    expressions: Expressions,
 }
 
 fn given() -> Option<&'static Given> {
@@ -57,7 +59,11 @@ fn given() -> Option<&'static Given> {
                     reference[v] = hit.point;
                 }
             }
-            let expressions = Expression::read(&template, &folder).expect("reads");
+            let named: [(&str, &[&str]); 2] = [
+                ("jawOpen", &["jawOpen"]),
+                ("eyeBlink", &["eyeBlinkLeft", "eyeBlinkRight"]),
+            ];
+            let expressions = Expressions::read(&named, &template, &folder).expect("reads");
             Some(Given {
                 ict,
                 template,
@@ -70,8 +76,9 @@ fn given() -> Option<&'static Given> {
 
 impl Given {
     fn evaluator(&self) -> Evaluator<'_> {
-        let expressions = self.expressions.clone();
-        Evaluator::new(&self.template, &self.reference, self.ict, expressions).expect("evaluates")
+        let evaluator =
+            Evaluator::new(&self.template, &self.reference, self.ict, &self.expressions);
+        evaluator.expect("evaluates")
     }
 
     /// The registration that is right: the reference, with every vertex of the skin on its spot.
@@ -226,4 +233,39 @@ fn who_cannot_be_registered_is_listed_and_the_others_are_measured() {
         error.map(|_| ()).unwrap_err().to_string(),
         "person 8204: no face"
     );
+}
+
+#[test]
+fn an_expression_follows_pose_size_and_shape_and_does_not_fold() {
+    let Some(given) = given() else { return };
+    let performer = Performer::new(&given.template, &given.expressions).expect("has a skin");
+    let rest = &given.template.positions;
+    let pose = Rigid {
+        rotation: DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(-0.3),
+        translation: DVec3::new(100.0, -40.0, 250.0),
+    };
+    let posed: Vec<DVec3> = rest.iter().map(|&p| pose.apply(p * 1.2)).collect();
+    // A head of other proportions, with the lids half as far apart.
+    let low: Vec<DVec3> = rest
+        .iter()
+        .map(|&p| p * DVec3::new(1.0, 0.6, 1.1))
+        .collect();
+    for expression in &given.expressions.list {
+        let plain = performer.on(rest, expression);
+        let turned = performer.on(&posed, expression);
+        let moved: Vec<f64> = rest
+            .iter()
+            .zip(&plain)
+            .map(|(a, b)| a.distance(*b))
+            .collect();
+        assert!(moved.iter().copied().fold(0.0, f64::max) > 5.0);
+        assert!(moved.iter().filter(|&&d| d == 0.0).count() > 5000);
+        for (p, q) in plain.iter().zip(&turned) {
+            // Whether a pair is folded may be a matter of rounding; not here.
+            assert!(q.distance(pose.apply(*p * 1.2)) < 1e-6);
+        }
+        for face in [&plain, &turned, &performer.on(&low, expression)] {
+            assert_eq!(performer.folds.of(face).len(), 0, "{}", expression.name);
+        }
+    }
 }

@@ -207,7 +207,7 @@ fn what_is_written_is_the_same_for_the_same_seed() {
         let folder = tempfile::tempdir().expect("a folder");
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("threads")
-            .install(|| write(&simulator, 8110, 3, &settings, folder.path(), || ()))
+            .install(|| write(&simulator, 8110, 3, &settings, false, folder.path(), || ()))
             .expect("writes");
         folder
     });

@@ -14,6 +14,7 @@ use glam::{DVec2, DVec3};
 
 use super::obj::{self, Obj};
 use super::{FitError, FitResult};
+use crate::model::Licence;
 
 /// Millimetres in the base mesh's unit, the decimetre.
 const UNIT_MM: f64 = 100.0;
@@ -48,6 +49,15 @@ pub struct BaseMesh {
 pub struct Target {
     /// `(base vertex, displacement)`.
     pub entries: Vec<(u32, DVec3)>,
+}
+
+/// Whose the base mesh is.
+pub fn licence() -> Licence {
+    Licence {
+        source: "MakeHuman base mesh and targets (MPFB 2)".into(),
+        by: "the MakeHuman community".into(),
+        licence: "CC0-1.0".into(),
+    }
 }
 
 impl BaseMesh {

@@ -9,7 +9,8 @@
 //!   where nobody marked them [`detect`] finds the landmarks;
 //!   [`cage`] writes shapes of the template on the base mesh;
 //! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`],
-//!   and [`evaluate`](mod@evaluate) measures registrations against them;
+//!   and [`evaluate`](mod@evaluate) measures registrations against them, with [`folds`] and
+//!   [`expression`]s on the fitted heads;
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
@@ -27,8 +28,10 @@ pub mod crease;
 pub mod describe;
 pub mod detect;
 pub mod evaluate;
+pub mod expression;
 pub mod eyeball;
 pub mod files;
+pub mod folds;
 pub mod generic_head;
 pub mod geodesic;
 pub mod ict;

@@ -10,14 +10,14 @@ use glam::DVec3;
 use nalgebra::{Matrix4, Vector4};
 use rayon::prelude::*;
 
-use super::base_mesh::{BaseMesh, Target};
+use super::base_mesh::{self, BaseMesh, Target};
 use super::files::write_atomically;
 use super::generic_head::ETHNICITIES;
 use super::ply::write_mesh;
 use super::template::Template;
 use super::{FitError, FitResult};
 use crate::Random;
-use crate::model::{About, Licence};
+use crate::model::About;
 
 /// What one face was sampled from.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -46,11 +46,7 @@ pub fn about() -> About {
         caveat: "No real person was measured. Percentiles say where a face stands among these \
                  synthetic ones, nothing about people of any origin, sex or age."
             .into(),
-        licences: vec![Licence {
-            source: "MakeHuman base mesh and targets (MPFB 2)".into(),
-            by: "the MakeHuman community".into(),
-            licence: "CC0-1.0".into(),
-        }],
+        licences: vec![base_mesh::licence()],
         ..About::default()
     }
 }

@@ -329,13 +329,17 @@ pub fn about() -> About {
         caveat: "Who was scanned for ICT-FaceKit is not published. Percentiles say where a face \
                  stands among these samples, nothing about people of any origin, sex or age."
             .into(),
-        licences: vec![Licence {
-            source: "ICT-FaceKit (ICT Face Model Light)".into(),
-            by: "USC Institute for Creative Technologies, Vision and Graphics Lab; Copyright (c) \
-                 2020"
-                .into(),
-            licence: "MIT".into(),
-        }],
+        licences: vec![
+            Licence {
+                source: "ICT-FaceKit (ICT Face Model Light)".into(),
+                by: "USC Institute for Creative Technologies, Vision and Graphics Lab; \
+                     Copyright (c) 2020"
+                    .into(),
+                licence: "MIT".into(),
+            },
+            // The generic head that is registered to them.
+            super::base_mesh::licence(),
+        ],
         ..About::default()
     }
 }

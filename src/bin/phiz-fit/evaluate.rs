@@ -6,7 +6,8 @@ use clap::Args;
 use glam::DVec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use phiz::fit::evaluate::{Evaluator, Expression, Report, evaluate, exchange};
+use phiz::fit::evaluate::{Evaluator, Report, evaluate, exchange};
+use phiz::fit::expression::Expressions;
 use phiz::fit::ict::Ict;
 use phiz::fit::register::{Registrar, Settings as Registration};
 use phiz::fit::scan::Scan;
@@ -57,6 +58,12 @@ const SETTINGS: [(&str, f64, f64, bool); 6] = [
     ("noisy-holes", 0.3, 1.5, true),
 ];
 
+/// The expressions that are tried on fitted heads, with the targets that each is the sum of.
+const EXPRESSIONS: [(&str, &[&str]); 2] = [
+    ("jawOpen", &["jawOpen"]),
+    ("eyeBlink", &["eyeBlinkLeft", "eyeBlinkRight"]),
+];
+
 pub fn run(args: &EvaluateArgs) -> FitResult<()> {
     let template = super::read_template(&args.template)?;
     let ict = super::step("reading ICT-FaceKit", || Ict::read(&args.ict))?;
@@ -87,10 +94,10 @@ pub fn run(args: &EvaluateArgs) -> FitResult<()> {
         }
     };
     let expressions = match &args.base_mesh {
-        Some(folder) => Expression::read(&template, folder)?,
-        None => Vec::new(),
+        Some(folder) => Expressions::read(&EXPRESSIONS, &template, folder)?,
+        None => Expressions::default(),
     };
-    let evaluator = Evaluator::new(&template, &reference, &ict, expressions)?;
+    let evaluator = Evaluator::new(&template, &reference, &ict, &expressions)?;
     let simulator = Simulator::new(&ict);
     let chosen: Vec<_> = SETTINGS
         .iter()

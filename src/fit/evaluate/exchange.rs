@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::expression::similarity;
+use crate::fit::expression::similarity;
 use crate::fit::files::write_atomically;
 use crate::fit::ict::Ict;
 use crate::fit::ply::{read_positions, write_mesh};

@@ -11,8 +11,6 @@
 
 pub mod binding;
 pub mod exchange;
-pub mod expression;
-pub mod folds;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -22,9 +20,8 @@ use glam::DVec3;
 use serde::Serialize;
 
 pub use self::binding::Binding;
-pub use self::expression::Expression;
-use self::expression::similarity;
-pub use self::folds::{Crossings, Folds};
+use super::expression::{Expressions, Performer};
+use super::folds::{Crossings, Folds};
 use super::ict::Ict;
 use super::resample::SurfacePoint;
 use super::simulate::{Settings, Simulated, Simulator};
@@ -87,12 +84,10 @@ pub struct Measured {
 /// Measures registrations to one template.
 pub struct Evaluator<'a> {
     ict: &'a Ict,
-    template: &'a Template,
     /// Where the template's vertices belong.
     pub binding: Binding,
-    expressions: Vec<Expression>,
     face_folds: Folds,
-    skin_folds: Folds,
+    performer: Performer<'a>,
     crossings: Crossings,
 }
 
@@ -106,7 +101,7 @@ impl<'a> Evaluator<'a> {
         template: &'a Template,
         reference: &[DVec3],
         ict: &'a Ict,
-        expressions: Vec<Expression>,
+        expressions: &'a Expressions,
     ) -> FitResult<Self> {
         if reference.len() != template.positions.len() {
             let cause = format!(
@@ -129,18 +124,17 @@ impl<'a> Evaluator<'a> {
             .collect();
         Ok(Self {
             ict,
-            template,
             binding,
-            expressions,
             face_folds: Folds::new(&template.positions, face),
-            skin_folds: Folds::new(&template.positions, skin),
+            performer: Performer::new(template, expressions)?,
             crossings: Crossings::new(template)?,
         })
     }
 
     /// The names of the expressions, in the order of [`Measured::expressions`].
     pub fn expression_names(&self) -> Vec<String> {
-        self.expressions.iter().map(|e| e.name.clone()).collect()
+        let list = &self.performer.expressions.list;
+        list.iter().map(|e| e.name.clone()).collect()
     }
 
     /// Measures the template registered to a simulated scan (all vertices, mm, in the scan's
@@ -184,11 +178,17 @@ impl<'a> Evaluator<'a> {
         }
         measured.folds = self.face_folds.of(registered).len();
         measured.crossings = self.crossings.of(registered).len();
-        let turn = similarity(&self.template.positions, registered, &self.binding.vertices);
         measured.expressions = self
+            .performer
             .expressions
+            .list
             .iter()
-            .map(|e| self.skin_folds.of(&e.on(registered, turn)).len())
+            .map(|e| {
+                self.performer
+                    .folds
+                    .of(&self.performer.on(registered, e))
+                    .len()
+            })
             .collect();
         measured
     }

@@ -5,8 +5,8 @@ use parry3d::bounding_volume::Aabb;
 use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 
-use crate::fit::template::Template;
-use crate::fit::{FitError, FitResult};
+use super::template::Template;
+use super::{FitError, FitResult};
 
 /// The cosine of 120 degrees, beyond which two neighbouring triangles are folded over.
 const FOLDED: f64 = -0.5;
@@ -62,6 +62,15 @@ impl Folds {
             |pair: &&[u32; 2]| normals[pair[0] as usize].dot(normals[pair[1] as usize]) < FOLDED;
         self.pairs.iter().filter(folded).copied().collect()
     }
+
+    /// The vertices of some pairs, each once, increasing.
+    pub fn vertices(&self, pairs: &[[u32; 2]]) -> Vec<u32> {
+        let corners = |&t: &u32| self.triangles[t as usize];
+        let mut vertices: Vec<u32> = pairs.as_flattened().iter().flat_map(corners).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    }
 }
 
 /// Triangles at lips and lids that should not go through each other.
@@ -81,7 +90,7 @@ impl Crossings {
     pub fn new(template: &Template) -> FitResult<Self> {
         let rest = &template.positions;
         let points = (36..68)
-            .map(|i| crate::fit::region::point(template, &format!("ibug_{i:02}")))
+            .map(|i| super::region::point(template, &format!("ibug_{i:02}")))
             .collect::<FitResult<Vec<DVec3>>>()?;
         let mut triangles = template.part_triangles("skin")?;
         triangles.extend(template.part_triangles("mouth cavity")?);

@@ -1,0 +1,322 @@
+//! Expressions of the base mesh on heads of the template's topology.
+//!
+//! The base mesh has its expressions as displacements (`faceunits01`, CC0, named as ARKit names
+//! them). The template's stencils carry them to its vertices; a head that was fitted to a person
+//! takes them turned and stretched as that head is where they act, so that a narrow eye closes and
+//! does not close twice. Where the skin still folds, as in the corners of eyes, it is evened out,
+//! and if that is not enough the expression is lessened there.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use super::FitResult;
+use super::align::Rigid;
+use super::base_mesh::{BaseMesh, read_target};
+use super::folds::Folds;
+use super::template::Template;
+
+/// How often displacements are lessened around folds, at most.
+const ROUNDS: usize = 60;
+
+/// How often the skin around folds is evened out before displacements are lessened.
+const EVENINGS: usize = 30;
+
+/// By what the gain of a vertex in a fold is multiplied.
+const CALMER: f64 = 0.9;
+
+/// How much the gains of two neighbours may differ.
+const SLOPE: f64 = 0.05;
+
+/// The reach up to which every vertex of the skin is asked, mm: beyond, there are more than a map
+/// of nine numbers needs.
+const FEW: f64 = 12.0;
+
+/// The part of the squared extent of a neighbourhood by which its linear map is held to that of
+/// the whole head.
+const HELD: f64 = 0.05;
+
+/// An expression as the displacement of each of the template's vertices.
+#[derive(Debug, Clone)]
+pub struct Expression {
+    /// Its name: ARKit's, or of a pair ARKit's without the side.
+    pub name: String,
+    /// Displacements of the vertices of [`Expressions::rest`], mm.
+    pub displacements: Vec<DVec3>,
+}
+
+/// Expressions and the head that they were made for.
+#[derive(Debug, Clone, Default)]
+pub struct Expressions {
+    /// The base mesh as it is in its file, in the template's topology, mm: its lids are as far
+    /// open as its eyeBlink closes them. The template's own rest pose is another head.
+    pub rest: Vec<DVec3>,
+    /// The expressions.
+    pub list: Vec<Expression>,
+}
+
+impl Expressions {
+    /// Reads expressions from `data_dir`, the base mesh's data folder: each a name and the targets
+    /// of `faceunits01` that it is the sum of.
+    ///
+    /// # Errors
+    /// When the base mesh or a target is missing or unreadable.
+    pub fn read(
+        named: &[(&str, &[&str])],
+        template: &Template,
+        data_dir: &Path,
+    ) -> FitResult<Self> {
+        let base = BaseMesh::read(data_dir)?;
+        let folder = data_dir.join("faceunits01/targets/faceunits");
+        let list = named
+            .iter()
+            .map(|(name, targets)| {
+                let mut moved = vec![DVec3::ZERO; base.positions.len()];
+                for target in *targets {
+                    let path = folder.join(format!("{target}.target"));
+                    for (vertex, displacement) in read_target(&path, base.positions.len())?.entries
+                    {
+                        moved[vertex as usize] += displacement;
+                    }
+                }
+                Ok(Expression {
+                    name: (*name).into(),
+                    displacements: template.stencils.apply(&moved),
+                })
+            })
+            .collect::<FitResult<_>>()?;
+        Ok(Self {
+            rest: template.stencils.apply(&base.positions),
+            list,
+        })
+    }
+}
+
+/// Puts expressions on heads.
+#[derive(Debug, Clone)]
+pub struct Performer<'a> {
+    /// What it can put on heads.
+    pub expressions: &'a Expressions,
+    skin: Vec<u32>,
+    /// The pairs of triangles of the skin that should not fold.
+    pub folds: Folds,
+    neighbours: Vec<Vec<u32>>,
+}
+
+impl<'a> Performer<'a> {
+    /// Prepares a template.
+    ///
+    /// # Errors
+    /// When it has no skin.
+    pub fn new(template: &Template, expressions: &'a Expressions) -> FitResult<Self> {
+        let mut neighbours = vec![Vec::new(); template.positions.len()];
+        for [a, b, c] in template.triangles() {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                neighbours[from as usize].push(to);
+                neighbours[to as usize].push(from);
+            }
+        }
+        for row in &mut neighbours {
+            row.sort_unstable();
+            row.dedup();
+        }
+        Ok(Self {
+            expressions,
+            skin: template.part_vertices("skin")?,
+            folds: Folds::new(&template.positions, template.part_triangles("skin")?),
+            neighbours,
+        })
+    }
+
+    /// An expression on a face (all vertices of the template, mm, in any pose).
+    pub fn on(&self, face: &[DVec3], expression: &Expression) -> Vec<DVec3> {
+        let moves = self.carried(face, &expression.displacements);
+        let mut gains = vec![1.0; face.len()];
+        let mut moved = Vec::new();
+        for _ in 0..ROUNDS {
+            let shares = moves.iter().zip(&gains);
+            moved = face
+                .iter()
+                .zip(shares)
+                .map(|(p, (d, g))| *p + *d * *g)
+                .collect();
+            let folded = self.folds.of(&moved);
+            if folded.is_empty() || self.even_out(&mut moved) {
+                break;
+            }
+            self.calm(&self.folds.vertices(&folded), &mut gains);
+        }
+        moved
+    }
+
+    /// Evens out the skin where it is folded: vertices move towards the middle of their neighbours.
+    /// Returns whether no fold is left.
+    fn even_out(&self, face: &mut [DVec3]) -> bool {
+        let mut patch = BTreeSet::new();
+        for _ in 0..EVENINGS {
+            let folded = self.folds.of(face);
+            if folded.is_empty() {
+                return true;
+            }
+            for vertex in self.folds.vertices(&folded) {
+                patch.insert(vertex);
+                patch.extend(&self.neighbours[vertex as usize]);
+            }
+            let middles: Vec<DVec3> = patch
+                .iter()
+                .map(|&v| {
+                    let around = &self.neighbours[v as usize];
+                    around.iter().map(|&n| face[n as usize]).sum::<DVec3>() / around.len() as f64
+                })
+                .collect();
+            for (&v, middle) in patch.iter().zip(middles) {
+                face[v as usize] = (face[v as usize] + middle) / 2.0;
+            }
+        }
+        false
+    }
+
+    /// Lessens the gains of some vertices, and of those around them so that no edge has more than
+    /// [`SLOPE`] between its ends.
+    fn calm(&self, vertices: &[u32], gains: &mut [f64]) {
+        let mut queue: VecDeque<u32> = vertices.iter().copied().collect();
+        for &v in vertices {
+            gains[v as usize] *= CALMER;
+        }
+        while let Some(v) = queue.pop_front() {
+            let most = gains[v as usize] + SLOPE;
+            for &n in &self.neighbours[v as usize] {
+                if gains[n as usize] > most {
+                    gains[n as usize] = most;
+                    queue.push_back(n);
+                }
+            }
+        }
+    }
+}
+
+impl Performer<'_> {
+    /// Displacements of the rest pose on a face: each turned and stretched as the face is around
+    /// its vertex, over a distance of the greatest displacement. So lids that have half the way to
+    /// go go half the way.
+    fn carried(&self, face: &[DVec3], displacements: &[DVec3]) -> Vec<DVec3> {
+        let rest = &self.expressions.rest;
+        let whole = similarity(rest, face, &self.skin);
+        let largest = displacements.iter().map(|d| d.length()).fold(0.0, f64::max);
+        let reach = largest.max(1.0);
+        // As many vertices are asked at any reach.
+        let some = ((reach / FEW).powi(2) as usize).max(1);
+        let asked: Vec<u32> = self.skin.iter().copied().step_by(some).collect();
+        let near = Cells::new(rest, &asked, reach);
+        displacements
+            .par_iter()
+            .enumerate()
+            .map(|(v, &d)| {
+                if d == DVec3::ZERO {
+                    return d;
+                }
+                // Weighted least squares for the linear part (moving least squares; Schaefer et
+                // al. 2006, eq. 5), held to that of the whole head where the surface is flat.
+                let around: Vec<(u32, f64)> = near
+                    .around(rest[v])
+                    .map(|u| (u, rest[u as usize].distance(rest[v]) / reach))
+                    .filter(|n| n.1 < 1.0)
+                    .map(|(u, t)| (u, (1.0 - t * t).powi(2)))
+                    .collect();
+                let total: f64 = around.iter().map(|n| n.1).sum();
+                if total == 0.0 {
+                    return whole * d;
+                }
+                let centre = |shape: &[DVec3]| {
+                    around
+                        .iter()
+                        .map(|&(u, w)| shape[u as usize] * w)
+                        .sum::<DVec3>()
+                        / total
+                };
+                let (from, to) = (centre(rest), centre(face));
+                let (mut across, mut square) = (DMat3::ZERO, DMat3::ZERO);
+                for &(u, w) in &around {
+                    let p = rest[u as usize] - from;
+                    let q = face[u as usize] - to;
+                    for axis in 0..3 {
+                        *across.col_mut(axis) += q * (p[axis] * w);
+                        *square.col_mut(axis) += p * (p[axis] * w);
+                    }
+                }
+                let trace = square.x_axis.x + square.y_axis.y + square.z_axis.z;
+                let held = HELD * (trace + total);
+                let stretch = (across + whole * held) * (square + DMat3::IDENTITY * held).inverse();
+                stretch * d
+            })
+            .collect()
+    }
+}
+
+/// Vertices sorted into cubes, to find those near a point.
+struct Cells {
+    size: f64,
+    low: DVec3,
+    /// Cube and vertex, sorted.
+    rows: Vec<([i32; 3], u32)>,
+}
+
+impl Cells {
+    fn new(positions: &[DVec3], vertices: &[u32], size: f64) -> Self {
+        let low = vertices
+            .iter()
+            .fold(DVec3::INFINITY, |low, &v| low.min(positions[v as usize]));
+        let mut cells = Self {
+            size,
+            low,
+            rows: Vec::new(),
+        };
+        cells.rows = vertices
+            .iter()
+            .map(|&v| (cells.cube(positions[v as usize]), v))
+            .collect();
+        cells.rows.sort_unstable();
+        cells
+    }
+
+    fn cube(&self, p: DVec3) -> [i32; 3] {
+        ((p - self.low) / self.size)
+            .to_array()
+            .map(|x| x.floor() as i32)
+    }
+
+    /// The vertices in the cube of a point and those around it: all within [`Cells::size`], and
+    /// some more.
+    fn around(&self, p: DVec3) -> impl Iterator<Item = u32> + '_ {
+        let [x, y, z] = self.cube(p);
+        let columns = (-1..=1).flat_map(move |i| (-1..=1).map(move |j| (x + i, y + j)));
+        columns.flat_map(move |(x, y)| {
+            let first = self.rows.partition_point(|row| row.0 < [x, y, z - 1]);
+            let end = self.rows.partition_point(|row| row.0 < [x, y, z + 2]);
+            self.rows[first..end].iter().map(|row| row.1)
+        })
+    }
+}
+
+/// The rotation and scale from one shape to another over some vertices (Umeyama 1991).
+pub fn similarity(from: &[DVec3], to: &[DVec3], vertices: &[u32]) -> DMat3 {
+    let even = vec![1.0; from.len()];
+    let pose = Rigid::fit(from, to, vertices, &even);
+    let centre = |points: &[DVec3]| {
+        vertices.iter().map(|&v| points[v as usize]).sum::<DVec3>() / vertices.len().max(1) as f64
+    };
+    let (from_centre, to_centre) = (centre(from), centre(to));
+    let (mut along, mut square) = (0.0, 0.0);
+    for &v in vertices {
+        let p = from[v as usize] - from_centre;
+        along += (pose.rotation * p).dot(to[v as usize] - to_centre);
+        square += p.length_squared();
+    }
+    if square > 0.0 {
+        pose.rotation * (along / square)
+    } else {
+        pose.rotation
+    }
+}
