@@ -14,6 +14,7 @@ use glam::{DMat3, DVec3};
 use phiz::Random;
 use phiz::fit::align::Rigid;
 use phiz::fit::evaluate::Evaluator;
+use phiz::fit::expression::Expressions;
 use phiz::fit::generic_head::flip;
 use phiz::fit::ply::write_mesh;
 use phiz::fit::register::batch::{Job, register_scan};
@@ -116,9 +117,10 @@ fn a_bent_head_is_found_again() {
     sound(given.template, &registered.positions);
     let drift = given.drift(registered, &given.head);
     println!("drift {drift:.3} mm");
-    assert!(drift < BENT_DRIFT, "{drift}");
-    // What no scanner sees goes along: the inside of the mouth and of the lids moves as the skin
-    // around it does, by a few millimetres.
+    // What is measured is 0.35 mm, most of it along the skin of a shape that no person has.
+    assert!(drift < 0.5, "{drift}");
+    // What no scanner sees goes along. The waves bend it otherwise than the skin around it tells,
+    // by about their height of 3 mm.
     for part in [
         "mouth cavity",
         "eye cavities",
@@ -132,11 +134,9 @@ fn a_bent_head_is_found_again() {
         });
         let mean = apart.sum::<f64>() / vertices.len() as f64;
         println!("{part}: {mean:.3} mm");
-        assert!(mean < 2.0, "{part}: {mean}");
+        assert!(mean < 4.0, "{part}: {mean}");
     }
 }
-
-const BENT_DRIFT: f64 = 0.5;
 
 #[test]
 fn where_the_scan_is_does_not_matter() {
@@ -166,7 +166,8 @@ fn where_the_scan_is_does_not_matter() {
         .collect();
     let apart = farthest(&moved, &meant);
     println!("{apart:.2e} mm apart");
-    assert!(apart < 0.01, "{apart}");
+    // Rounding; no decision hangs on it.
+    assert!(apart < 1e-6, "{apart}");
 }
 
 #[test]
@@ -204,7 +205,8 @@ fn the_order_of_vertices_and_triangles_does_not_matter() {
         &given.registered.positions,
     );
     println!("{apart:.2e} mm apart");
-    assert!(apart < 0.01, "{apart}");
+    // Rounding; no decision hangs on it.
+    assert!(apart < 1e-6, "{apart}");
 }
 
 #[test]
@@ -245,7 +247,9 @@ fn a_symmetric_scan_gives_a_symmetric_face() {
     let mean = uneven.iter().sum::<f64>() / uneven.len() as f64;
     let drift = given.drift(&registered, rest);
     println!("uneven by {mean:.3} mm, drift {drift:.3} mm");
-    assert!(mean < 0.2, "{mean}");
+    // Edges cut corners on the two sides in different places; measured is 0.014 mm.
+    assert!(mean < 0.04, "{mean}");
+    assert!(drift < 0.08, "{drift}");
 }
 
 #[test]
@@ -259,6 +263,7 @@ fn the_template_stays_on_itself() {
         .register(&scan, &points, &Settings::default());
     let drift = given.drift(&registered.expect("registers"), rest);
     println!("drift {drift:.4} mm");
+    // The pose comes from landmarks, of which those of people are softer than the skin.
     assert!(drift < 0.05, "{drift}");
 }
 
@@ -296,27 +301,43 @@ fn holes_are_bridged_and_said() {
         .register(&scan, &given.points, &Settings::default());
     let registered = registered.expect("registers");
     sound(given.template, &registered.positions);
-    let (mut lost, mut wrong, mut most, mut on_face) = (0, 0, 0.0_f64, 0.0_f64);
+    let apart = |v: usize| registered.positions[v] - given.registered.positions[v];
+    let (mut counted, mut lost, mut wrong) = (0, 0, 0);
+    let (mut on_face, mut behind) = (0.0_f64, 0.0_f64);
     for v in given.template.part_vertices("skin").expect("it has skin") {
         let v = v as usize;
         let truth = given.head[v];
-        let apart = registered.positions[v].distance(given.registered.positions[v]);
         // Edges of the scan are 1.5 mm long, so the hole's border is known to 2 mm.
         if inside(truth, -2.0) {
             wrong += usize::from(registered.covered[v]);
-            most = most.max(apart);
-            if truth.z > back + 1.0 {
-                on_face = on_face.max(apart);
-            }
-        } else if !inside(truth, 4.0) && given.registered.covered[v] {
+            let most = if truth.z > back {
+                &mut on_face
+            } else {
+                &mut behind
+            };
+            *most = most.max(apart(v).length());
+        } else if !inside(truth, 6.0) && given.registered.covered[v] {
+            counted += 1;
             lost += usize::from(!registered.covered[v]);
         }
     }
-    println!(
-        "{wrong} covered in the hole, {lost} uncovered elsewhere; moved {on_face:.2}, {most:.2} mm"
-    );
-    assert!(wrong < 5 && lost < 40, "{wrong} {lost}");
-    assert!(on_face < 2.0 && most < 8.0, "{on_face} {most}");
+    println!("{wrong} covered in the hole, {lost} of {counted} uncovered elsewhere");
+    println!("moved by {on_face:.2} mm in the face, {behind:.2} mm behind");
+    assert_eq!(wrong, 0);
+    assert!(100 * lost < counted, "{lost} of {counted}");
+    // The skin goes over a cheek and the tip of a nose as people's do; the back of a head that is
+    // seen from before the ears is a guess.
+    assert!(on_face < 1.5 && behind < 20.0, "{on_face} {behind}");
+    // Smoothly: no edge changes by as much as its length.
+    let skin = given.template.part_triangles("skin").expect("it has skin");
+    let edges = skin.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let stretch = edges.map(|(a, b)| {
+        let (a, b) = (a as usize, b as usize);
+        (apart(a) - apart(b)).length() / given.head[a].distance(given.head[b])
+    });
+    let stretch = stretch.fold(0.0, f64::max);
+    println!("edges stretch by {stretch:.2}");
+    assert!(stretch < 1.0, "{stretch}");
 }
 
 #[test]
@@ -356,9 +377,11 @@ fn with_little_to_start_from_it_works_too() {
     let truth: Vec<DVec3> = given.head.iter().map(|&p| turn * p).collect();
     let of_found = given.drift(&found, &truth);
     println!("drift: no prior {without_prior:.3}, 4 points {of_four:.3}, found {of_found:.3} mm");
-    assert!(without_prior < 0.8, "{without_prior}");
-    assert!(of_four < 1.5, "{of_four}");
-    assert!(of_found < 1.5, "{of_found}");
+    // Waves suit a warp, which follows them better than a prior of people can. Few or rough
+    // landmarks leave the slide to the shape of the skin: half as much again as what is measured.
+    assert!(without_prior < 0.25, "{without_prior}");
+    assert!(of_four < 1.2, "{of_four}");
+    assert!(of_found < 1.2, "{of_found}");
 }
 
 #[test]
@@ -408,7 +431,8 @@ fn people_are_registered_as_well_as_promised() {
         ..Scan::default()
     };
     let reference = register(&mean, &ict.landmarks.map(|v| ict.neutral[v as usize]));
-    let evaluator = Evaluator::new(given.template, &reference, ict, Vec::new()).expect("binds");
+    let none = Expressions::default();
+    let evaluator = Evaluator::new(given.template, &reference, ict, &none).expect("binds");
     let simulator = Simulator::new(ict);
     let measure = |seed, noise, jitter| {
         let settings = simulate::Settings {
@@ -422,8 +446,8 @@ fn people_are_registered_as_well_as_promised() {
         evaluator.measure(&person, &face)
     };
     let mean = |lengths: &[f64]| lengths.iter().sum::<f64>() / lengths.len() as f64;
-    // Bars of issue 3 where they are met by far, and a third above where they are not: these are
-    // two people of many.
+    // Distances are the bars of issue 3. Drift is for a single person, and people differ by a fifth
+    // around the mean that the issue bounds.
     for seed in [8301, 8302] {
         let clean = measure(seed, 0.0, 0.0);
         let (to_scan, drift) = (mean(&clean.face_to_scan), mean(&clean.drift));
@@ -442,6 +466,6 @@ fn people_are_registered_as_well_as_promised() {
         noisy.folds
     );
     assert!(to_skin < 0.18, "{to_skin}");
-    assert!(drift < 0.9, "{drift}");
+    assert!(drift < 0.8, "{drift}");
     assert_eq!(noisy.folds, 0);
 }

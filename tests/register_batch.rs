@@ -229,13 +229,13 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         "emil.ply",
     ];
     assert_eq!(names(&faces), there);
-    // The texture has the colour that the scan has all over.
+    // The texture has the colour that the scan has all over; the skin takes a quarter of the layout.
     let image = image::open(faces.join("anna.png"))
         .expect("a picture")
         .into_rgb8();
     let same = image.pixels().filter(|p| p.0 == [180, 120, 100]).count();
     let part = same as f64 / f64::from(image.width() * image.height());
-    assert!(part > 0.3, "{part}");
+    assert!(part > 0.2, "{part}");
 
     // One is lost and the bad one is good now: those two are made, the other stays.
     let (before, emil) = (files(&faces), faces.join("emil.ply"));
@@ -309,14 +309,15 @@ fn one_scan_gets_its_texture_and_its_picture() {
 
     // Options that do not belong together are told by their names.
     let folder = ["--scans".as_ref(), root.path(), "-o".as_ref(), root.path()];
-    let wrong = register(
-        &template_file,
-        &[&folder[..], &["--picture".as_ref(), &picture]].concat(),
-    );
+    for option in ["--landmarks", "--texture", "--picture"] {
+        let wrong = register(
+            &template_file,
+            &[&folder[..], &[option.as_ref(), &picture]].concat(),
+        );
+        assert_eq!(wrong.status.code(), Some(2), "{option}");
+        let err = said(&wrong.stderr);
+        assert!(err.contains(option) && err.contains("--scans"), "{err}");
+    }
+    let wrong = one(&coloured, &["--textures".as_ref()]);
     assert_eq!(wrong.status.code(), Some(2));
-    assert!(
-        said(&wrong.stderr).contains("--scan"),
-        "{}",
-        said(&wrong.stderr)
-    );
 }

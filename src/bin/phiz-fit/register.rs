@@ -22,7 +22,7 @@ pub struct RegisterArgs {
     #[arg(long, value_name = "FILE")]
     scan: Option<PathBuf>,
     /// Its landmarks, JSON or 68 lines of text; without them they are found.
-    #[arg(long, value_name = "FILE", requires = "scan")]
+    #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     landmarks: Option<PathBuf>,
     /// Every scan of a folder, with landmarks in NAME.json or NAME.txt beside NAME.ply.
     #[arg(long, value_name = "DIR")]
@@ -34,13 +34,13 @@ pub struct RegisterArgs {
     #[arg(long)]
     no_prior: bool,
     /// Bake the scan's colours into the template's texture layout: the PNG to write.
-    #[arg(long, value_name = "FILE", requires = "scan")]
+    #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     texture: Option<PathBuf>,
     /// Draw the scan, the registered head and the distance between them: the PNG to write.
-    #[arg(long, value_name = "FILE", requires = "scan")]
+    #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     picture: Option<PathBuf>,
     /// Bake NAME.png beside each face registered now, where the scan has colours.
-    #[arg(long, requires = "scans")]
+    #[arg(long, conflicts_with = "scan")]
     textures: bool,
     /// The PLY to write, or the folder of them.
     #[arg(short, value_name = "PATH")]
