@@ -105,8 +105,8 @@ fn oversized_numbers_in_the_header_are_refused_before_anything_is_allocated() {
         ("\"support\":8", "\"support\":9"),
         ("\"support\":48", "\"support\":47"),
         ("\"targets\":3", "\"targets\":4"),
-        ("\"weights\":[40000", "\"weights\":[40001"),
-        ("\"part\":\"strip\"", "\"part\":\"stripe\""),
+        ("\"rigid\":1", "\"rigid\":2"),
+        ("\"rigid\":1", "\"rigid\":4294967295"),
         ("\"alpha\":12.0", "\"alpha\":-1.0"),
         ("\"alpha\":12.0", "\"alpha\":99.0"),
         ("[2.0,40.0]", "[2.0,9e99]"),
@@ -194,14 +194,11 @@ fn inconsistent_parts_are_refused() {
     check("weights that do not sum to 1", &|p| {
         eyeball(p, &|rigid| rigid.weights[0] -= 1)
     });
-    check("too few weights", &|p| {
-        eyeball(p, &|rigid| rigid.weights.truncate(7))
-    });
     check("a source that is not there", &|p| {
         eyeball(p, &|rigid| rigid.sources[0] = 99)
     });
     check("a part that is not there", &|p| {
-        eyeball(p, &|rigid| rigid.part = "eye".into())
+        eyeball(p, &|rigid| rigid.part = 3)
     });
     check("a distance beyond all heads", &|p| {
         let surround = p.blocks[0].surround.as_mut().expect("the nose has one");

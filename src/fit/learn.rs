@@ -445,6 +445,7 @@ fn loose_parts(template: &Template, mean: &[DVec3]) -> FitResult<Vec<Loose>> {
         .iter()
         .map(|name| {
             let ball = template.part_vertices(name)?;
+            let part = template.topology.parts.iter().position(|p| p.name == *name);
             let gap = |v: u32| {
                 let p = mean[v as usize];
                 ball.iter()
@@ -455,7 +456,7 @@ fn loose_parts(template: &Template, mean: &[DVec3]) -> FitResult<Vec<Loose>> {
             near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let close = near.iter().take_while(|(gap, _)| *gap < 2.0).count().max(1);
             Ok(Loose {
-                part: (*name).into(),
+                part: part.unwrap_or_default() as u32,
                 members: ball,
                 leaders: near[..close].iter().map(|(_, v)| *v).collect(),
             })

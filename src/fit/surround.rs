@@ -29,8 +29,8 @@ pub fn border(triangles: &[[u32; 3]], inside: &[bool]) -> Vec<u32> {
 /// A part that hangs together with nothing by triangles (an eyeball) and follows as a whole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loose {
-    /// The part's name.
-    pub part: String,
+    /// The part, an index into the topology's parts.
+    pub part: u32,
     /// Its vertices.
     pub members: Vec<u32>,
     /// The vertices (lids) that it follows.
@@ -84,7 +84,7 @@ pub fn build(
         }
         let mut sources: Vec<(u32, f64)> = sum.into_iter().collect();
         sources.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        rigid.push(row(part, &sources));
+        rigid.push(row(*part, &sources));
         followed.extend(members.iter().map(|&m| (m, distance)));
     }
     distances.extend(followed);
@@ -102,22 +102,20 @@ pub fn build(
 
 /// The first sources, of which the first has the most, with weights in units of 1/65535 that sum
 /// to one.
-fn row(part: &str, sources: &[(u32, f64)]) -> Rigid {
+fn row(part: u32, sources: &[(u32, f64)]) -> Rigid {
     let sources = &sources[..sources.len().min(SOURCES)];
     let total: f64 = sources.iter().map(|s| s.1).sum();
-    let weights = sources
-        .iter()
-        .map(|s| (s.1 / total * 65_535.0).floor() as u16);
-    let mut weights: Vec<u16> = weights.collect();
-    weights[0] += 65_535 - weights.iter().sum::<u16>();
-    weights.resize(SOURCES, 0);
-    let mut places: Vec<u32> = sources.iter().map(|s| s.0).collect();
-    places.resize(SOURCES, 0);
-    Rigid {
-        part: part.into(),
-        sources: places,
-        weights,
+    let mut rigid = Rigid {
+        part,
+        sources: [0; SOURCES],
+        weights: [0; SOURCES],
+    };
+    for (i, (place, weight)) in sources.iter().enumerate() {
+        rigid.sources[i] = *place;
+        rigid.weights[i] = (weight / total * 65_535.0).floor() as u16;
     }
+    rigid.weights[0] += 65_535 - rigid.weights.iter().sum::<u16>();
+    rigid
 }
 
 /// A displacement field of the support (x, y, z a vertex) spread over the whole mesh.

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::surround::Rigid;
 use crate::anatomy::{Landmark, Measure, Part};
 
 /// What the people in a model are, and are not, and whose work it stands on.
@@ -45,10 +44,11 @@ pub(crate) struct BlockHeader {
     pub surround: Option<SurroundHeader>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SurroundHeader {
     pub targets: u32,
-    pub rigid: Vec<Rigid>,
+    /// How many parts follow as one.
+    pub rigid: u32,
 }
 
 /// A control as the header names it.

@@ -3,7 +3,8 @@
 //! # Sections of a model blob
 //!
 //! N vertices, M texture corners, T triangles, B blocks, C coefficients in all, P controls with Q
-//! quantiles each; block `b` has S support vertices, K modes and R surround targets.
+//! quantiles each; block `b` has S support vertices, K modes, R surround targets and G parts among
+//! these that follow as one.
 //!
 //! | section | type | length | what |
 //! |---|---|---|---|
@@ -21,6 +22,7 @@
 //! | `sigmas.b` | f32 | K | standard deviations, mm |
 //! | `targets.b` | planes | R | surround vertices, as `support.b` |
 //! | `distances.b` | planes | R | distance from the region, predicted over the targets, in units of [`DISTANCES`] |
+//! | `rigid.b` | planes | 17 G | for each of the header's `rigid` parts that follow as one: the part, an index into `parts`; 8 places in the support; their weights, which sum to 65535 |
 //!
 //! An index section is u16 or u32, as its row in the table says; planes are described in
 //! [`crate::blob`]. The units are in [`crate::quantise`].
@@ -37,8 +39,7 @@
 //! corner among these do not count, and a vertex that loses all of them is guessed from the mean of
 //! their other corners. All is modulo 2^32, and numbers are kept in the order of the walk.
 //!
-//! What a target follows is not kept: it is found again by [`Surround::new`], but for parts that
-//! follow as one, whose sources are in the header.
+//! What other targets follow is not kept: [`Surround::new`] finds it again.
 
 mod block;
 mod control;
@@ -313,6 +314,12 @@ impl ModelParts {
                 let distances: Vec<i32> = distances.map(|&d| DISTANCES.index(d.into())).collect();
                 let residuals = walk.on(&surround.targets).residuals(&distances, 1);
                 blob.planes(&format!("distances.{b}"), &residuals);
+                let rigid = surround.rigid.iter().flat_map(|r| {
+                    let weights = r.weights.map(u32::from);
+                    [r.part].into_iter().chain(r.sources).chain(weights)
+                });
+                let rigid: Vec<i32> = rigid.map(|number| number as i32).collect();
+                blob.planes(&format!("rigid.{b}"), &rigid);
             }
         }
         Ok(blob.finish())
@@ -463,7 +470,7 @@ fn block_header(block: &Block, topology: &Topology) -> BlockHeader {
         support: block.support.len() as u32,
         surround: block.surround.as_ref().map(|s| SurroundHeader {
             targets: s.targets.len() as u32,
-            rigid: s.rigid.clone(),
+            rigid: s.rigid.len() as u32,
         }),
     }
 }
@@ -571,6 +578,7 @@ fn read_block(
             if distances.iter().any(|&d| d > LARGEST_COORDINATE) {
                 return bad("a distance beyond all heads".into());
             }
+            let rigid = read_rigid(blob, &format!("rigid.{b}"), rigid)?;
             match Surround::new(mean, topology, &support, targets, distances, rigid) {
                 Ok(surround) => Some(surround),
                 Err(why) => return bad(why.to_string()),
@@ -586,6 +594,16 @@ fn read_block(
         first_coefficient,
         surround,
     })
+}
+
+fn read_rigid(blob: &Blob, name: &str, count: u32) -> Result<Vec<Rigid>> {
+    let numbers = blob.planes(name, (1 + 2 * SOURCES).saturating_mul(count as usize))?;
+    let rigid = numbers.chunks_exact(1 + 2 * SOURCES).map(|row| Rigid {
+        part: row[0] as u32,
+        sources: std::array::from_fn(|i| row[1 + i] as u32),
+        weights: std::array::from_fn(|i| row[1 + SOURCES + i] as u16),
+    });
+    Ok(rigid.collect())
 }
 
 fn read_controls(

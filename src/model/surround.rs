@@ -41,14 +41,14 @@ pub struct Surround {
 }
 
 /// A part whose vertices all follow the same sources, so that it keeps its shape: an eyeball.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Rigid {
-    /// The part's name.
-    pub part: String,
-    /// [`SOURCES`] places in the support.
-    pub sources: Vec<u32>,
+    /// The part, an index into the topology's parts.
+    pub part: u32,
+    /// Places in the support.
+    pub sources: [u32; SOURCES],
     /// Their weights in units of 1/65535; they sum to 65535.
-    pub weights: Vec<u16>,
+    pub weights: [u16; SOURCES],
 }
 
 impl Surround {
@@ -85,16 +85,11 @@ impl Surround {
         let mut led = vec![None; mean.len()];
         for (r, row) in rigid.iter().enumerate() {
             let sum: u32 = row.weights.iter().map(|&w| u32::from(w)).sum();
-            let sound = row.sources.len() == SOURCES
-                && row.weights.len() == SOURCES
-                && row.sources.iter().all(|&s| (s as usize) < support.len())
-                && sum == u32::from(WHOLE);
-            let Some(part) = topology.parts.iter().find(|p| p.name == row.part) else {
-                return bad(format!("no part is called {:?}", row.part));
+            let inside = row.sources.iter().all(|&s| (s as usize) < support.len());
+            let part = topology.parts.get(row.part as usize);
+            let Some(part) = part.filter(|_| inside && sum == u32::from(WHOLE)) else {
+                return bad(format!("what part {} follows is not sound", row.part));
             };
-            if !sound {
-                return bad(format!("what part {:?} follows is not sound", row.part));
-            }
             let own = topology.uv_triangles.iter().skip(part.first as usize);
             for corner in own.take(part.count as usize).flatten() {
                 led[topology.uv_vertices[*corner as usize] as usize] = Some(r);
@@ -105,8 +100,8 @@ impl Surround {
         for &target in &targets {
             match led[target as usize] {
                 Some(r) => {
-                    sources.extend(&rigid[r].sources);
-                    weights.extend(&rigid[r].weights);
+                    sources.extend(rigid[r].sources);
+                    weights.extend(rigid[r].weights);
                 }
                 None => {
                     let row = nearest.row(mean[target as usize]);
@@ -176,6 +171,8 @@ impl Nearest {
     /// The nearest border vertices to `p` with weights that sink to zero where one drops out of
     /// the set, so that neighbours with other sets agree (the modified Shepard weights of Renka
     /// 1988).
+    // Not inlined: engines run the fast code of a function from its next call on.
+    #[inline(never)]
     pub fn row(&mut self, p: Vec3) -> [(u32, u16); SOURCES] {
         // The nearest are no farther than those of the point before are now. Points come along the
         // mesh, so that this leaves few to compare; what comes out does not depend on it.
@@ -210,16 +207,17 @@ impl Nearest {
         }
         self.last = found.map(|f| f.1);
         let known = self.border.len().min(SOURCES + 1);
-        let nearness = found.map(|f| 1.0 / f64::from(f.0).sqrt().max(1e-6));
+        let nearness = found.map(|f| 1.0 / f.0.max(1e-12).sqrt());
         let horizon = match known > SOURCES {
             true => nearness[SOURCES],
             false => nearness[..known].last().map_or(1.0, |n| n / 1.2),
         };
-        let raw: [f64; SOURCES] = std::array::from_fn(|i| match i < known {
+        let raw: [f32; SOURCES] = std::array::from_fn(|i| match i < known {
             true => (nearness[i] - horizon) * (nearness[i] - horizon) + 1e-12,
             false => 0.0,
         });
-        let scale = f64::from(WHOLE) / raw.iter().sum::<f64>();
+        // Half a unit less, so that rounding cannot make more than all of them.
+        let scale = (f32::from(WHOLE) - 0.5) / raw.iter().sum::<f32>();
         let mut weights = raw.map(|w| (w * scale) as u16);
         // The nearest has the most; what rounding left is its too.
         weights[0] += WHOLE - weights.iter().sum::<u16>();

@@ -214,12 +214,10 @@ fn block(topology: &Topology, mean: &[Vec3], region: u8, modes: usize, first: us
             }
         }
         // As an eyeball beside a nose would.
-        let mut weights = vec![0; SOURCES];
-        weights[..2].copy_from_slice(&[40_000, 25_535]);
         let rigid = Rigid {
-            part: "strip".into(),
-            sources: (0..SOURCES as u32).collect(),
-            weights,
+            part: 2,
+            sources: std::array::from_fn(|i| i as u32),
+            weights: [40_000, 25_535, 0, 0, 0, 0, 0, 0],
         };
         let rigid = if region == 0 { vec![rigid] } else { vec![] };
         Surround::new(mean, topology, &support, targets, distances, rigid).expect("it is in order")
