@@ -61,7 +61,7 @@ pub fn run(args: &RegisterArgs) -> FitResult<()> {
     }
 }
 
-/// A side of a baked image, texels: pores are lost, brows and lashes are not.
+/// A side of a baked image, texels. A face takes a quarter of it.
 const TEXELS: usize = 2048;
 
 fn bake(template: &Template, scan: &Scan, face: &Registered) -> FitResult<Texture> {
