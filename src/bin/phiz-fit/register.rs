@@ -1,14 +1,16 @@
 //! `phiz-fit register`.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use phiz::fit::register::batch::{self, Job};
-use phiz::fit::register::{Registrar, Settings};
-use phiz::fit::scan::Unit;
-use phiz::fit::{FitError, FitResult, files, ply};
+use phiz::fit::register::batch::{self, Job, Prepared};
+use phiz::fit::register::{Registered, Registrar, Settings};
+use phiz::fit::scan::{Scan, Texture, Unit};
+use phiz::fit::template::Template;
+use phiz::fit::{FitError, FitResult, files, pictures, ply, texture};
 
 #[derive(Args)]
 #[command(group(clap::ArgGroup::new("what").required(true).args(["scan", "scans"])))]
@@ -20,7 +22,7 @@ pub struct RegisterArgs {
     #[arg(long, value_name = "FILE")]
     scan: Option<PathBuf>,
     /// Its landmarks, JSON or 68 lines of text; without them they are found.
-    #[arg(long, value_name = "FILE", requires = "scan")]
+    #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     landmarks: Option<PathBuf>,
     /// Every scan of a folder, with landmarks in NAME.json or NAME.txt beside NAME.ply.
     #[arg(long, value_name = "DIR")]
@@ -31,6 +33,15 @@ pub struct RegisterArgs {
     /// Start from the landmarks alone, not from what the template knows of faces.
     #[arg(long)]
     no_prior: bool,
+    /// Bake the scan's colours into the template's texture layout: the PNG to write.
+    #[arg(long, value_name = "FILE", conflicts_with = "scans")]
+    texture: Option<PathBuf>,
+    /// Draw the scan, the registered head and the distance between them: the PNG to write.
+    #[arg(long, value_name = "FILE", conflicts_with = "scans")]
+    picture: Option<PathBuf>,
+    /// Bake NAME.png beside each face registered now, where the scan has colours.
+    #[arg(long, conflicts_with = "scan")]
+    textures: bool,
     /// The PLY to write, or the folder of them.
     #[arg(short, value_name = "PATH")]
     output: PathBuf,
@@ -44,14 +55,26 @@ pub fn run(args: &RegisterArgs) -> FitResult<()> {
         ..Settings::default()
     };
     match (&args.scan, &args.scans) {
-        (Some(scan), _) => one(args, &registrar, &settings, scan),
-        (None, Some(folder)) => many(args, &registrar, &settings, folder),
+        (Some(scan), _) => one(args, &template, &registrar, &settings, scan),
+        (None, Some(folder)) => many(args, &template, &registrar, &settings, folder),
         (None, None) => Err(FitError::Input("--scan or --scans is needed".into())),
     }
 }
 
+/// A side of a baked image, texels. A face takes a quarter of it.
+const TEXELS: usize = 2048;
+
+fn bake(template: &Template, scan: &Scan, face: &Registered) -> FitResult<Texture> {
+    texture::bake(template, &face.positions, &face.covered, scan, TEXELS)
+}
+
+fn coloured(scan: &Scan) -> bool {
+    scan.texture.is_some() || !scan.colours.is_empty()
+}
+
 fn one(
     args: &RegisterArgs,
+    template: &Template,
     registrar: &Registrar<'_>,
     settings: &Settings,
     scan: &Path,
@@ -64,7 +87,20 @@ fn one(
     let (prepared, registered) = super::step("registering", || {
         batch::register_scan(registrar, &job, args.unit, settings)
     })?;
+    // A texture that is asked for and cannot be had is known before anything is written.
+    let baked = args.texture.is_some() || args.picture.is_some() && coloured(&prepared.scan);
+    let texture = baked
+        .then(|| bake(template, &prepared.scan, &registered))
+        .transpose()?;
     ply::write_mesh(&job.output, &registered.positions, registrar.triangles())?;
+    if let (Some(texture), Some(file)) = (&texture, &args.texture) {
+        texture.save(file)?;
+    }
+    if let Some(file) = &args.picture {
+        let Registered { positions, covered } = &registered;
+        let scan = &prepared.scan;
+        pictures::of_registration(template, scan, positions, covered, texture.as_ref(), file)?;
+    }
     for note in prepared.notes {
         println!("{note}");
     }
@@ -74,6 +110,7 @@ fn one(
 
 fn many(
     args: &RegisterArgs,
+    template: &Template,
     registrar: &Registrar<'_>,
     settings: &Settings,
     folder: &Path,
@@ -85,8 +122,26 @@ fn many(
     let bar = ProgressBar::new((jobs.len() - there) as u64);
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} scans, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let failed = batch::run(registrar, &jobs, args.unit, settings, |_, _| bar.inc(1));
+    let bare = Mutex::new(Vec::new());
+    let also = |job: &Job, prepared: &Prepared, face: &Registered| {
+        if args.textures && coloured(&prepared.scan) {
+            let file = job.output.with_extension("png");
+            return bake(template, &prepared.scan, face)?.save(&file);
+        }
+        if args.textures {
+            let mut bare = bare.lock().unwrap_or_else(PoisonError::into_inner);
+            bare.push(job.scan.clone());
+        }
+        Ok(())
+    };
+    let done = |_: &Job, _: &FitResult<()>| bar.inc(1);
+    let failed = batch::run(registrar, &jobs, args.unit, settings, also, done);
     bar.finish_and_clear();
+    let mut bare = bare.into_inner().unwrap_or_else(PoisonError::into_inner);
+    bare.sort_unstable();
+    for scan in bare {
+        println!("{}: it has no colours, so there is no PNG", scan.display());
+    }
     // Whose scans they are is whose faces they become.
     let about = folder.join("about.json");
     if about.is_file() {

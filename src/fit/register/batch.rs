@@ -186,12 +186,14 @@ pub fn read_registered(dir: &Path, template: &Template) -> FitResult<Vec<Registe
 }
 
 /// Registers the jobs whose output is not there yet, on all cores, each with its landmarks in mm
-/// beside it; `done` is told of each. Returns what failed, in the order of the jobs.
+/// beside it; `also` may write more of each, `done` is told of each. Returns what failed, in the
+/// order of the jobs.
 pub fn run(
     registrar: &Registrar<'_>,
     jobs: &[Job],
     unit: Option<Unit>,
     settings: &Settings,
+    also: impl Fn(&Job, &Prepared, &Registered) -> FitResult<()> + Sync,
     done: impl Fn(&Job, &FitResult<()>) + Sync,
 ) -> Vec<FitError> {
     jobs.par_iter()
@@ -204,6 +206,7 @@ pub fn run(
                     // The face last: while it is missing, the job is not done.
                     let points = job.output.with_extension("json");
                     landmarks::write(&points, &prepared.points, 1.0, registrar.template)?;
+                    also(job, &prepared, &face)?;
                     ply::write_mesh(&job.output, &face.positions, &registrar.triangles)
                 });
             done(job, &result);

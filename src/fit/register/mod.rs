@@ -26,15 +26,15 @@ use self::noise::Neighbours;
 use self::sheet::{Pull, Sheet};
 use self::space::{Bending, Observation};
 use self::statistical::Shape;
-use super::FitResult;
 use super::align::Rigid;
 use super::detect::Detector;
 use super::folds::{Folds, edge_neighbours};
 use super::render::normals;
-use super::scan::Scan;
+use super::scan::{Scan, spread};
 use super::surface::Surface;
 use super::template::Template;
 use super::warp::{Kernel, Warp};
+use super::{FitError, FitResult};
 
 /// Landmarks of a scan: place in the template's list, position in mm.
 pub type Pulls = Vec<(usize, DVec3)>;
@@ -248,13 +248,21 @@ impl<'a> Registrar<'a> {
     /// Registers one scan by its landmarks (place in the template's list, position in mm).
     ///
     /// # Errors
-    /// With fewer than four landmarks, or when they do not fix a pose.
+    /// With fewer than four landmarks, when they do not fix a pose, and without triangles.
     pub fn register(
         &self,
         scan: &Scan,
         points: &[(usize, DVec3)],
         settings: &Settings,
     ) -> FitResult<Registered> {
+        if points.len() < 4 {
+            let cause = format!("{} landmarks, where a pose needs four", points.len());
+            return Err(FitError::Input(cause));
+        }
+        spread(points).map_err(FitError::Input)?;
+        if scan.triangles.is_empty() {
+            return Err(FitError::Input("the scan has no triangles".into()));
+        }
         let template = self.template;
         let from: Vec<DVec3> = points
             .iter()

@@ -163,7 +163,7 @@ pub fn check(
 }
 
 /// Whether landmarks span space: a warp is not determined by points in a plane.
-pub(super) fn spread(points: &[(usize, DVec3)]) -> Result<(), String> {
+pub(in crate::fit) fn spread(points: &[(usize, DVec3)]) -> Result<(), String> {
     let mean = points.iter().map(|&(_, p)| p).sum::<DVec3>() / points.len() as f64;
     let mut scatter = Matrix3::zeros();
     for &(_, p) in points {

@@ -19,6 +19,7 @@ mod polygon;
 mod unit;
 
 pub use check::check;
+pub(in crate::fit) use check::spread;
 pub use unit::Unit;
 
 /// A scan: one person's surface, in mm.

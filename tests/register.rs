@@ -1,0 +1,471 @@
+//! Registration: what is known of the truth comes out, and what must not matter does not.
+#![cfg(feature = "fit")]
+
+#[path = "common/base_mesh.rs"]
+mod base_mesh;
+#[path = "common/heads.rs"]
+mod heads;
+#[path = "common/ict.rs"]
+mod ict;
+
+use std::sync::OnceLock;
+
+use glam::{DMat3, DVec3};
+use phiz::Random;
+use phiz::fit::align::Rigid;
+use phiz::fit::evaluate::Evaluator;
+use phiz::fit::expression::Expressions;
+use phiz::fit::generic_head::flip;
+use phiz::fit::ply::write_mesh;
+use phiz::fit::register::batch::{Job, register_scan};
+use phiz::fit::register::{Pulls, Registered, Registrar, Settings};
+use phiz::fit::scan::Scan;
+use phiz::fit::simulate::{self, Simulator};
+use phiz::fit::template::Template;
+
+/// A bent head, the scan of it and what became of that, once for all tests.
+struct Given {
+    template: &'static Template,
+    registrar: &'static Registrar<'static>,
+    head: Vec<DVec3>,
+    scan: Scan,
+    points: Pulls,
+    registered: Registered,
+}
+
+fn given() -> Option<&'static Given> {
+    static GIVEN: OnceLock<Option<Given>> = OnceLock::new();
+    GIVEN
+        .get_or_init(|| {
+            let (template, registrar) = (heads::template()?, heads::registrar()?);
+            let head = heads::bent(template, 1);
+            let scan = heads::scan(template, &head, 2);
+            let points = heads::points(template, &head);
+            let registered = registrar.register(&scan, &points, &Settings::default());
+            Some(Given {
+                registered: registered.expect("registers"),
+                template,
+                registrar,
+                head,
+                scan,
+                points,
+            })
+        })
+        .as_ref()
+}
+
+impl Given {
+    /// Some of the landmarks.
+    fn named(&self, names: &[&str]) -> Pulls {
+        let wanted = |l: usize| names.contains(&&self.template.landmarks[l].name[..]);
+        let points = self.points.iter().filter(|p| wanted(p.0));
+        points.copied().collect()
+    }
+
+    /// Mean distance of the features' covered vertices from where they belong, mm.
+    fn drift(&self, registered: &Registered, truth: &[DVec3]) -> f64 {
+        let lengths: Vec<f64> = features(self.template)
+            .filter(|&v| registered.covered[v])
+            .map(|v| registered.positions[v].distance(truth[v]))
+            .collect();
+        // Most of the features is where scanners look.
+        assert!(4 * lengths.len() > 3 * features(self.template).count());
+        lengths.iter().sum::<f64>() / lengths.len() as f64
+    }
+}
+
+/// The vertices of the skin of eyes, nose, mouth, chin and forehead.
+fn features(template: &Template) -> impl Iterator<Item = usize> {
+    let topology = &template.topology;
+    let skin = template.part_vertices("skin").expect("it has skin");
+    let region = |v: usize| &topology.region_names[topology.regions[v] as usize];
+    skin.into_iter()
+        .map(|v| v as usize)
+        .filter(move |&v| region(v) != "head")
+}
+
+/// The greatest distance between the same vertices of two heads, mm.
+fn farthest(one: &[DVec3], other: &[DVec3]) -> f64 {
+    assert_eq!(one.len(), other.len());
+    let apart = one.iter().zip(other).map(|(a, b)| a.distance(*b));
+    apart.fold(0.0, |most, d| if d > most || d.is_nan() { d } else { most })
+}
+
+/// Numbers all over, and eyeballs as hard as they are.
+fn sound(template: &Template, positions: &[DVec3]) {
+    assert_eq!(positions.len(), template.positions.len());
+    assert!(positions.iter().all(|p| p.is_finite()));
+    for eye in ["left eyeball", "right eyeball"] {
+        let eye = template.part_vertices(eye).expect("it has eyes");
+        let rigid = Rigid::fit(
+            &template.positions,
+            positions,
+            &eye,
+            &vec![1.0; positions.len()],
+        );
+        for v in eye {
+            let meant = rigid.apply(template.positions[v as usize]);
+            assert!(meant.distance(positions[v as usize]) < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn a_bent_head_is_found_again() {
+    let Some(given) = given() else { return };
+    let registered = &given.registered;
+    sound(given.template, &registered.positions);
+    let drift = given.drift(registered, &given.head);
+    println!("drift {drift:.3} mm");
+    // What is measured is 0.35 mm, most of it along the skin of a shape that no person has.
+    assert!(drift < 0.5, "{drift}");
+    // What no scanner sees goes along. The waves bend it otherwise than the skin around it tells,
+    // by about their height of 3 mm.
+    for part in [
+        "mouth cavity",
+        "eye cavities",
+        "left eyeball",
+        "right eyeball",
+    ] {
+        let vertices = given.template.part_vertices(part).expect(part);
+        let apart = vertices.iter().map(|&v| {
+            let v = v as usize;
+            registered.positions[v].distance(given.head[v])
+        });
+        let mean = apart.sum::<f64>() / vertices.len() as f64;
+        println!("{part}: {mean:.3} mm");
+        assert!(mean < 4.0, "{part}: {mean}");
+    }
+}
+
+#[test]
+fn where_the_scan_is_does_not_matter() {
+    let Some(given) = given() else { return };
+    let motion = Rigid {
+        rotation: DMat3::from_rotation_y(1.1) * DMat3::from_rotation_x(-2.0),
+        translation: DVec3::new(310.0, -120.0, 75.0),
+    };
+    let mut scan = given.scan.clone();
+    scan.positions
+        .iter_mut()
+        .for_each(|p| *p = motion.apply(*p));
+    let points: Pulls = given
+        .points
+        .iter()
+        .map(|&(l, p)| (l, motion.apply(p)))
+        .collect();
+    let moved = given
+        .registrar
+        .register(&scan, &points, &Settings::default());
+    let moved = moved.expect("registers").positions;
+    let meant: Vec<DVec3> = given
+        .registered
+        .positions
+        .iter()
+        .map(|&p| motion.apply(p))
+        .collect();
+    let apart = farthest(&moved, &meant);
+    println!("{apart:.2e} mm apart");
+    // Rounding; no decision hangs on it.
+    assert!(apart < 1e-6, "{apart}");
+}
+
+#[test]
+fn the_order_of_vertices_and_triangles_does_not_matter() {
+    let Some(given) = given() else { return };
+    let mut random = Random::new(3);
+    let mut shuffled = |n: usize| {
+        let mut order: Vec<(u64, u32)> = (0..n as u32).map(|i| (random.bits(), i)).collect();
+        order.sort_unstable();
+        order.into_iter().map(|o| o.1 as usize).collect::<Vec<_>>()
+    };
+    let (vertices, triangles) = (
+        shuffled(given.scan.positions.len()),
+        shuffled(given.scan.triangles.len()),
+    );
+    let mut number = vec![0; vertices.len()];
+    (0..).zip(&vertices).for_each(|(i, &v)| number[v] = i);
+    let scan = Scan {
+        positions: vertices.iter().map(|&v| given.scan.positions[v]).collect(),
+        triangles: triangles
+            .iter()
+            .map(|&t| {
+                let [a, b, c] = given.scan.triangles[t].map(|v| number[v as usize]);
+                [b, c, a]
+            })
+            .collect(),
+        ..given.scan.clone()
+    };
+    let points: Pulls = given.points.iter().rev().copied().collect();
+    let other = given
+        .registrar
+        .register(&scan, &points, &Settings::default());
+    let apart = farthest(
+        &other.expect("registers").positions,
+        &given.registered.positions,
+    );
+    println!("{apart:.2e} mm apart");
+    // Rounding; no decision hangs on it.
+    assert!(apart < 1e-6, "{apart}");
+}
+
+#[test]
+fn threads_and_repetition_do_not_matter() {
+    let Some(given) = given() else { return };
+    for threads in [1, 4] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let register = || {
+            let settings = Settings::default();
+            given
+                .registrar
+                .register(&given.scan, &given.points, &settings)
+        };
+        let again = pool.expect("threads").install(register).expect("registers");
+        assert_eq!(again.positions, given.registered.positions);
+        assert_eq!(again.covered, given.registered.covered);
+    }
+}
+
+#[test]
+fn a_symmetric_scan_gives_a_symmetric_face() {
+    let Some(given) = given() else { return };
+    let rest = &given.template.positions;
+    // The shape is symmetric, the triangles are not.
+    let scan = heads::scan(given.template, rest, 4);
+    let points = heads::points(given.template, rest);
+    let registered = given
+        .registrar
+        .register(&scan, &points, &Settings::default());
+    let registered = registered.expect("registers");
+    let mirror = &given.template.topology.mirror;
+    let uneven: Vec<f64> = features(given.template)
+        .map(|v| {
+            let other = flip(registered.positions[mirror[v] as usize]);
+            registered.positions[v].distance(other)
+        })
+        .collect();
+    let mean = uneven.iter().sum::<f64>() / uneven.len() as f64;
+    let drift = given.drift(&registered, rest);
+    println!("uneven by {mean:.3} mm, drift {drift:.3} mm");
+    // Edges cut corners on the two sides in different places; measured is 0.014 mm.
+    assert!(mean < 0.04, "{mean}");
+    assert!(drift < 0.08, "{drift}");
+}
+
+#[test]
+fn the_template_stays_on_itself() {
+    let Some(given) = given() else { return };
+    let rest = &given.template.positions;
+    let scan = heads::skin(given.template, rest);
+    let points = heads::points(given.template, rest);
+    let registered = given
+        .registrar
+        .register(&scan, &points, &Settings::default());
+    let drift = given.drift(&registered.expect("registers"), rest);
+    println!("drift {drift:.4} mm");
+    // Twice what is measured: the fit starts from the prior, not from the rest pose.
+    assert!(drift < 0.05, "{drift}");
+}
+
+#[test]
+fn holes_are_bridged_and_said() {
+    let Some(given) = given() else { return };
+    let at = |name: &str| {
+        let place = given.template.landmarks.iter().position(|l| l.name == name);
+        given.template.landmark(place.expect(name), &given.head)
+    };
+    // A cheek, the tip of the nose, and all that is behind the ears.
+    let discs = [(at("cheek left"), 15.0), (at("ibug_30"), 6.0)];
+    let back = at("tragion left").z - 30.0;
+    let inside = |p: DVec3, grown: f64| {
+        p.z < back + grown || discs.iter().any(|&(c, r)| p.distance(c) < r + grown)
+    };
+    let mut scan = given.scan.clone();
+    scan.triangles.retain(|t| {
+        !t.iter()
+            .any(|&v| inside(given.scan.positions[v as usize], 0.0))
+    });
+    let mut number = vec![u32::MAX; scan.positions.len()];
+    let mut kept = Vec::new();
+    for corner in scan.triangles.as_flattened_mut() {
+        let slot = &mut number[*corner as usize];
+        if *slot == u32::MAX {
+            *slot = kept.len() as u32;
+            kept.push(given.scan.positions[*corner as usize]);
+        }
+        *corner = *slot;
+    }
+    scan.positions = kept;
+    let registered = given
+        .registrar
+        .register(&scan, &given.points, &Settings::default());
+    let registered = registered.expect("registers");
+    sound(given.template, &registered.positions);
+    let apart = |v: usize| registered.positions[v] - given.registered.positions[v];
+    let (mut counted, mut lost, mut wrong) = (0, 0, 0);
+    let (mut on_face, mut behind) = (0.0_f64, 0.0_f64);
+    for v in given.template.part_vertices("skin").expect("it has skin") {
+        let v = v as usize;
+        let truth = given.head[v];
+        // Edges of the scan are 1.5 mm long, so the hole's border is known to 2 mm.
+        if inside(truth, -2.0) {
+            wrong += usize::from(registered.covered[v]);
+            let most = if truth.z > back {
+                &mut on_face
+            } else {
+                &mut behind
+            };
+            *most = most.max(apart(v).length());
+        } else if !inside(truth, 6.0) && given.registered.covered[v] {
+            counted += 1;
+            lost += usize::from(!registered.covered[v]);
+        }
+    }
+    println!("{wrong} covered in the hole, {lost} of {counted} uncovered elsewhere");
+    println!("moved by {on_face:.2} mm in the face, {behind:.2} mm behind");
+    assert_eq!(wrong, 0);
+    assert!(100 * lost < counted, "{lost} of {counted}");
+    // The skin goes over a cheek and the tip of a nose as people's do; the back of a head that is
+    // seen from before the ears is a guess.
+    assert!(on_face < 1.5 && behind < 20.0, "{on_face} {behind}");
+    // Smoothly: no edge changes by as much as its length.
+    let skin = given.template.part_triangles("skin").expect("it has skin");
+    let edges = skin.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let stretch = edges.map(|(a, b)| {
+        let (a, b) = (a as usize, b as usize);
+        (apart(a) - apart(b)).length() / given.head[a].distance(given.head[b])
+    });
+    let stretch = stretch.fold(0.0, f64::max);
+    println!("edges stretch by {stretch:.2}");
+    assert!(stretch < 1.0, "{stretch}");
+}
+
+#[test]
+fn with_little_to_start_from_it_works_too() {
+    let Some(given) = given() else { return };
+    let run = |points: &Pulls, prior: bool| {
+        let settings = Settings {
+            prior,
+            ..Settings::default()
+        };
+        let registered = given.registrar.register(&given.scan, points, &settings);
+        let registered = registered.expect("registers");
+        sound(given.template, &registered.positions);
+        given.drift(&registered, &given.head)
+    };
+    let four = given.named(&["ibug_36", "ibug_45", "ibug_30", "ibug_08"]);
+    let without_prior = run(&given.points, false);
+    let of_four = run(&four, true);
+    // Landmarks that are found: of the scan as a file, in another pose.
+    let folder = tempfile::tempdir().expect("a folder");
+    let job = Job {
+        scan: folder.path().join("scan.ply"),
+        landmarks: None,
+        output: folder.path().join("face.ply"),
+    };
+    let turn = DMat3::from_rotation_y(0.5) * DMat3::from_rotation_z(-0.4);
+    let turned: Vec<DVec3> = given.scan.positions.iter().map(|&p| turn * p).collect();
+    write_mesh(&job.scan, &turned, &given.scan.triangles).expect("writes");
+    let (prepared, found) =
+        register_scan(given.registrar, &job, None, &Settings::default()).expect("registers");
+    assert!(
+        prepared
+            .notes
+            .iter()
+            .any(|n| n.contains("found without a hand"))
+    );
+    let truth: Vec<DVec3> = given.head.iter().map(|&p| turn * p).collect();
+    let of_found = given.drift(&found, &truth);
+    println!("drift: no prior {without_prior:.3}, 4 points {of_four:.3}, found {of_found:.3} mm");
+    // Waves suit a warp, which follows them better than a prior of people can. Few or rough
+    // landmarks leave the slide to the shape of the skin: half as much again as what is measured.
+    assert!(without_prior < 0.25, "{without_prior}");
+    assert!(of_four < 1.2, "{of_four}");
+    assert!(of_found < 1.2, "{of_found}");
+}
+
+#[test]
+fn what_cannot_be_registered_is_an_error() {
+    let Some(given) = given() else { return };
+    let error = |scan: &Scan, points: &[(usize, DVec3)]| {
+        let result = given.registrar.register(scan, points, &Settings::default());
+        result.map(|_| ()).expect_err("no").to_string()
+    };
+    for count in 0..4 {
+        let said = error(&given.scan, &given.points[..count]);
+        assert_eq!(said, format!("{count} landmarks, where a pose needs four"));
+    }
+    let place = given.points[0].1;
+    let one_place: Pulls = given.points.iter().map(|p| (p.0, place)).collect();
+    assert!(error(&given.scan, &one_place).contains("at one place"));
+    let flat: Pulls = given
+        .points
+        .iter()
+        .map(|p| (p.0, p.1.with_z(0.0)))
+        .collect();
+    assert!(error(&given.scan, &flat).contains("in one plane"));
+    assert!(error(&Scan::default(), &given.points).contains("no triangles"));
+}
+
+#[test]
+fn people_are_registered_as_well_as_promised() {
+    let (Some(given), Some(ict)) = (given(), ict::ict()) else {
+        return;
+    };
+    let register = |scan: &Scan, landmarks: &[DVec3]| {
+        let points: Pulls = given
+            .points
+            .iter()
+            .zip(landmarks)
+            .map(|(p, &q)| (p.0, q))
+            .collect();
+        let registered = given
+            .registrar
+            .register(scan, &points, &Settings::default());
+        registered.expect("registers").positions
+    };
+    let mean = Scan {
+        positions: ict.neutral.clone(),
+        triangles: ict.triangles.clone(),
+        scale: 1.0,
+        ..Scan::default()
+    };
+    let reference = register(&mean, &ict.landmarks.map(|v| ict.neutral[v as usize]));
+    let none = Expressions::default();
+    let evaluator = Evaluator::new(given.template, &reference, ict, &none).expect("binds");
+    let simulator = Simulator::new(ict);
+    let measure = |seed, noise, jitter| {
+        let settings = simulate::Settings {
+            noise,
+            jitter,
+            holes: false,
+        };
+        let person = simulator.scan(seed, &settings);
+        let face = register(&person.scan, &person.landmarks);
+        sound(given.template, &face);
+        evaluator.measure(&person, &face)
+    };
+    let mean = |lengths: &[f64]| lengths.iter().sum::<f64>() / lengths.len() as f64;
+    // Distances are the bars of issue 3. Drift is measured at 0.52 and 0.56 mm on these two, 0.58
+    // on the noisy one; the issue's bars are for the mean of a hundred.
+    for seed in [8301, 8302] {
+        let clean = measure(seed, 0.0, 0.0);
+        let (to_scan, drift) = (mean(&clean.face_to_scan), mean(&clean.drift));
+        println!(
+            "{seed}: {to_scan:.4} mm to the scan, drift {drift:.3} mm, {} folds",
+            clean.folds
+        );
+        assert!(to_scan < 0.06, "{to_scan}");
+        assert!(drift < 0.65, "{drift}");
+        assert_eq!(clean.folds, 0);
+    }
+    let noisy = measure(8301, 0.3, 1.5);
+    let (to_skin, drift) = (mean(&noisy.face_to_skin), mean(&noisy.drift));
+    println!(
+        "noisy: {to_skin:.4} mm to the skin, drift {drift:.3} mm, {} folds",
+        noisy.folds
+    );
+    assert!(to_skin < 0.18, "{to_skin}");
+    assert!(drift < 0.8, "{drift}");
+    assert_eq!(noisy.folds, 0);
+}

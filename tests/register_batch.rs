@@ -1,0 +1,323 @@
+//! A folder of scans: what can be done is done, once, and what cannot is said.
+#![cfg(feature = "fit")]
+
+#[path = "common/base_mesh.rs"]
+mod base_mesh;
+#[path = "common/heads.rs"]
+mod heads;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::Mutex;
+use std::time::SystemTime;
+
+use phiz::fit::ply::{read_positions, write_mesh};
+use phiz::fit::register::Settings;
+use phiz::fit::register::batch::{self, Job};
+use phiz::fit::scan::{Scan, landmarks};
+use phiz::fit::template::Template;
+
+/// Writes the scan of a seed with its landmarks; small, since it is in the template's triangles.
+fn write(folder: &Path, name: &str, seed: u64) -> Option<Scan> {
+    let template = heads::template()?;
+    let head = heads::bent(template, seed);
+    let scan = heads::skin(template, &head);
+    let path = folder.join(format!("{name}.ply"));
+    write_mesh(&path, &scan.positions, &scan.triangles).expect("writes");
+    let points = heads::points(template, &head);
+    landmarks::write(&path.with_extension("json"), &points, 1.0, template).expect("writes");
+    Some(scan)
+}
+
+/// A scan with colours of its vertices, as PLY in text.
+fn write_coloured(path: &Path, scan: &Scan) {
+    let (vertices, triangles) = (&scan.positions, &scan.triangles);
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
+         property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        vertices.len(),
+        triangles.len()
+    );
+    for p in vertices {
+        text += &format!("{} {} {} 180 120 100\n", p.x, p.y, p.z);
+    }
+    for [a, b, c] in triangles {
+        text += &format!("3 {a} {b} {c}\n");
+    }
+    fs::write(path, text).expect("writes");
+}
+
+/// The files of a folder and when they were written.
+fn files(folder: &Path) -> BTreeMap<String, SystemTime> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    entries
+        .map(|entry| {
+            let entry = entry.expect("an entry");
+            let written = entry.metadata().and_then(|m| m.modified());
+            let name = entry.file_name().into_string().expect("a name");
+            (name, written.expect("a time"))
+        })
+        .collect()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    files(folder).into_keys().collect()
+}
+
+fn template_file(folder: &Path, template: &Template) -> PathBuf {
+    let path = folder.join("template.phiz");
+    fs::write(&path, template.to_bytes().expect("writes")).expect("writes");
+    path
+}
+
+/// `phiz-fit register` with a template.
+fn register(template: &Path, arguments: &[&Path]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+    command.arg("register").arg("--template").arg(template);
+    command.args(arguments).output().expect("runs")
+}
+
+fn said(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn a_bad_scan_among_good_ones_does_not_stop_them() {
+    let Some(registrar) = heads::registrar() else {
+        return;
+    };
+    let root = tempfile::tempdir().expect("a folder");
+    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
+    for folder in [&scans, &faces] {
+        fs::create_dir(folder).expect("makes");
+    }
+    for (name, seed) in [("anna", 11), ("emil", 12)] {
+        write(&scans, name, seed);
+    }
+    // Without faces; and one whose landmarks are no landmarks.
+    fs::write(scans.join("bad.ply"), "ply\nformat ascii 1.0\nend_header\n").expect("writes");
+    fs::copy(scans.join("anna.ply"), scans.join("carl.ply")).expect("copies");
+    fs::write(scans.join("carl.json"), "{}").expect("writes");
+    // What is no scan is nobody's business.
+    fs::write(scans.join("notes.md"), "done").expect("writes");
+
+    let jobs = batch::jobs(&scans, &faces).expect("scans");
+    let job = |name: &str, points: Option<&str>| Job {
+        scan: scans.join(format!("{name}.ply")),
+        landmarks: points.map(|p| scans.join(p)),
+        output: faces.join(format!("{name}.ply")),
+    };
+    let all = [
+        job("anna", Some("anna.json")),
+        job("bad", None),
+        job("carl", Some("carl.json")),
+        job("emil", Some("emil.json")),
+    ];
+    assert_eq!(jobs, all);
+    let told = Mutex::new(Vec::new());
+    let run = || {
+        let done = |job: &Job, result: &Result<(), _>| {
+            let name = job.scan.file_stem().expect("a name").to_owned();
+            told.lock().expect("whole").push((name, result.is_ok()));
+        };
+        let also = |_: &Job, _: &_, _: &_| Ok(());
+        let failed = batch::run(registrar, &jobs, None, &Settings::default(), also, done);
+        let failed: Vec<String> = failed.iter().map(ToString::to_string).collect();
+        let mut told = std::mem::take(&mut *told.lock().expect("whole"));
+        told.sort();
+        (failed, told)
+    };
+    let (failed, told) = run();
+    assert_eq!(failed.len(), 2);
+    assert!(failed[0].contains("bad.ply"), "{}", failed[0]);
+    assert!(failed[1].contains("carl"), "{}", failed[1]);
+    let results = [
+        ("anna", true),
+        ("bad", false),
+        ("carl", false),
+        ("emil", true),
+    ];
+    assert_eq!(told, results.map(|(name, good)| (name.into(), good)));
+    // Nothing of the bad ones, and nothing half-written.
+    let there = ["anna.json", "anna.ply", "emil.json", "emil.ply"];
+    assert_eq!(names(&faces), there);
+
+    // Once more: what is there stays as it is.
+    let before = files(&faces);
+    let (again, told) = run();
+    assert_eq!(again, failed);
+    assert_eq!(told, [("bad".into(), false), ("carl".into(), false)]);
+    assert_eq!(files(&faces), before);
+}
+
+#[test]
+fn folders_that_cannot_be_meant_are_refused() {
+    let root = tempfile::tempdir().expect("a folder");
+    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
+    let error = |output: &Path| {
+        let result = batch::jobs(&scans, output);
+        result.map(|_| ()).expect_err("no").to_string()
+    };
+    assert!(error(&faces).starts_with(&scans.display().to_string()));
+    for folder in [&scans, &faces] {
+        fs::create_dir(folder).expect("makes");
+    }
+    let said = error(&faces);
+    assert_eq!(
+        said,
+        format!("{}: no .ply, .obj or .glb files", scans.display())
+    );
+    fs::write(scans.join("anna.ply"), "").expect("writes");
+    let said = error(&scans.join("."));
+    assert!(
+        said.contains("registered faces go to a folder of their own"),
+        "{said}"
+    );
+    fs::write(scans.join("anna.OBJ"), "").expect("writes");
+    let said = error(&faces);
+    assert!(said.contains("has the same name as"), "{said}");
+    assert!(
+        said.contains("anna.ply") && said.contains("anna.OBJ"),
+        "{said}"
+    );
+}
+
+#[test]
+fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
+    let Some(template) = heads::template() else {
+        return;
+    };
+    let root = tempfile::tempdir().expect("a folder");
+    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
+    fs::create_dir(&scans).expect("makes");
+    let template_file = template_file(root.path(), template);
+    let anna = write(&scans, "anna", 11).expect("a template");
+    write_coloured(&scans.join("anna.ply"), &anna);
+    write(&scans, "emil", 12);
+    fs::write(scans.join("bad.glb"), "glTF?").expect("writes");
+    fs::write(scans.join("about.json"), "{}").expect("writes");
+
+    let folder = ["--scans".as_ref(), scans.as_path(), "-o".as_ref(), &faces];
+    let textures: Vec<&Path> = [&folder[..], &["--textures".as_ref()]].concat();
+    let first = register(&template_file, &textures);
+    assert_eq!(first.status.code(), Some(1));
+    let (out, err) = (said(&first.stdout), said(&first.stderr));
+    assert!(
+        out.contains("2 faces registered, 0 were there, 1 failed"),
+        "{out}"
+    );
+    assert!(
+        out.contains("emil.ply: it has no colours, so there is no PNG"),
+        "{out}"
+    );
+    assert!(!out.contains("anna.ply: it has no colours"), "{out}");
+    assert!(err.lines().any(|line| line.contains("bad.glb")), "{err}");
+    assert!(
+        err.contains("1 of 3 scans could not be registered"),
+        "{err}"
+    );
+    assert!(!err.contains("panicked"), "{err}");
+    let there = [
+        "about.json",
+        "anna.json",
+        "anna.ply",
+        "anna.png",
+        "emil.json",
+        "emil.ply",
+    ];
+    assert_eq!(names(&faces), there);
+    // The texture has the colour that the scan has all over; the skin takes a quarter of the layout.
+    let image = image::open(faces.join("anna.png"))
+        .expect("a picture")
+        .into_rgb8();
+    let same = image.pixels().filter(|p| p.0 == [180, 120, 100]).count();
+    let part = same as f64 / f64::from(image.width() * image.height());
+    assert!(part > 0.2, "{part}");
+
+    // One is lost and the bad one is good now: those two are made, the other stays.
+    let (before, emil) = (files(&faces), faces.join("emil.ply"));
+    let bytes = fs::read(&emil).expect("a face");
+    fs::remove_file(&emil).expect("goes");
+    fs::remove_file(scans.join("bad.glb")).expect("goes");
+    let second = register(&template_file, &folder);
+    let out = said(&second.stdout);
+    assert_eq!(second.status.code(), Some(0), "{}", said(&second.stderr));
+    assert!(
+        out.contains("1 faces registered, 1 were there, 0 failed"),
+        "{out}"
+    );
+    assert_eq!(fs::read(&emil).expect("a face"), bytes);
+    let after = files(&faces);
+    assert_eq!(names(&faces), there);
+    for kept in ["anna.ply", "anna.json", "anna.png"] {
+        assert_eq!(after[kept], before[kept], "{kept}");
+    }
+}
+
+#[test]
+fn one_scan_gets_its_texture_and_its_picture() {
+    let Some(template) = heads::template() else {
+        return;
+    };
+    let root = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| root.path().join(name);
+    let template_file = template_file(root.path(), template);
+    let scan = write(root.path(), "anna", 11).expect("a template");
+    let landmarks = at("anna.json");
+    let one = |scan: &Path, options: &[&Path]| {
+        let face = at("face.ply");
+        let given: [&Path; 6] = [
+            "--scan".as_ref(),
+            scan,
+            "--landmarks".as_ref(),
+            &landmarks,
+            "-o".as_ref(),
+            &face,
+        ];
+        register(&template_file, &[&given[..], options].concat())
+    };
+    // Bare: a texture is refused before anything is written.
+    let texture = at("texture.png");
+    let refused = one(&at("anna.ply"), &["--texture".as_ref(), &texture]);
+    let err = said(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        err.contains("anna.ply: neither a texture nor colours of its vertices"),
+        "{err}"
+    );
+    assert!(!texture.exists() && !at("face.ply").exists());
+
+    let (coloured, picture) = (at("coloured.ply"), at("picture.png"));
+    write_coloured(&coloured, &scan);
+    let options = [
+        "--texture".as_ref(),
+        &*texture,
+        "--picture".as_ref(),
+        &*picture,
+    ];
+    let done = one(&coloured, &options);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done.stderr));
+    let face = read_positions(&at("face.ply")).expect("a face");
+    assert_eq!(face.len(), template.positions.len());
+    for file in [&texture, &picture] {
+        let image = image::open(file).expect("a picture");
+        assert!(image.width() >= 1000, "{}", file.display());
+    }
+
+    // Options that do not belong together are told by their names.
+    let folder = ["--scans".as_ref(), root.path(), "-o".as_ref(), root.path()];
+    for option in ["--landmarks", "--texture", "--picture"] {
+        let wrong = register(
+            &template_file,
+            &[&folder[..], &[option.as_ref(), &picture]].concat(),
+        );
+        assert_eq!(wrong.status.code(), Some(2), "{option}");
+        let err = said(&wrong.stderr);
+        assert!(err.contains(option) && err.contains("--scans"), "{err}");
+    }
+    let wrong = one(&coloured, &["--textures".as_ref()]);
+    assert_eq!(wrong.status.code(), Some(2));
+}
