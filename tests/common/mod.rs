@@ -6,7 +6,7 @@ use glam::Vec3;
 use phiz::FaceModel;
 use phiz::anatomy::{Landmark, Measure, Part};
 use phiz::mesh::Topology;
-use phiz::model::{About, Blending, Block, Control, Licence, ModelParts, Rigid, SOURCES, Surround};
+use phiz::model::{About, Blending, Block, Control, Licence, ModelParts, Rigid, Surround};
 use phiz::quantise::{COORDINATES, CORRELATIONS, DISTANCES, FINEST_STEP, Quantised, TEXTURE};
 
 /// Columns and rows of the sheet's vertices, 10 mm apart:
