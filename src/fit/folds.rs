@@ -111,6 +111,11 @@ impl Crossings {
         Ok(all)
     }
 
+    /// The triangles that are tested.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
     /// The pairs of triangles without a common vertex that go through each other in a face and
     /// did not do so at rest: places in the list of triangles, sorted.
     pub fn of(&self, face: &[DVec3]) -> Vec<[u32; 2]> {

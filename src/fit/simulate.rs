@@ -90,6 +90,9 @@ const POSE: [f64; 3] = [60.0, 30.0, 30.0];
 /// The greatest translation along each axis, mm.
 const TRANSLATION: f64 = 300.0;
 
+/// A landmark farther than this from the surface, besides its error, is in a hole, mm.
+const IN_HOLE: f64 = 3.0;
+
 /// A component of fewer triangles than this is a crumb that scanning programs remove.
 const CRUMB: usize = 300;
 
@@ -351,7 +354,8 @@ pub fn name(seed: u64) -> String {
 
 /// Writes `count` scans of the seeds from `seed` on: `person_SEED.ply` with the landmarks in
 /// `person_SEED.json`, the truth in `truth/person_SEED.json`, and `about.json`, which `train` puts
-/// into the model. The 68 iBUG points are written, or with `all_points` the others too. `done` is
+/// into the model. The 68 iBUG points are written, or with `all_points` the others too, but none in
+/// a hole. `done` is
 /// called after each.
 ///
 /// # Errors
@@ -375,10 +379,17 @@ pub fn write(
         let seed = seed.wrapping_add(i);
         let person = simulator.scan(seed, settings);
         let name = name(seed);
+        // Nobody sets a point in a hole.
+        let surface = Surface::new(&person.scan.positions, &person.scan.triangles);
         let landmarks: std::collections::BTreeMap<String, [f64; 3]> = person
             .landmarks
             .iter()
             .zip(&names)
+            .filter(|(p, _)| {
+                surface
+                    .closest(**p, IN_HOLE + 4.0 * settings.jitter)
+                    .is_some()
+            })
             .map(|(p, name)| (name.clone(), p.to_array()))
             .collect();
         write_json(&dir.join(format!("{name}.json")), &landmarks)?;

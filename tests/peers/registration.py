@@ -137,6 +137,8 @@ def table(setting, reports):
           + f"{'ours / amberg':>22}")
     kept = True
     for label, key, value in ROWS:
+        if key == "scatter" and people < 2:
+            continue
         line = f"{label:32}" + "".join(f"{value(r):14.3f}" for r in reports.values())
         for peer in PEERS if key else []:
             ratio = value(reports["phiz"]) / max(value(reports[peer]), 1e-12)

@@ -49,7 +49,10 @@ pub struct EvaluateArgs {
 }
 
 /// How scans are made: name, noise and landmark errors in mm, holes.
-const SETTINGS: [(&str, f64, f64, bool); 6] = [
+type Setting = (&'static str, f64, f64, bool);
+
+/// The settings that are measured.
+const SETTINGS: [Setting; 6] = [
     ("clean", 0.0, 0.0, false),
     ("usual", 0.2, 0.5, false),
     ("noisy", 0.3, 1.5, false),
@@ -65,6 +68,7 @@ const EXPRESSIONS: [(&str, &[&str]); 2] = [
 ];
 
 pub fn run(args: &EvaluateArgs) -> FitResult<()> {
+    let chosen = chosen(&args.only)?;
     let template = super::read_template(&args.template)?;
     let ict = super::step("reading ICT-FaceKit", || Ict::read(&args.ict))?;
     if let Some(folder) = &args.save {
@@ -99,24 +103,11 @@ pub fn run(args: &EvaluateArgs) -> FitResult<()> {
     };
     let evaluator = Evaluator::new(&template, &reference, &ict, &expressions)?;
     let simulator = Simulator::new(&ict);
-    let chosen: Vec<_> = SETTINGS
-        .iter()
-        .filter(|(name, ..)| args.only.is_empty() || args.only.iter().any(|only| only == name))
-        .collect();
-    if let Some(only) = args
-        .only
-        .iter()
-        .find(|&only| SETTINGS.iter().all(|s| s.0 != only))
-    {
-        let names: Vec<&str> = SETTINGS.iter().map(|s| s.0).collect();
-        let cause = format!("--only {only}: there are {}", names.join(", "));
-        return Err(FitError::Input(cause));
-    }
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} registrations, {eta} left");
     let bar = ProgressBar::new(u64::from(args.count) * chosen.len() as u64);
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let mut reports = Vec::new();
-    for &&(name, noise, jitter, holes) in &chosen {
+    for &(name, noise, jitter, holes) in chosen {
         let settings = Settings {
             noise,
             jitter,
@@ -161,6 +152,17 @@ pub fn run(args: &EvaluateArgs) -> FitResult<()> {
         println!("{}", table(&reports));
     }
     Ok(())
+}
+
+/// The settings of these names; all for none.
+fn chosen(only: &[String]) -> FitResult<Vec<&'static Setting>> {
+    let names = SETTINGS.map(|s| s.0);
+    if let Some(unknown) = only.iter().find(|only| !names.contains(&&only[..])) {
+        let cause = format!("--only {unknown}: there are {}", names.join(", "));
+        return Err(FitError::Input(cause));
+    }
+    let wanted = |s: &&Setting| only.is_empty() || only.iter().any(|only| only == s.0);
+    Ok(SETTINGS.iter().filter(wanted).collect())
 }
 
 /// Where the 68 landmarks are in the template's list.

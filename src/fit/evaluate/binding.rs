@@ -29,8 +29,6 @@ pub struct Binding {
     /// ICT's skin. The inner lips, the back of the lids and whatever the reference does not reach
     /// have none.
     pub bound: Vec<bool>,
-    /// Whether the spot is the end of ICT's skin: at the lids' and lips' inner rims and the neck.
-    pub beyond: Vec<bool>,
     /// Whether the spot is in the face area, which is what ICT calls the narrow face: from the
     /// hairline to the throat and to before the ears.
     pub face: Vec<bool>,
@@ -68,15 +66,14 @@ impl Binding {
                 let face = ict.triangles[spot.triangle as usize]
                     .iter()
                     .all(|&v| v < NARROW_FACE);
-                (spot, own.is_some() && !beyond, beyond, face)
+                (spot, own.is_some() && !beyond, face)
             })
             .collect();
         Ok(Self {
             vertices,
             spots: found.iter().map(|f| f.0).collect(),
             bound: found.iter().map(|f| f.1).collect(),
-            beyond: found.iter().map(|f| f.2).collect(),
-            face: found.iter().map(|f| f.3).collect(),
+            face: found.iter().map(|f| f.2).collect(),
         })
     }
 

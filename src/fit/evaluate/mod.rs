@@ -140,8 +140,8 @@ impl<'a> Evaluator<'a> {
     /// Measures the template registered to a simulated scan (all vertices, mm, in the scan's
     /// pose).
     ///
-    /// A vertex counts only where the scan shows the spot where it belongs, and no vertex beyond
-    /// the end of ICT's skin (behind the lids' and lips' rims, below the neck) counts.
+    /// A vertex counts only where it has a spot of its own on ICT's skin, which the inside of
+    /// nostrils and lips and the back of the lids have not, and where the scan shows that spot.
     pub fn measure(&self, person: &Simulated, registered: &[DVec3]) -> Measured {
         let truth = person.truth.positions(self.ict);
         let scan = Surface::new(&person.scan.positions, &person.scan.triangles);
@@ -166,7 +166,7 @@ impl<'a> Evaluator<'a> {
                     measured.drift.push(p.distance(spot));
                 }
             }
-            if self.binding.beyond[i] || !seen {
+            if !bound || !seen {
                 continue;
             }
             let to_scan = distance(&scan, p);

@@ -10,6 +10,7 @@
 pub mod batch;
 pub mod correspondence;
 pub mod embed;
+pub mod lips;
 pub mod noise;
 pub mod sheet;
 pub mod space;
@@ -20,6 +21,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 
 use self::correspondence::{Admission, correspond};
+use self::lips::Lips;
 use self::noise::Neighbours;
 use self::sheet::{Pull, Sheet};
 use self::space::{Bending, Observation};
@@ -130,6 +132,7 @@ pub struct Registrar<'a> {
     /// Area times openness, of all vertices.
     weights: Vec<f64>,
     eyes: Vec<Eye>,
+    lips: Lips,
     /// Made when a scan without landmarks comes.
     detector: OnceLock<Detector>,
 }
@@ -213,6 +216,7 @@ impl<'a> Registrar<'a> {
             open,
             weights,
             eyes,
+            lips: Lips::new(template)?,
             detector: OnceLock::new(),
         })
     }
@@ -358,6 +362,7 @@ impl<'a> Registrar<'a> {
             let reached = set[c.vertex as usize].distance(c.point);
             covered[self.soft[c.vertex as usize] as usize] = reached <= noise.max(COVERED);
         }
+        self.lips.part(&mut positions);
         self.carry_eyes(&mut positions);
         let back = pose.inverse();
         positions.iter_mut().for_each(|p| *p = back.apply(*p));
