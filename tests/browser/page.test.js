@@ -276,6 +276,43 @@ describe('the page', () => {
   });
 });
 
+describe('the models of the page', () => {
+  test('the synthetic one is chosen in the panel that explains, and by the address', async () => {
+    const { context, page, complaints, requests } = await open(browser, site);
+    const own = await page.evaluate(() => window.designer.model.about);
+    await moveSlider(page, 'nose 1', 0.9);
+    await page.getByRole('button', { name: 'What is this?' }).click();
+    const list = page.locator('.models');
+    assert.match((await list.locator('[aria-current]').textContent()) ?? '', /scanned/);
+    assert.ok(!requests.some((url) => url.endsWith('/synthetic.phiz')), 'one model is enough');
+    await page.screenshot({ path: join(SCREENSHOTS, 'models.png') });
+    await list.getByRole('link', { name: 'synthetic people' }).click();
+    await page.waitForURL(/\?model=synthetic$/);
+    await page.waitForFunction(() => document.documentElement.dataset.ready === 'true');
+    assert.ok(requests.some((url) => url.endsWith('/synthetic.phiz')));
+    const other = await page.evaluate(() => window.designer.model.about);
+    assert.match(other.population, /[Ss]ynthetic/);
+    // A link to a face of it names it too.
+    await moveSlider(page, 'nose 1', 0.9);
+    const address = new URL(page.url());
+    assert.equal(address.search, '?model=synthetic');
+    assert.ok(address.hash.length > 10);
+    await page.getByRole('button', { name: 'What is this?' }).click();
+    await list.getByRole('link', { name: 'scanned people' }).click();
+    await page.waitForFunction(() => !location.search && document.documentElement.dataset.ready === 'true');
+    assert.deepEqual(await page.evaluate(() => window.designer.model.about), own);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('an address with a model that is not there says so and shows the usual one', async () => {
+    const { context, page } = await open(browser, site, { hash: '?model=constructor' });
+    assert.match((await page.getByRole('status').first().textContent()) ?? '', /model that is not here/);
+    assert.ok(await page.evaluate(() => window.designer.face.positions.length > 0));
+    await context.close();
+  });
+});
+
 describe('when something is missing, the page says what', () => {
   for (const [name, model, sentence] of /** @type {const} */ ([
     ['a damaged model', Buffer.from('this is no model'), /The face model on this site cannot be used: .+/],

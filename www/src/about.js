@@ -1,12 +1,24 @@
 import { element } from './element.js';
 import { icon } from './icons.js';
+import { addressOf, modelNames } from './models.js';
 import { text } from './text.js';
+
+/**
+ * A model in the list of them; the one that is shown is no link.
+ * @param {string} name @param {string} present
+ */
+function entry(name, present) {
+  const label = text.model[name];
+  if (name === present) return element('strong', { 'aria-current': 'true' }, label);
+  return element('a', { href: addressOf(name) }, label);
+}
 
 /**
  * The page explains itself: eigenmodes, percentiles, and whose faces these are.
  * @param {import('phiz').FaceModel} model
+ * @param {string} present the name of the model among those of the page
  */
-export function createAbout(model) {
+export function createAbout(model, present) {
   const { about } = model;
   const dialog = element(
     'dialog',
@@ -34,6 +46,7 @@ export function createAbout(model) {
       element('p', {}, about.population),
       ...(about.caveat ? [element('p', {}, about.caveat)] : []),
       element('p', {}, text.facesLearned(about.faces)),
+      element('p', { class: 'models' }, text.models, ...modelNames.map((name) => entry(name, present))),
       element('h3', {}, text.madeFrom),
       element(
         'ul',

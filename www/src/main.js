@@ -6,6 +6,7 @@ import { element } from './element.js';
 import { Failure, showFailure } from './failure.js';
 import { createHead } from './head.js';
 import { icon } from './icons.js';
+import { chosenModel } from './models.js';
 import { createPanel } from './panel.js';
 import { createPicking } from './picking.js';
 import { createScene } from './scene.js';
@@ -31,8 +32,9 @@ function checkBrowser() {
   probe.getExtension('WEBGL_lose_context')?.loseContext();
 }
 
-async function loadModel() {
-  const bytes = await download(new URL('model.phiz', document.baseURI), showLoading());
+/** @param {URL} url */
+async function loadModel(url) {
+  const bytes = await download(url, showLoading());
   try {
     return await load(bytes);
   } catch (error) {
@@ -80,7 +82,8 @@ function tool(name, label, onclick) {
 
 async function start() {
   checkBrowser();
-  const model = await loadModel();
+  const chosen = chosenModel();
+  const model = await loadModel(chosen.url);
   // The head at rest is painted on the median face, whatever the link asks for.
   const median = model.face();
   const head = createHead(model, median);
@@ -95,7 +98,7 @@ async function start() {
   const views = element('div', { class: 'views', role: 'group', 'aria-label': text.views });
   const bar = element('header', { class: 'bar' });
   const stage = element('main', { class: 'stage' }, canvas, hint, views, toast.root);
-  const about = createAbout(model);
+  const about = createAbout(model, chosen.name);
 
   // What the pointer is on shows while it is there; what was picked glows once.
   const still = window.matchMedia('(prefers-reduced-motion: reduce)').matches;
@@ -256,7 +259,8 @@ async function start() {
   });
   canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));
   canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
-  if (refused) toast.say(text.badCode);
+  if (!chosen.known) toast.say(text.unknownModel);
+  else if (refused) toast.say(text.badCode);
   document.documentElement.dataset.ready = 'true';
 }
 

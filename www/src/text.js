@@ -59,6 +59,7 @@ export const text = {
     `The face model could not be downloaded (${why}). Check the connection and reload the page.`,
   badModel: (/** @type {string} */ why) =>
     `The face model on this site cannot be used: ${why}. Whoever runs the site should install it again.`,
+  unknownModel: 'This link asks for a model that is not here. These are the faces of the usual one.',
   lostContext: 'The graphics card was lost for a moment. If the face does not come back, reload the page.',
   reload: 'Reload',
   aboutTitle: 'What is this?',
@@ -77,6 +78,9 @@ export const text = {
     ],
   ],
   population: 'Whose faces these are',
+  models: 'Faces of',
+  /** @type {Readonly<Record<string, string>>} */
+  model: { people: 'scanned people', synthetic: 'synthetic people' },
   madeFrom: 'Made from',
   facesLearned: (/** @type {number} */ n) => `Learned from ${n.toLocaleString('en-GB')} faces.`,
 };
