@@ -310,6 +310,15 @@ model() {
     say "Pictures"
     "$fit" pictures "$work/template.phiz" -o www/docs
     "$fit" pictures www/public/model.phiz -o www/docs
+    if [ -d "${ICT_FACEKIT:-}/FaceXModel" ]; then
+        "$fit" pictures --ict "$ICT_FACEKIT" www/public/model.phiz -o www/docs
+    fi
+    local james=$ROOT/../shared/data/james # a real scan, which is not ours to give away
+    if [ -d "$james" ]; then
+        "$fit" register --template "$work/template.phiz" --scan "$james/james.obj" \
+            --landmarks "$james/james_ibug68.txt" --picture www/docs/registration.png \
+            -o "$work/james.ply"
+    fi
     need_node
     need_wasm_tools
     need_browser

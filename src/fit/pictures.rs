@@ -8,6 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::align::Rigid;
+use super::ict::Ict;
 use super::learn::FEATURES;
 use super::render::{self, Camera, Image, Mesh, Options};
 use super::scan::{Scan, Texture};
@@ -118,6 +119,44 @@ pub fn of_model(model: &FaceModel, folder: &Path) -> FitResult<()> {
         })
         .collect::<FitResult<Vec<_>>>()?;
     Image::grid(&faces, 6)?.save(&folder.join("faces.png"))
+}
+
+/// `people.png`: eight people of ICT-FaceKit that the default model has not learned from, and below
+/// them eight random faces of a model, all in clay.
+///
+/// # Errors
+/// When the picture cannot be written.
+pub fn of_people(model: &FaceModel, ict: &Ict, folder: &Path) -> FitResult<()> {
+    let (first, second) = (ict.landmarks[36] as usize, ict.landmarks[45] as usize);
+    let eyes = (ict.neutral[first] + ict.neutral[second]) / 2.0;
+    let options = |centre: DVec3| {
+        let camera = Camera::around(centre + DVec3::new(0.0, -25.0, -40.0), 1000.0, 25.0, 0.0);
+        Options::new(320, 400, camera)
+    };
+    let clay = |positions: &[DVec3], triangles: &[[u32; 3]], centre: DVec3| {
+        let mesh = Mesh {
+            positions,
+            triangles,
+            colours: &vec![CLAY; positions.len()],
+            shine: 0.05,
+            texture: None,
+        };
+        super::render::render(&[mesh], &options(centre))
+    };
+    let mut pictures: Vec<Image> = (9000..9008)
+        .map(|seed| clay(&ict.person(seed), &ict.triangles, eyes - DVec3::Z * 12.0))
+        .collect();
+    let triangles = model.parts().topology.triangles();
+    for seed in 1..=8 {
+        let mut face = model.face();
+        face.randomize(&Randomize {
+            seed: Some(seed),
+            ..Randomize::default()
+        })?;
+        let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+        pictures.push(clay(&positions, &triangles, DVec3::ZERO));
+    }
+    Image::grid(&pictures, 8)?.save(&folder.join("people.png"))
 }
 
 /// Clay, for shape alone.

@@ -14,6 +14,7 @@ use indicatif::ProgressBar;
 use phiz::FaceModel;
 use phiz::blob::pack;
 use phiz::fit::files::write_atomically;
+use phiz::fit::ict::Ict;
 use phiz::fit::learn::{Learned, Settings, learn};
 use phiz::fit::people::People;
 use phiz::fit::register::batch;
@@ -128,6 +129,10 @@ struct InspectArgs {
 struct PicturesArgs {
     /// The template or the model.
     file: PathBuf,
+    /// Draw people of ICT-FaceKit (this folder holds `FaceXModel`) beside faces of the model, and
+    /// nothing else.
+    #[arg(long, value_name = "DIR")]
+    ict: Option<PathBuf>,
     /// The folder to write.
     #[arg(short, value_name = "DIR")]
     output: PathBuf,
@@ -329,6 +334,10 @@ fn inspect(args: &InspectArgs) -> FitResult<()> {
 fn draw(args: &PicturesArgs) -> FitResult<()> {
     let bytes = read(&args.file)?;
     std::fs::create_dir_all(&args.output).map_err(|e| FitError::file(&args.output, e))?;
+    if let Some(ict) = &args.ict {
+        let ict = step("reading ICT-FaceKit", || Ict::read(ict))?;
+        return pictures::of_people(&read_model(&args.file)?, &ict, &args.output);
+    }
     match Template::from_bytes(&bytes) {
         Ok(template) => pictures::of_template(&template, &args.output),
         Err(_) => pictures::of_model(&read_model(&args.file)?, &args.output),

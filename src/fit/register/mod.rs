@@ -97,7 +97,8 @@ const SLACKS: [f64; 5] = [10.0, 3.0, 1.0, 0.5, 0.3];
 /// Rounds of smoothing of a noisy scan.
 const SMOOTHING: usize = 8;
 
-/// A vertex this near to its point on the scan counts as lying on it, mm; noise may be larger.
+/// A vertex this near to its point on the scan counts as lying on it, mm; three times the scan's
+/// noise may be more.
 const COVERED: f64 = 0.05;
 
 /// How much a landmark pulls at the sheet, mm^2 of surface, when it was set exactly.
@@ -375,7 +376,7 @@ impl<'a> Registrar<'a> {
         let mut covered = vec![false; positions.len()];
         for c in found.iter().flatten() {
             let reached = set[c.vertex as usize].distance(c.point);
-            covered[self.soft[c.vertex as usize] as usize] = reached <= noise.max(COVERED);
+            covered[self.soft[c.vertex as usize] as usize] = reached <= (3.0 * noise).max(COVERED);
         }
         self.lips.part(&mut positions);
         self.folds.even_out(&mut positions, &self.neighbours);
