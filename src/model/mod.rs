@@ -10,7 +10,7 @@
 //! |---|---|---|---|
 //! | `triangles` | planes | 3 T | corners, counter-clockwise seen from outside, part by part: all first ones, each as its difference from the one before; all second ones and all third ones, each as its difference from the triangle's first |
 //! | `seams` | index | M - N | the vertex of each corner from N on; the first N belong to the vertices in order |
-//! | `uvs` | planes | 2 M | texture coordinates in units of [`TEXTURE`]: of the first N corners, predicted over the vertices, all u, all v; then of each further corner u and v as differences from those of its vertex |
+//! | `uvs` | planes | 2 M | texture coordinates in units of [`TEXTURE`](crate::quantise::TEXTURE): of the first N corners, predicted over the vertices, all u, all v; then of each further corner u and v as differences from those of its vertex |
 //! | `mirror` | planes | N | how many vertices ahead the one on the other side is; 0 when it is the same or an earlier one |
 //! | `regions` | u8 | N | index into the header's `regions` |
 //! | `colours` | u8 | 3 N | sRGB |

@@ -91,7 +91,7 @@ pub struct Prepared {
 /// Reads a scan and its landmarks, or finds them, and looks at both.
 ///
 /// # Errors
-/// Those of the readers, of [`check`] and of [`detect`].
+/// Those of the readers, of [`check`] and of the [`Detector`](crate::fit::detect::Detector).
 pub fn prepare(
     registrar: &Registrar<'_>,
     scan: &Path,
