@@ -127,7 +127,10 @@ mod tests {
             assert!((found / sigma - 1.0).abs() < 0.15, "{sigma}: {found}");
         }
         let (positions, normals, neighbours) = dome(0.0);
-        assert!(noise(&positions, &normals, &neighbours) < 0.03);
+        // A smooth dome stands off its neighbours' mean by edge^2 / (2 radius), with edges of up to
+        // 2.5 mm and the factors of a deviation 0.05 mm.
+        let found = noise(&positions, &normals, &neighbours);
+        assert!(found < 0.05, "{found}");
     }
 
     #[test]
