@@ -7,7 +7,7 @@ mod base_mesh;
 #[path = "common/ict.rs"]
 mod ict;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use glam::{DMat3, DVec3};
@@ -30,14 +30,19 @@ fn head() -> Option<&'static (Template, Detector)> {
     .as_ref()
 }
 
-/// The folder of the scan `james` (`james.obj`, `james_ibug68.txt`), as `PHIZ_JAMES` names it.
+/// The scan `james` (`james.obj`, `james_ibug68.txt`), in the folder that `PHIZ_JAMES` names or
+/// beside the checkout.
 fn james() -> Option<(Scan, Vec<DVec3>)> {
-    let Some(folder) = std::env::var_os("PHIZ_JAMES").map(PathBuf::from) else {
+    let folder = std::env::var_os("PHIZ_JAMES").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/james"),
+        PathBuf::from,
+    );
+    if !folder.join("james.obj").is_file() {
         let ci = std::env::var_os("CI").is_some_and(|ci| ci == "true");
-        assert!(!ci, "no PHIZ_JAMES");
-        println!("skipped: PHIZ_JAMES names no folder of the scan james");
+        assert!(!ci, "no james.obj in {}", folder.display());
+        println!("skipped: no james.obj in {}", folder.display());
         return None;
-    };
+    }
     let scan = Scan::read(&folder.join("james.obj"), None).expect("reads");
     let text = std::fs::read_to_string(folder.join("james_ibug68.txt")).expect("reads");
     let numbers: Vec<f64> = text
