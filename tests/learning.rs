@@ -83,7 +83,7 @@ fn seams_are_as_clean_as_whole_faces() {
                 .collect()
         })
         .collect();
-    let whole = Pca::learn(&samples, 0.95).unwrap();
+    let whole = Pca::learn(samples, 0.95).unwrap();
     let whole_face = |coefficients: &[f64]| -> Vec<DVec3> {
         let mut face = mean.clone();
         for ((mode, sigma), c) in whole.modes.iter().zip(&whole.sigmas).zip(coefficients) {

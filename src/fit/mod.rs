@@ -34,6 +34,7 @@ pub mod files;
 pub mod folds;
 pub mod generic_head;
 pub mod geodesic;
+pub mod gram;
 pub mod ict;
 pub mod learn;
 pub mod measures;

@@ -1,7 +1,11 @@
 //! Principal components of displacement fields (region morphing, section 5, eqs. 4 to 6).
 
-use faer::{Mat, Side};
+use std::ops::Range;
 
+use faer::{Mat, Side};
+use rayon::prelude::*;
+
+use super::gram::{chunks, gram};
 use super::{FitError, FitResult};
 
 /// A truncated PCA.
@@ -23,79 +27,145 @@ impl Pca {
     /// that is left in them is taken out first. Keeps the fewest modes whose variances reach
     /// `tau` of the total (eq. 6), at most one less than there are samples.
     ///
-    /// Eigenvectors come from the F x F Gram matrix in f64. Each mode's sign is chosen so that its
-    /// largest component is positive.
-    ///
     /// # Errors
     /// With fewer than 3 samples, without variance, or when `tau` is not in (0, 1].
-    pub fn learn(samples: &[Vec<f64>], tau: f64) -> FitResult<Self> {
+    pub fn learn(samples: Vec<Vec<f64>>, tau: f64) -> FitResult<Self> {
+        let spectrum = Spectrum::of(samples)?;
+        let kept = spectrum.modes_for(tau)?;
+        Ok(spectrum.truncate(kept))
+    }
+}
+
+/// All of a PCA, from which any number of modes can be taken.
+///
+/// Eigenvectors come from the F x F Gram matrix in f64.
+pub struct Spectrum {
+    /// Displacements from the samples' mean, one a row.
+    samples: Vec<Vec<f64>>,
+    /// What was their mean, as displacements.
+    pub mean: Vec<f64>,
+    /// Unit eigenvectors of the Gram matrix, a column each, by decreasing eigenvalue.
+    vectors: Mat<f64>,
+    /// The eigenvalues of the covariance (divisor F - 1), decreasing.
+    pub eigenvalues: Vec<f64>,
+}
+
+impl Spectrum {
+    /// The spectrum of samples (rows of equal length), about their mean.
+    ///
+    /// # Errors
+    /// With fewer than 3 samples, or without variance.
+    pub fn of(mut samples: Vec<Vec<f64>>) -> FitResult<Self> {
         let f = samples.len();
         if f < 3 {
             return Err(FitError::Input(format!(
                 "{f} faces are too few to learn from; 3 is the least"
             )));
         }
+        let dimension = samples[0].len();
+        let mut mean = vec![0.0; dimension];
+        for sample in &samples {
+            mean.iter_mut().zip(sample).for_each(|(m, x)| *m += x);
+        }
+        mean.iter_mut().for_each(|m| *m /= f as f64);
+        samples.par_iter_mut().for_each(|sample| {
+            sample.iter_mut().zip(&mean).for_each(|(x, m)| *x -= m);
+        });
+        let gram = gram(dimension, |rows| columns(&samples, rows));
+        let eigen = gram
+            .self_adjoint_eigen(Side::Lower)
+            .map_err(|e| FitError::Input(format!("the eigenvalues did not converge: {e:?}")))?;
+        // faer gives them in increasing order.
+        let eigenvalues: Vec<f64> = (0..f)
+            .rev()
+            .map(|j| eigen.S()[j].max(0.0) / (f - 1) as f64)
+            .collect();
+        // A nanometre of standard deviation over the whole field is no variation.
+        if eigenvalues.iter().sum::<f64>() < 1e-12 {
+            return Err(FitError::Input("the faces do not vary here".into()));
+        }
+        Ok(Self {
+            vectors: Mat::from_fn(f, f, |i, j| eigen.U()[(i, f - 1 - j)]),
+            eigenvalues,
+            samples,
+            mean,
+        })
+    }
+
+    /// The fewest modes whose variances reach `tau` of the total (eq. 6), at most one less than
+    /// there are samples.
+    ///
+    /// # Errors
+    /// When `tau` is not in (0, 1].
+    pub fn modes_for(&self, tau: f64) -> FitResult<usize> {
         if !(tau > 0.0 && tau <= 1.0) {
             return Err(FitError::Input(format!(
                 "tau must be over 0 and at most 1, not {tau}"
             )));
         }
-        let dimension = samples[0].len();
-        let mut x = Mat::from_fn(dimension, f, |i, j| samples[j][i]);
-        for i in 0..dimension {
-            let mean = (0..f).map(|j| x[(i, j)]).sum::<f64>() / f as f64;
-            (0..f).for_each(|j| x[(i, j)] -= mean);
-        }
-        // faer splits sums by the number of threads; on one they are the same everywhere.
-        faer::set_global_parallelism(faer::Par::Seq);
-        let gram = x.transpose() * &x;
-        let eigen = gram
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|e| FitError::Input(format!("the eigenvalues did not converge: {e:?}")))?;
-        // faer gives them in increasing order.
-        let order: Vec<usize> = (0..f).rev().collect();
-        let eigenvalues: Vec<f64> = order
-            .iter()
-            .map(|&j| eigen.S()[j].max(0.0) / (f - 1) as f64)
-            .collect();
-        let total: f64 = eigenvalues.iter().sum();
-        // A nanometre of standard deviation over the whole field is no variation.
-        if total < 1e-12 {
-            return Err(FitError::Input("the faces do not vary here".into()));
-        }
-        let mut kept = 0;
+        let total: f64 = self.eigenvalues.iter().sum();
+        let most = self.most();
         let mut sum = 0.0;
-        while kept < f - 1 && sum < tau * total && eigenvalues[kept] > total * 1e-12 {
-            sum += eigenvalues[kept];
-            kept += 1;
-        }
-        let mut pca = Self {
+        let reached = self.eigenvalues[..most].iter().position(|value| {
+            sum += value;
+            sum >= tau * total
+        });
+        Ok(reached.map_or(most, |last| last + 1))
+    }
+
+    /// The part of the variance that the first `modes` have, 0..=1.
+    pub fn explained(&self, modes: usize) -> f64 {
+        let total: f64 = self.eigenvalues.iter().sum();
+        self.eigenvalues.iter().take(modes).sum::<f64>() / total
+    }
+
+    /// Modes that are more than rounding.
+    fn most(&self) -> usize {
+        let total: f64 = self.eigenvalues.iter().sum();
+        let real = self.eigenvalues.iter().take_while(|&&e| e > total * 1e-12);
+        real.count().min(self.samples.len() - 1)
+    }
+
+    /// The PCA with the first `modes`, or all there are. Each mode's sign is chosen so that its
+    /// largest component is positive.
+    pub fn truncate(&self, modes: usize) -> Pca {
+        let kept = modes.min(self.most());
+        let (f, dimension) = (self.samples.len(), self.mean.len());
+        let freedom = ((f - 1) as f64).sqrt();
+        let sigmas: Vec<f64> = self.eigenvalues[..kept].iter().map(|e| e.sqrt()).collect();
+        let turn = Mat::from_fn(f, kept, |i, k| self.vectors[(i, k)] / (sigmas[k] * freedom));
+        let fields: Vec<(Range<usize>, Mat<f64>)> = chunks(dimension)
+            .into_par_iter()
+            .map(|rows| (rows.clone(), columns(&self.samples, rows) * &turn))
+            .collect();
+        let mut pca = Pca {
             modes: Vec::with_capacity(kept),
-            sigmas: Vec::with_capacity(kept),
-            eigenvalues,
+            sigmas,
+            eigenvalues: self.eigenvalues.clone(),
             coefficients: vec![Vec::with_capacity(kept); f],
         };
-        for (k, &column) in order[..kept].iter().enumerate() {
-            let sigma = pca.eigenvalues[k].sqrt();
-            let vector = eigen.U().col(column);
-            let length = sigma * ((f - 1) as f64).sqrt();
-            let mut mode: Vec<f64> = {
-                let field = &x * vector;
-                (0..dimension).map(|i| field[i] / length).collect()
-            };
+        for k in 0..kept {
+            let mut mode = vec![0.0; dimension];
+            for (rows, field) in &fields {
+                (rows.clone()).for_each(|i| mode[i] = field[(i - rows.start, k)]);
+            }
             let largest = mode
                 .iter()
                 .fold(0.0_f64, |m, &v| if v.abs() > m.abs() { v } else { m });
             let sign = largest.signum();
             mode.iter_mut().for_each(|v| *v *= sign);
             for (j, row) in pca.coefficients.iter_mut().enumerate() {
-                row.push(sign * vector[j] * ((f - 1) as f64).sqrt());
+                row.push(sign * self.vectors[(j, k)] * freedom);
             }
             pca.modes.push(mode);
-            pca.sigmas.push(sigma);
         }
-        Ok(pca)
+        pca
     }
+}
+
+/// Some rows of the matrix that has the samples as columns.
+fn columns(samples: &[Vec<f64>], rows: Range<usize>) -> Mat<f64> {
+    Mat::from_fn(rows.len(), samples.len(), |i, j| samples[j][rows.start + i])
 }
 
 #[cfg(test)]
@@ -112,7 +182,7 @@ mod tests {
 
     #[test]
     fn modes_are_orthonormal_and_coefficients_have_unit_variance() {
-        let pca = Pca::learn(&samples(30, 12), 1.0).unwrap();
+        let pca = Pca::learn(samples(30, 12), 1.0).unwrap();
         for (a, mode) in pca.modes.iter().enumerate() {
             for (b, other) in pca.modes.iter().enumerate() {
                 let dot: f64 = mode.iter().zip(other).map(|(x, y)| x * y).sum();
@@ -131,7 +201,7 @@ mod tests {
     #[test]
     fn all_modes_give_the_samples_back() {
         let data = samples(8, 40);
-        let pca = Pca::learn(&data, 1.0).unwrap();
+        let pca = Pca::learn(data.clone(), 1.0).unwrap();
         let mean: Vec<f64> = (0..40)
             .map(|i| data.iter().map(|s| s[i]).sum::<f64>() / 8.0)
             .collect();
@@ -149,7 +219,7 @@ mod tests {
 
     #[test]
     fn tau_keeps_the_fewest_modes_that_reach_it() {
-        let pca = Pca::learn(&samples(60, 20), 0.9).unwrap();
+        let pca = Pca::learn(samples(60, 20), 0.9).unwrap();
         let total: f64 = pca.eigenvalues.iter().sum();
         let sum = |k: usize| pca.eigenvalues[..k].iter().sum::<f64>();
         assert!(sum(pca.modes.len()) >= 0.9 * total);
@@ -158,8 +228,8 @@ mod tests {
 
     #[test]
     fn too_few_or_equal_faces_are_refused() {
-        assert!(Pca::learn(&samples(2, 5), 0.95).is_err());
-        assert!(Pca::learn(&vec![vec![1.0; 6]; 5], 0.95).is_err());
-        assert!(Pca::learn(&samples(5, 5), 1.5).is_err());
+        assert!(Pca::learn(samples(2, 5), 0.95).is_err());
+        assert!(Pca::learn(vec![vec![1.0; 6]; 5], 0.95).is_err());
+        assert!(Pca::learn(samples(5, 5), 1.5).is_err());
     }
 }

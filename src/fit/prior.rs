@@ -56,7 +56,7 @@ impl ShapePrior {
                     .collect()
             })
             .collect();
-        let pca = Pca::learn(&samples, TAU)?;
+        let pca = Pca::learn(samples, TAU)?;
         let modes = pca
             .modes
             .par_iter()

@@ -1,0 +1,375 @@
+//! From registered faces to a model: align, learn each region, smooth, blend, learn the rest.
+
+mod distribution;
+mod feature;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::align::{Rigid, procrustes, vertex_areas, without_proportions};
+use super::describe::describe;
+use super::geodesic::Geodesic;
+use super::measures::measures;
+use super::pca::Spectrum;
+use super::template::Template;
+use super::{FitError, FitResult};
+use crate::model::{About, Blending, Block, ModelParts};
+use crate::quantise::{BLOCK_ERROR, COORDINATES, Quantised};
+use distribution::{controls, correlation};
+use feature::{Feature, Ground, loose_parts};
+
+pub use feature::{FEATURES, FeatureRule};
+
+const HEAD: &str = "head";
+
+/// How a model is learned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The part of the variance that the modes of each block keep (eq. 6).
+    pub tau: f64,
+    /// Blending distance and its limits.
+    pub blending: Blending,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tau: 0.95,
+            blending: Blending {
+                alpha: 10.0,
+                limits: [3.0, 15.0],
+            },
+        }
+    }
+}
+
+/// A model and how it was learned.
+#[derive(Debug, Clone)]
+pub struct Learned {
+    /// The model.
+    pub parts: ModelParts,
+    /// A line a block.
+    pub blocks: Vec<BlockReport>,
+    /// Root mean square distance that alignment left, mm.
+    pub alignment: f64,
+    /// The training faces in the model's pose, mm.
+    pub aligned: Vec<Vec<DVec3>>,
+    /// Coefficients of the training faces, sigmas.
+    pub coefficients: Vec<Vec<f64>>,
+    /// The modes before they were rounded, one a coefficient: displacements of all vertices, those
+    /// of the surround at the model's blending distance, mm a sigma.
+    pub modes: Vec<Vec<DVec3>>,
+}
+
+/// What learning a block came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlockReport {
+    /// The block.
+    pub name: String,
+    /// Modes kept.
+    pub modes: usize,
+    /// The part of the variance that they have.
+    pub variance: f64,
+    /// What smoothing left of the displacement of a random face of the block, 0..=1: at +-3 sigma
+    /// of the coefficient the surface moves this part of 3 standard deviations.
+    pub kept_by_smoothing: f64,
+}
+
+/// Learns a model from faces in the template's topology (mm, any pose).
+///
+/// Steps: generalised Procrustes alignment of the whole skin; for each feature, of faces from which
+/// the proportions of the whole head are taken out, a second rigid alignment on its own region (a
+/// nose is not where it sits), PCA, smoothing folded into the modes
+/// (section 6.1) and spreading to the surround (6.2); then PCA of what all features together leave
+/// of each face, over the whole head. `about` is put into the model as it is.
+///
+/// # Errors
+/// With fewer than 3 faces, faces of another topology, a region that does not vary, or a tau
+/// outside (0, 1].
+pub fn learn(
+    template: &Template,
+    faces: Vec<Vec<DVec3>>,
+    about: About,
+    settings: &Settings,
+) -> FitResult<Learned> {
+    let learner = Learner::new(template, faces, settings.blending)?;
+    let bases = learner.bases(settings.tau)?;
+    learner.model(bases, about)
+}
+
+/// An aligned population, from which models of any tau are made.
+pub struct Learner<'a> {
+    template: &'a Template,
+    blending: Blending,
+    skin: Vec<u32>,
+    areas: Vec<f64>,
+    /// The mean face as a model file holds it, mm.
+    pub mean: Vec<DVec3>,
+    stored: Vec<Vec3>,
+    /// The faces in the model's pose, mm.
+    pub aligned: Vec<Vec<DVec3>>,
+    features: Vec<Feature>,
+}
+
+/// The modes of all blocks, before they are rounded.
+#[derive(Debug, Clone)]
+pub struct Bases {
+    /// A line a block: the features in their order, then the head.
+    pub reports: Vec<BlockReport>,
+    /// Displacements of all vertices, those of the surround at the model's blending distance, one
+    /// a coefficient, mm a sigma.
+    pub modes: Vec<Vec<DVec3>>,
+    /// Coefficients of the training faces, sigmas.
+    pub coefficients: Vec<Vec<f64>>,
+    blocks: Vec<Block>,
+}
+
+impl<'a> Learner<'a> {
+    /// Aligns faces in the template's topology (mm, any pose) and finds how each feature varies.
+    ///
+    /// # Errors
+    /// With fewer than 3 faces, faces of another topology, or a region that does not vary.
+    pub fn new(
+        template: &'a Template,
+        faces: Vec<Vec<DVec3>>,
+        blending: Blending,
+    ) -> FitResult<Self> {
+        let n = template.positions.len();
+        if faces.len() < 3 {
+            return Err(FitError::Input(format!(
+                "{} faces are too few to learn from; 3 is the least",
+                faces.len()
+            )));
+        }
+        if let Some(other) = faces.iter().position(|f| f.len() != n) {
+            return Err(FitError::Input(format!(
+                "face {other} has {} vertices, the template {n}",
+                faces[other].len()
+            )));
+        }
+        let triangles = template.triangles();
+        let areas = vertex_areas(&template.positions, &triangles);
+        let skin = template.part_vertices("skin")?;
+        let mut aligned = faces;
+        let mean = procrustes(&mut aligned, &template.positions, &skin, &areas);
+        // From here on it is the mean that a model file holds: what surrounds follow is found on
+        // it.
+        let mean: Vec<DVec3> = mean.iter().map(|&p| on_grid(p)).collect();
+        let stored: Vec<Vec3> = mean.iter().map(|p| p.as_vec3()).collect();
+        let ground = Ground {
+            template,
+            graph: Geodesic::new(&mean, &triangles),
+            loose: loose_parts(template, &mean)?,
+            triangles,
+            areas,
+            skin,
+            mean: &mean,
+            stored: &stored,
+            blending,
+        };
+        // How wide, high and deep a head is belongs to the head block. Left in the features it
+        // would make their borders the places where one person's proportions meet the average's.
+        let proportioned: Vec<Vec<DVec3>> = aligned
+            .par_iter()
+            .map(|face| without_proportions(face, &mean, &ground.skin, &ground.areas))
+            .collect();
+        let features = FEATURES
+            .iter()
+            .map(|&rule| Feature::learn(rule, &ground, &proportioned))
+            .collect::<FitResult<_>>()?;
+        let Ground { areas, skin, .. } = ground;
+        Ok(Self {
+            template,
+            blending,
+            skin,
+            areas,
+            mean,
+            stored,
+            aligned,
+            features,
+        })
+    }
+
+    /// The bases that keep `tau` of the variance of each block.
+    ///
+    /// # Errors
+    /// When tau is outside (0, 1], or what the features leave over does not vary.
+    pub fn bases(&self, tau: f64) -> FitResult<Bases> {
+        let n = self.mean.len();
+        let mut residual: Vec<Vec<f64>> = self
+            .aligned
+            .par_iter()
+            .map(|face| flat(face, &self.mean, 0..n as u32))
+            .collect();
+        let mut coefficients: Vec<Vec<f64>> = vec![Vec::new(); residual.len()];
+        let (mut blocks, mut reports, mut modes) = (Vec::new(), Vec::new(), Vec::new());
+        for feature in &self.features {
+            let count = feature.spectrum.modes_for(tau)?;
+            let kept = feature.keep(count);
+            residual
+                .par_iter_mut()
+                .zip(&kept.pca.coefficients)
+                .for_each(|(left, row)| {
+                    for (c, mode) in row.iter().zip(&kept.whole) {
+                        for (left, m) in left.chunks_exact_mut(3).zip(mode) {
+                            (0..3).for_each(|axis| left[axis] -= c * m[axis]);
+                        }
+                    }
+                });
+            append(&mut coefficients, &kept.pca.coefficients);
+            reports.push(BlockReport {
+                name: feature.rule.name.into(),
+                modes: count,
+                variance: feature.spectrum.explained(count),
+                kept_by_smoothing: kept.by_smoothing(),
+            });
+            blocks.push(Block {
+                name: feature.rule.name.into(),
+                regions: feature.regions.clone(),
+                modes: quantise(&kept.smooth, &kept.pca.sigmas),
+                sigmas: kept.pca.sigmas.iter().map(|&s| s as f32).collect(),
+                first_coefficient: modes.len(),
+                support: feature.support.clone(),
+                surround: Some(feature.surround.clone()),
+            });
+            modes.extend(kept.whole);
+        }
+        let in_block = |e| FitError::Input(format!("block {HEAD:?}: {e}"));
+        let spectrum = Spectrum::of(residual).map_err(in_block)?;
+        let count = spectrum.modes_for(tau)?;
+        let head = spectrum.truncate(count);
+        append(&mut coefficients, &head.coefficients);
+        reports.push(BlockReport {
+            name: HEAD.into(),
+            modes: count,
+            variance: spectrum.explained(count),
+            kept_by_smoothing: 1.0,
+        });
+        blocks.push(Block {
+            name: HEAD.into(),
+            regions: region_numbers(self.template, &[HEAD])?,
+            support: (0..n as u32).collect(),
+            modes: quantise(&head.modes, &head.sigmas),
+            sigmas: head.sigmas.iter().map(|&s| s as f32).collect(),
+            first_coefficient: modes.len(),
+            surround: None,
+        });
+        modes.extend(head.modes.iter().zip(&head.sigmas).map(|(mode, &sigma)| {
+            let moved = mode.chunks_exact(3).map(DVec3::from_slice);
+            moved.map(|d| d * sigma).collect::<Vec<_>>()
+        }));
+        Ok(Bases {
+            reports,
+            modes,
+            coefficients,
+            blocks,
+        })
+    }
+
+    /// The model with these bases.
+    ///
+    /// # Errors
+    /// When the template lacks a landmark that a measure needs.
+    pub fn model(self, bases: Bases, about: About) -> FitResult<Learned> {
+        let alignment = rms(self.alignment().into_iter());
+        let Bases {
+            reports,
+            modes,
+            coefficients,
+            blocks,
+        } = bases;
+        // The features' coefficients have mean zero, so their part of the mean face is none.
+        let mut parts = ModelParts {
+            about: About {
+                faces: self.aligned.len() as u32,
+                ..about
+            },
+            mean: self.stored,
+            topology: self.template.topology.clone(),
+            controls: controls(&blocks, &coefficients),
+            blocks,
+            correlation: correlation(&coefficients),
+            landmarks: self.template.landmarks.clone(),
+            measures: measures(self.template)?,
+            blending: self.blending,
+        };
+        describe(&mut parts)?;
+        Ok(Learned {
+            parts,
+            blocks: reports,
+            alignment,
+            aligned: self.aligned,
+            coefficients,
+            modes,
+        })
+    }
+
+    /// What alignment left of each face: the root mean square distance of its skin from the mean,
+    /// mm.
+    pub fn alignment(&self) -> Vec<f64> {
+        let far = |face: &Vec<DVec3>, v: u32| face[v as usize].distance(self.mean[v as usize]);
+        (self.aligned.iter())
+            .map(|face| rms(self.skin.iter().map(|&v| far(face, v))))
+            .collect()
+    }
+
+    /// A face (all vertices, mm) moved rigidly to where the population's faces are.
+    pub fn align(&self, face: &[DVec3]) -> Vec<DVec3> {
+        let motion = Rigid::fit(face, &self.mean, &self.skin, &self.areas);
+        face.iter().map(|&p| motion.apply(p)).collect()
+    }
+
+    /// The features' names, each with how its region varies, and the modes that `tau` keeps.
+    pub fn features(&self) -> impl Iterator<Item = (&'static str, &Spectrum)> {
+        self.features.iter().map(|f| (f.rule.name, &f.spectrum))
+    }
+}
+
+fn quantise(modes: &[Vec<f64>], sigmas: &[f64]) -> Quantised {
+    let scaled: Vec<f64> = modes
+        .iter()
+        .zip(sigmas)
+        .flat_map(|(mode, s)| mode.iter().map(move |m| m * s))
+        .collect();
+    Quantised::new(&scaled, Quantised::step_for(BLOCK_ERROR, modes.len()))
+}
+
+/// The point that a model file keeps of a point of the mean.
+fn on_grid(p: DVec3) -> DVec3 {
+    DVec3::from(p.to_array().map(|x| COORDINATES.nearest(x)))
+}
+
+fn append(rows: &mut [Vec<f64>], more: &[Vec<f64>]) {
+    rows.iter_mut()
+        .zip(more)
+        .for_each(|(row, more)| row.extend(more));
+}
+
+fn rms(distances: impl Iterator<Item = f64>) -> f64 {
+    let (count, sum) = distances.fold((0_usize, 0.0), |(n, sum), d| (n + 1, sum + d * d));
+    (sum / count.max(1) as f64).sqrt()
+}
+
+/// Displacements of some vertices from the mean, x, y, z each.
+fn flat(face: &[DVec3], mean: &[DVec3], vertices: impl Iterator<Item = u32>) -> Vec<f64> {
+    vertices
+        .flat_map(|v| (face[v as usize] - mean[v as usize]).to_array())
+        .collect()
+}
+
+/// Numbers of named regions.
+fn region_numbers(template: &Template, names: &[&str]) -> FitResult<Vec<u8>> {
+    names
+        .iter()
+        .map(|name| {
+            let found = template
+                .topology
+                .region_names
+                .iter()
+                .position(|r| r == name);
+            found.map(|r| r as u8).ok_or_else(|| {
+                FitError::Input(format!("the template has no region called {name:?}"))
+            })
+        })
+        .collect()
+}
