@@ -351,6 +351,9 @@ people() {
         --all-points -o "$work/scans-3"
     "$fit" register --template "$work/template.phiz" --scans "$work/scans-3" -o "$work/faces-3"
     "$fit" train --template "$work/template.phiz" --faces "$work/faces-3" -o www/public/model.phiz
+    say "The evidence: target/model/report/index.html, in short www/docs/validation"
+    "$fit" validate --template "$work/template.phiz" --faces "$work/faces-3" \
+        --scans "$work/scans-3" --ict "$ICT_FACEKIT" --short www/docs/validation -o "$work/report"
 }
 
 bench() {

@@ -50,7 +50,7 @@ pub const FINEST_STEP: f32 = 0.001;
 
 /// How far rounding a block's modes moves the vertices of random faces, mm RMS. A vertex is moved
 /// by two blocks, its feature's and the head's, so a face is off by 1.4 times as much.
-pub const BLOCK_ERROR: f64 = 0.008;
+pub const BLOCK_ERROR: f64 = 0.015;
 
 /// Numbers stored as `value = step * integer`.
 ///

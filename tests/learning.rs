@@ -8,17 +8,15 @@ use std::sync::LazyLock;
 use std::time::Instant;
 
 use glam::DVec3;
-use phiz::Random;
 use phiz::blob::pack;
-use phiz::fit::crease::BorderBand;
-use phiz::fit::geodesic::Geodesic;
-use phiz::fit::learn::{FEATURES, Learned, Settings, learn};
+use phiz::fit::crease::seams;
+use phiz::fit::learn::{Learned, Settings, learn};
 use phiz::fit::pca::Pca;
 use phiz::fit::template::Template;
+use phiz::fit::validate::rounding;
 use phiz::fit::{generic_head, population};
 use phiz::quantise::BLOCK_ERROR;
 use phiz::{FaceModel, Randomize};
-use rayon::prelude::*;
 
 /// As `./build.sh model` has them.
 const COUNT: usize = 400;
@@ -68,11 +66,6 @@ fn seams_are_as_clean_as_whole_faces() {
         return;
     };
     let mean = wide(&model.parts().mean);
-    let n = mean.len();
-    let triangles = template.triangles();
-    let graph = Geodesic::new(&mean, &triangles);
-    let skin = &template.part_triangles("skin").unwrap();
-
     let samples: Vec<Vec<f64>> = learned
         .aligned
         .iter()
@@ -84,86 +77,28 @@ fn seams_are_as_clean_as_whole_faces() {
         })
         .collect();
     let whole = Pca::learn(samples, 0.95).unwrap();
-    let whole_face = |coefficients: &[f64]| -> Vec<DVec3> {
-        let mut face = mean.clone();
-        for ((mode, sigma), c) in whole.modes.iter().zip(&whole.sigmas).zip(coefficients) {
-            face.iter_mut()
-                .zip(mode.chunks_exact(3))
-                .for_each(|(p, m)| *p += DVec3::from_slice(m) * (c * sigma));
-        }
-        face
-    };
-    let one = |k: usize, sign: f64, count: usize| -> Vec<f64> {
-        (0..count)
-            .map(|i| if i == k { 2.0 * sign } else { 0.0 })
-            .collect()
-    };
-    let region_face = |coefficients: &[f64]| -> Vec<DVec3> {
-        let mut face = model.face();
-        let coefficients: Vec<f32> = coefficients.iter().map(|&c| c as f32).collect();
-        face.set_coefficients(&coefficients).unwrap();
-        wide(face.positions())
-    };
-    let total = model.parts().coefficients();
-
+    let modes: Vec<Vec<DVec3>> = (whole.modes.iter().zip(&whole.sigmas))
+        .map(|(mode, sigma)| {
+            mode.chunks_exact(3)
+                .map(|d| DVec3::from_slice(d) * *sigma)
+                .collect()
+        })
+        .collect();
     let mut failed = false;
-    let alpha = f64::from(model.parts().blending.alpha);
-    for width in [alpha, 1.5 * alpha] {
-        println!("within {width} mm of the border");
-        for (feature, block) in FEATURES.iter().zip(&model.parts().blocks) {
-            let inside: Vec<bool> = (0..n)
-                .map(|v| {
-                    feature.regions.contains(
-                        &template.topology.region_names[template.topology.regions[v] as usize]
-                            .as_str(),
-                    )
-                })
-                .collect();
-            let band = BorderBand::new(&mean, skin, &graph, &inside, width);
-            let signs = [-1.0, 1.0];
-            let of_region = signs
-                .iter()
-                .flat_map(|&s| block.coefficients().map(move |i| (i, s)))
-                .map(|(i, s)| band.largest_change(&region_face(&one(i, s, total))))
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            let (of_region, at) = of_region.unwrap();
-            let of_whole = signs
-                .iter()
-                .flat_map(|&s| (0..whole.modes.len()).map(move |k| (k, s)))
-                .map(|(k, s)| {
-                    band.largest_change(&whole_face(&one(k, s, whole.modes.len())))
-                        .0
-                })
-                .fold(0.0, f64::max);
-            // Random faces: every coefficient of the region, or of the whole face, from N(0, 1).
-            let mut random = Random::new(2024);
-            let mut median = |faces: &mut dyn FnMut(&mut Random) -> Vec<DVec3>| -> f64 {
-                let mut changes: Vec<f64> = (0..31)
-                    .map(|_| band.largest_change(&faces(&mut random)).0)
-                    .collect();
-                changes.sort_by(f64::total_cmp);
-                changes[15]
-            };
-            let random_region = median(&mut |random| {
-                let mut c = vec![0.0; total];
-                block.coefficients().for_each(|i| c[i] = random.normal());
-                region_face(&c)
-            });
-            let random_whole = median(&mut |random| {
-                let c: Vec<f64> = whole.modes.iter().map(|_| random.normal()).collect();
-                whole_face(&c)
-            });
-            println!(
-                "{:9} {:5} edges; modes at 2 sigma {of_region:5.1} deg, whole {of_whole:5.1}: {:.2} x; \
-             random {random_region:5.1}, whole {random_whole:5.1}: {:.2} x; sharpest at {:.0?}",
-                feature.name,
-                band.edges(),
-                of_region / of_whole,
-                random_region / random_whole,
-                mean[at[0] as usize].to_array()
-            );
-            failed |= of_region > 1.2 * of_whole || random_region > 1.2 * random_whole;
-        }
+    for seam in seams(template, model, &modes).unwrap() {
+        println!(
+            "{:9} within {:2} mm: modes at 2 sigma {:5.1} deg, whole {:5.1}; random {:5.1}, whole \
+             {:5.1}; {:.2} x; sharpest at {:.0?}",
+            seam.feature,
+            seam.width,
+            seam.modes,
+            seam.whole_modes,
+            seam.random,
+            seam.whole_random,
+            seam.ratio(),
+            seam.sharpest.to_array()
+        );
+        failed |= seam.ratio() > 1.2;
     }
     assert!(!failed, "a seam is sharper than 1.2 x a whole-face PCA");
 }
@@ -184,29 +119,7 @@ fn rounding_moves_random_faces_by_the_stated_error() {
     let mean: Vec<DVec3> = (0..n)
         .map(|v| learned.aligned.iter().map(|f| f[v]).sum::<DVec3>() / faces)
         .collect();
-    let squares = |coefficients: &[f32], face: &phiz::Face| -> f64 {
-        let mut exact = mean.clone();
-        for (mode, &c) in learned.modes.iter().zip(coefficients) {
-            let moved = exact.iter_mut().zip(mode);
-            moved.for_each(|(p, d)| *p += *d * f64::from(c));
-        }
-        let off = face.positions().iter().zip(&exact);
-        off.map(|(p, q)| p.as_dvec3().distance_squared(*q)).sum()
-    };
-    let count = 100;
-    let sum: f64 = (0..count)
-        .into_par_iter()
-        .map(|seed| {
-            let mut face = model.face();
-            face.randomize(&Randomize {
-                seed: Some(seed),
-                ..Default::default()
-            })
-            .unwrap();
-            squares(&face.coefficients(), &face)
-        })
-        .sum();
-    let rms = (sum / (count as f64 * n as f64)).sqrt();
+    let rms = rounding(learned, &model).unwrap();
     let still = model.parts().mean.iter().zip(&mean);
     let still: f64 = still.map(|(p, q)| p.as_dvec3().distance_squared(*q)).sum();
     let still = (still / n as f64).sqrt();

@@ -40,6 +40,16 @@ pub fn colour(length: f64, largest: f64) -> [u8; 3] {
     std::array::from_fn(|c| (SCALE[low][c] + (SCALE[high][c] - SCALE[low][c]) * part).round() as u8)
 }
 
+/// A picture with the bar on a white strip below it.
+pub fn below(image: &Image, largest: f64) -> Image {
+    const STRIP: usize = 50;
+    let mut taller = image.clone();
+    taller.height += STRIP;
+    (taller.pixels).resize(taller.width * taller.height, [255; 3]);
+    draw(&mut taller, largest);
+    taller
+}
+
 /// Draws the bar from nothing to `largest` mm along the lower edge of a picture, with five steps.
 pub fn draw(image: &mut Image, largest: f64) {
     const HEIGHT: usize = 12;

@@ -1,9 +1,16 @@
 //! The crease measure: how sharply a deformation bends the surface where a region ends.
 
 use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
 
+use super::FitResult;
 use super::geodesic::Geodesic;
+use super::learn::FEATURES;
 use super::surround::border;
+use super::template::Template;
+use crate::Random;
+use crate::model::FaceModel;
 
 /// The edges of the band around a region's border, on the skin.
 pub struct BorderBand {
@@ -67,6 +74,129 @@ impl BorderBand {
         }
         largest
     }
+}
+
+/// How clean the seam of one feature is: the largest change of a dihedral angle near its border,
+/// beside the same for a PCA of whole faces, which has no seams. Degrees.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Seam {
+    /// The feature.
+    pub feature: String,
+    /// How far from the border edges count, mm.
+    pub width: f64,
+    /// The sharpest of the feature's modes at +-2 sigma.
+    pub modes: f64,
+    /// Where that is, on the mean, mm.
+    pub sharpest: DVec3,
+    /// The sharpest of the whole-face modes at +-2 sigma.
+    pub whole_modes: f64,
+    /// The median of random faces on which only this feature varies.
+    pub random: f64,
+    /// The median of random faces of the whole-face PCA.
+    pub whole_random: f64,
+}
+
+impl Seam {
+    /// The larger of the two ratios to whole faces.
+    pub fn ratio(&self) -> f64 {
+        (self.modes / self.whole_modes).max(self.random / self.whole_random)
+    }
+}
+
+/// Random faces of each kind: the median of an odd number is one of them.
+const RANDOM_FACES: usize = 31;
+
+/// Looks at the seams of every feature of a model of `template`, within the blending distance of
+/// the border and within one and a half of it. `whole` are the modes of a PCA of whole faces of the
+/// same population: displacements of all vertices, mm a sigma.
+///
+/// # Errors
+/// When the template has no skin, or the model has other coefficients than its blocks say.
+pub fn seams(template: &Template, model: &FaceModel, whole: &[Vec<DVec3>]) -> FitResult<Vec<Seam>> {
+    let mean: Vec<DVec3> = model.parts().mean.iter().map(|p| p.as_dvec3()).collect();
+    let triangles = template.triangles();
+    let graph = Geodesic::new(&mean, &triangles);
+    let skin = template.part_triangles("skin")?;
+    let total = model.parts().coefficients();
+    let region_face = |coefficients: &[f64]| -> FitResult<Vec<DVec3>> {
+        let mut face = model.face();
+        let coefficients: Vec<f32> = coefficients.iter().map(|&c| c as f32).collect();
+        face.set_coefficients(&coefficients)?;
+        Ok(face.positions().iter().map(|p| p.as_dvec3()).collect())
+    };
+    let whole_face = |coefficients: &[f64]| -> Vec<DVec3> {
+        let mut face = mean.clone();
+        for (mode, c) in whole.iter().zip(coefficients) {
+            face.iter_mut().zip(mode).for_each(|(p, d)| *p += *d * *c);
+        }
+        face
+    };
+    let only = |i: usize, c: f64, count: usize| {
+        let mut coefficients = vec![0.0; count];
+        coefficients[i] = c;
+        coefficients
+    };
+    let both = [-2.0, 2.0];
+    let whole_modes: Vec<Vec<DVec3>> = (0..whole.len())
+        .flat_map(|k| both.map(|c| whole_face(&only(k, c, whole.len()))))
+        .collect();
+    let mut random = Random::new(2024);
+    let whole_random: Vec<Vec<DVec3>> = (0..RANDOM_FACES)
+        .map(|_| whole_face(&whole.iter().map(|_| random.normal()).collect::<Vec<_>>()))
+        .collect();
+    let alpha = f64::from(model.parts().blending.alpha);
+    let mut seams = Vec::new();
+    for (rule, block) in FEATURES.iter().zip(&model.parts().blocks) {
+        let modes = block
+            .coefficients()
+            .flat_map(|i| both.map(|c| region_face(&only(i, c, total))))
+            .collect::<FitResult<Vec<_>>>()?;
+        let own_random = (0..RANDOM_FACES)
+            .map(|_| {
+                let mut c = vec![0.0; total];
+                block.coefficients().for_each(|i| c[i] = random.normal());
+                region_face(&c)
+            })
+            .collect::<FitResult<Vec<_>>>()?;
+        let inside: Vec<bool> = template
+            .topology
+            .regions
+            .iter()
+            .map(|&r| {
+                rule.regions
+                    .contains(&template.topology.region_names[r as usize].as_str())
+            })
+            .collect();
+        for width in [alpha, 1.5 * alpha] {
+            let band = BorderBand::new(&mean, &skin, &graph, &inside, width);
+            let changes = |faces: &[Vec<DVec3>]| -> Vec<(f64, [u32; 2])> {
+                faces
+                    .par_iter()
+                    .map(|face| band.largest_change(face))
+                    .collect()
+            };
+            let sharpest = |faces: &[Vec<DVec3>]| {
+                let all = changes(faces).into_iter();
+                all.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+            };
+            let median = |faces: &[Vec<DVec3>]| {
+                let mut all: Vec<f64> = changes(faces).iter().map(|c| c.0).collect();
+                all.sort_by(f64::total_cmp);
+                all[RANDOM_FACES / 2]
+            };
+            let (of_modes, at) = sharpest(&modes);
+            seams.push(Seam {
+                feature: rule.name.into(),
+                width,
+                modes: of_modes,
+                sharpest: mean[at[0] as usize],
+                whole_modes: sharpest(&whole_modes).0,
+                random: median(&own_random),
+                whole_random: median(&whole_random),
+            });
+        }
+    }
+    Ok(seams)
 }
 
 /// The signed angle between the normals of the two triangles on an edge, radians; 0 when flat.

@@ -418,17 +418,24 @@ impl Image {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_png(path: &Path, [width, height]: [usize; 2], pixels: &[[u8; 3]]) -> FitResult<()> {
-    let mut bytes = Vec::new();
-    image::codecs::png::PngEncoder::new(&mut bytes)
-        .write_image(
-            pixels.as_flattened(),
-            width as u32,
-            height as u32,
-            image::ExtendedColorType::Rgb8,
-        )
-        .map_err(|e| FitError::file(path, e))?;
+pub fn write_png(path: &Path, size: [usize; 2], pixels: &[[u8; 3]]) -> FitResult<()> {
+    let bytes = png(size, pixels).map_err(|e| FitError::file(path, e))?;
     write_atomically(path, &bytes)
+}
+
+/// The bytes of a PNG of sRGB pixels, row by row from the top.
+///
+/// # Errors
+/// When there are other than `width * height` pixels.
+pub fn png([width, height]: [usize; 2], pixels: &[[u8; 3]]) -> image::ImageResult<Vec<u8>> {
+    let mut bytes = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut bytes).write_image(
+        pixels.as_flattened(),
+        width as u32,
+        height as u32,
+        image::ExtendedColorType::Rgb8,
+    )?;
+    Ok(bytes)
 }
 
 /// The meshes of a head of the template: skin and cavities matt, with a texture in the template's

@@ -76,26 +76,10 @@ pub fn run(args: &EvaluateArgs) -> FitResult<()> {
     }
     let registrar = Registrar::new(&template)?;
     let places = places(&template)?;
-    let ours = |scan: &Scan, landmarks: &[DVec3]| {
-        let points: Vec<_> = places
-            .iter()
-            .zip(landmarks)
-            .map(|(&i, &p)| (i, p))
-            .collect();
-        let registered = registrar.register(scan, &points, &Registration::default())?;
-        Ok(registered.positions)
-    };
+    let ours = |scan: &Scan, landmarks: &[DVec3]| registered(&registrar, &places, scan, landmarks);
     let reference = match &args.registered {
         Some(folder) => exchange::read(&folder.join("mean.ply"), &template)?,
-        None => {
-            let mean = Scan {
-                positions: ict.neutral.clone(),
-                triangles: ict.triangles.clone(),
-                scale: 1.0,
-                ..Scan::default()
-            };
-            ours(&mean, &ict.landmarks.map(|v| ict.neutral[v as usize]))?
-        }
+        None => reference(&template, &ict)?,
     };
     let expressions = match &args.base_mesh {
         Some(folder) => Expressions::read(&EXPRESSIONS, &template, folder)?,
@@ -152,6 +136,36 @@ pub fn run(args: &EvaluateArgs) -> FitResult<()> {
         println!("{}", table(&reports));
     }
     Ok(())
+}
+
+/// The template registered to ICT's mean head, from which the truth is told: all vertices, mm, in
+/// ICT's pose.
+pub fn reference(template: &Template, ict: &Ict) -> FitResult<Vec<DVec3>> {
+    let mean = Scan {
+        positions: ict.neutral.clone(),
+        triangles: ict.triangles.clone(),
+        scale: 1.0,
+        ..Scan::default()
+    };
+    let landmarks = ict.landmarks.map(|v| ict.neutral[v as usize]);
+    let registrar = Registrar::new(template)?;
+    registered(&registrar, &places(template)?, &mean, &landmarks)
+}
+
+/// The template's vertices registered to a scan by its landmarks, which are at `places` in the
+/// template's list.
+fn registered(
+    registrar: &Registrar,
+    places: &[usize],
+    scan: &Scan,
+    landmarks: &[DVec3],
+) -> FitResult<Vec<DVec3>> {
+    let points: Vec<_> = (places.iter().copied())
+        .zip(landmarks.iter().copied())
+        .collect();
+    Ok(registrar
+        .register(scan, &points, &Registration::default())?
+        .positions)
 }
 
 /// The settings of these names; all for none.

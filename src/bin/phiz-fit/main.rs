@@ -4,6 +4,7 @@ mod evaluate;
 mod landmarks;
 mod register;
 mod simulate;
+mod validate;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -46,6 +47,8 @@ enum Verb {
     Evaluate(evaluate::EvaluateArgs),
     /// Align, learn and bake: from registered faces to a model.
     Train(TrainArgs),
+    /// Measure what a population is like and how well a model of it describes other faces.
+    Validate(validate::ValidateArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
     /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
@@ -147,6 +150,7 @@ fn main() -> ExitCode {
         Verb::Evaluate(args) => evaluate::run(&args),
         Verb::Simulate(args) => simulate::run(&args),
         Verb::Train(args) => train(&args),
+        Verb::Validate(args) => validate::run(&args),
         Verb::Inspect(args) => inspect(&args),
         Verb::Pictures(args) => draw(&args),
     };

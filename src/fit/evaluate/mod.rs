@@ -24,7 +24,7 @@ use super::expression::{Expressions, Performer};
 use super::folds::{Crossings, Folds};
 use super::ict::Ict;
 use super::resample::SurfacePoint;
-use super::simulate::{Settings, Simulated, Simulator};
+use super::simulate::{Settings, Simulated, Simulator, Truth};
 use super::surface::Surface;
 use super::template::Template;
 use super::{FitError, FitResult};
@@ -191,6 +191,16 @@ impl<'a> Evaluator<'a> {
             })
             .collect();
         measured
+    }
+
+    /// From each vertex of the face area to where it belongs, mm, holes of the scan included;
+    /// `registered` as in [`Evaluator::measure`].
+    pub fn drift(&self, truth: &Truth, registered: &[DVec3]) -> Vec<f64> {
+        let spots = self.binding.truth(&truth.positions(self.ict), self.ict);
+        (self.binding.vertices.iter().enumerate())
+            .filter(|(i, _)| self.binding.face[*i] && self.binding.bound[*i])
+            .map(|(i, &v)| registered[v as usize].distance(spots[i]))
+            .collect()
     }
 
     /// The spot of a person's skin that is closest to `p`, on ICT's mean head.

@@ -115,11 +115,7 @@ impl Feature {
             .collect();
         let samples: Vec<Vec<f64>> = proportioned
             .par_iter()
-            .map(|face| {
-                let motion = Rigid::fit(face, ground.mean, &support, &ground.areas);
-                let own: Vec<DVec3> = face.iter().map(|&p| motion.apply(p)).collect();
-                flat(&own, ground.mean, support.iter().copied())
-            })
+            .map(|face| shape(face, ground.mean, &support, &ground.areas))
             .collect();
         let spectrum = Spectrum::of(samples)
             .map_err(|e| FitError::Input(format!("region {:?}: {e}", rule.name)))?;
@@ -169,6 +165,11 @@ impl Feature {
         })
     }
 
+    /// What the spectrum is of, for any face on a head of average proportions.
+    pub fn shape(&self, face: &[DVec3], mean: &[DVec3], areas: &[f64]) -> Vec<f64> {
+        shape(face, mean, &self.support, areas)
+    }
+
     /// The first `modes` of it.
     pub fn keep(&self, modes: usize) -> Kept {
         let pca = self.spectrum.truncate(modes);
@@ -193,6 +194,13 @@ impl Feature {
             .collect();
         Kept { pca, smooth, whole }
     }
+}
+
+/// A face's region, aligned on itself: displacements from the mean's.
+fn shape(face: &[DVec3], mean: &[DVec3], support: &[u32], areas: &[f64]) -> Vec<f64> {
+    let motion = Rigid::fit(face, mean, support, areas);
+    let own: Vec<DVec3> = face.iter().map(|&p| motion.apply(p)).collect();
+    flat(&own, mean, support.iter().copied())
 }
 
 impl Kept {

@@ -1,0 +1,127 @@
+//! `phiz-fit validate`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use phiz::fit::evaluate::{self, Evaluator};
+use phiz::fit::ict::Ict;
+use phiz::fit::population::Labels;
+use phiz::fit::validate::held_out::Interval;
+use phiz::fit::validate::{Drift, Population, STEPS, page, validate};
+use phiz::fit::{FitError, FitResult, ply};
+
+#[derive(Args)]
+pub struct ValidateArgs {
+    /// The generic head.
+    #[arg(long, value_name = "FILE")]
+    template: PathBuf,
+    /// The folder of registered faces (PLY).
+    #[arg(long, value_name = "DIR")]
+    faces: PathBuf,
+    /// The scans that the faces were registered to, as `simulate` wrote them with their truth:
+    /// drift is measured too. Needs --ict.
+    #[arg(long, value_name = "DIR", requires = "ict")]
+    scans: Option<PathBuf>,
+    /// The folder of ICT-FaceKit (holds `FaceXModel`).
+    #[arg(long, value_name = "DIR", requires = "scans")]
+    ict: Option<PathBuf>,
+    /// Write a short copy, a page in Markdown with its pictures, into this folder.
+    #[arg(long, value_name = "DIR")]
+    short: Option<PathBuf>,
+    /// The folder to write: `index.html` and `report.json`.
+    #[arg(short, value_name = "DIR")]
+    output: PathBuf,
+}
+
+pub fn run(args: &ValidateArgs) -> FitResult<()> {
+    let template = super::read_template(&args.template)?;
+    let named = super::step("reading faces", || ply::read_faces(&args.faces, &template))?;
+    let labels = labels(&args.faces, &named)?;
+    let about = super::about(&args.faces)?;
+    let drift = match (&args.scans, &args.ict) {
+        (Some(scans), Some(ict)) => Some(super::step("measuring drift", || {
+            let ict = Ict::read(ict)?;
+            let reference = super::evaluate::reference(&template, &ict)?;
+            let expressions = Default::default();
+            let evaluator = Evaluator::new(&template, &reference, &ict, &expressions)?;
+            drift(&evaluator, scans, &named)
+        })?),
+        _ => None,
+    };
+    let style = ProgressStyle::with_template("{bar:30} {pos} of {len}, {msg}, {eta} left");
+    let bar = ProgressBar::new(STEPS + 1);
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let population = Population {
+        template: &template,
+        faces: (named.into_iter())
+            .map(|(_, face)| face.iter().map(|p| p.as_vec3()).collect())
+            .collect(),
+        labels,
+        about,
+        drift,
+    };
+    let validated = validate(population, |what| {
+        bar.inc(1);
+        bar.set_message(what);
+    })?;
+    bar.set_message("drawing");
+    page::write(&validated, &args.output, args.short.as_deref())?;
+    bar.finish_and_clear();
+    for part in &validated.report.held_out {
+        println!(
+            "held out at {:.0} %, {:.0} coefficients: RMS mm (whole-face PCA)",
+            100.0 * part.tau,
+            part.coefficients
+        );
+        for (own, whole) in part.regions.iter().zip(&part.whole_face) {
+            println!(
+                "  {:14} {:.3} ({:.3})",
+                own.area, own.rms.mean, whole.rms.mean
+            );
+        }
+    }
+    println!("{}", args.output.join("index.html").display());
+    Ok(())
+}
+
+/// What `labels.json` beside the faces says of each of them.
+fn labels(folder: &Path, faces: &[(String, Vec<glam::DVec3>)]) -> FitResult<Vec<Labels>> {
+    let path = folder.join("labels.json");
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let mut labels: BTreeMap<String, Labels> =
+        serde_json::from_slice(&super::read(&path)?).map_err(|e| FitError::file(&path, e))?;
+    let of = |(name, _): &(String, _)| {
+        let found = labels.remove(name);
+        found.ok_or_else(|| FitError::file(&path, format!("no labels of the face {name}")))
+    };
+    faces.iter().map(of).collect()
+}
+
+/// How far the faces' vertices are from where they belong.
+fn drift(
+    evaluator: &Evaluator,
+    scans: &Path,
+    faces: &[(String, Vec<glam::DVec3>)],
+) -> FitResult<Drift> {
+    let mut means = Vec::new();
+    let mut all = Vec::new();
+    for (name, face) in faces {
+        let path = scans.join("truth").join(format!("{name}.json"));
+        let truth =
+            serde_json::from_slice(&super::read(&path)?).map_err(|e| FitError::file(&path, e))?;
+        let lengths = evaluator.drift(&truth, face);
+        means.push(lengths.iter().sum::<f64>() / lengths.len().max(1) as f64);
+        all.extend(lengths);
+    }
+    let lengths = evaluate::Lengths::of(all);
+    Ok(Drift {
+        faces: means.len(),
+        mean: Interval::of(&means),
+        percentile_95: lengths.percentile_95,
+    })
+}

@@ -1,0 +1,385 @@
+//! Cross-validation: faces that a model was not learned from, as it gives them back (region
+//! morphing, section 7, Table 2).
+
+use std::collections::BTreeMap;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::reconstruct::{Areas, Errors, Subspace};
+use super::wide;
+use crate::Random;
+use crate::fit::FitResult;
+use crate::fit::learn::Learner;
+use crate::fit::pca::Spectrum;
+use crate::fit::template::Template;
+use crate::model::Blending;
+
+/// A mean over faces and its 95 % confidence interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Interval {
+    /// The mean.
+    pub mean: f64,
+    /// The lower end of the interval.
+    pub low: f64,
+    /// Its upper end.
+    pub high: f64,
+}
+
+impl Interval {
+    /// Of values of independent faces, by Student's t.
+    pub fn of(values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        let half = student_t(values.len().saturating_sub(1)) * (variance / n).sqrt();
+        Self {
+            mean,
+            low: mean - half,
+            high: mean + half,
+        }
+    }
+}
+
+/// The 97.5 % point of Student's t, by the expansion in 1 / degrees of freedom (Abramowitz and
+/// Stegun 26.7.5), which is within 0.002 from 4 degrees on; below, the table.
+fn student_t(degrees: usize) -> f64 {
+    const FEW: [f64; 4] = [f64::INFINITY, 12.706, 4.303, 3.182];
+    if let Some(&t) = FEW.get(degrees) {
+        return t;
+    }
+    let (x, n) = (1.959_964_f64, degrees as f64);
+    let (x3, x5, x7) = (x.powi(3), x.powi(5), x.powi(7));
+    x + (x3 + x) / (4.0 * n)
+        + (5.0 * x5 + 16.0 * x3 + 3.0 * x) / (96.0 * n * n)
+        + (3.0 * x7 + 19.0 * x5 + 17.0 * x3 - 15.0 * x) / (384.0 * n.powi(3))
+}
+
+/// How well one area of held-out faces comes back. Each number is the mean over the faces of what
+/// was found on each.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AreaErrors {
+    /// The area.
+    pub area: String,
+    /// The largest distance, mm.
+    pub max: Interval,
+    /// The mean distance, mm.
+    pub mean: Interval,
+    /// The root mean square distance, mm.
+    pub rms: Interval,
+    /// The root mean square distance, in percent of the diameter of the head's bounding box.
+    pub rms_percent: f64,
+    /// The largest distance, in percent of that diameter.
+    pub max_percent: f64,
+    /// The mean distance, in percent of that diameter.
+    pub mean_percent: f64,
+}
+
+/// What a model of one tau makes of held-out faces.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HeldOut {
+    /// The part of the variance that each block keeps.
+    pub tau: f64,
+    /// Coefficients of the model, a mean over the folds.
+    pub coefficients: f64,
+    /// Region PCA with blending and the head block.
+    pub regions: Vec<AreaErrors>,
+    /// PCA of whole faces with as many coefficients.
+    pub whole_face: Vec<AreaErrors>,
+    /// Each feature by itself.
+    pub shapes: Vec<ShapeErrors>,
+}
+
+/// How well the shape of one feature comes back: aligned on itself, on a head of average
+/// proportions, which is what its modes are learned from. Root mean square distance, mm.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ShapeErrors {
+    /// The feature.
+    pub feature: String,
+    /// The feature's own modes.
+    pub region: Interval,
+    /// As many modes of whole faces.
+    pub whole_face: Interval,
+}
+
+/// A held-out face as it was and as it came back.
+#[derive(Debug, Clone)]
+pub struct Pair {
+    /// Which face of the population.
+    pub face: usize,
+    /// The face in the model's pose, mm.
+    pub input: Vec<DVec3>,
+    /// The model's nearest face, mm.
+    pub output: Vec<DVec3>,
+    /// Root mean square distance over the features, mm.
+    pub rms: f64,
+}
+
+/// What was found on one face: errors an area, and the diameter of its head.
+type OfFace = (Vec<Errors>, f64);
+
+/// Splits `count` faces at random into `folds` test sets of nearly the same size.
+pub fn folds(count: usize, folds: usize, seed: u64) -> Vec<Vec<usize>> {
+    let order = shuffled(count, seed);
+    (0..folds)
+        .map(|fold| order.iter().copied().skip(fold).step_by(folds).collect())
+        .collect()
+}
+
+/// The numbers below `count` in random order.
+pub fn shuffled(count: usize, seed: u64) -> Vec<usize> {
+    let mut random = Random::new(seed);
+    let mut order: Vec<usize> = (0..count).collect();
+    for last in (1..count).rev() {
+        order.swap(last, (random.uniform() * (last + 1) as f64) as usize);
+    }
+    order
+}
+
+/// Learns from all faces but those of each test set, and gives these back by least squares over
+/// the skin. Calls `done` after each test set. Also returns the pairs of the first tau.
+///
+/// # Errors
+/// As [`Learner::new`].
+pub fn cross_validate(
+    template: &Template,
+    faces: &[Vec<Vec3>],
+    tests: &[Vec<usize>],
+    taus: &[f64],
+    blending: Blending,
+    mut done: impl FnMut(),
+) -> FitResult<(Vec<HeldOut>, Vec<Pair>)> {
+    let areas = Areas::new(template)?;
+    let mut found = vec![Found::default(); taus.len()];
+    let mut pairs = Vec::new();
+    for test in tests {
+        let others = (faces.iter().enumerate()).filter(|(i, _)| !test.contains(i));
+        let learner = Learner::new(template, wide(others.map(|(_, face)| face)), blending)?;
+        // Of all vertices; what is compared are displacements from the mean.
+        let fields: Vec<Vec<DVec3>> = wide(test.iter().map(|&i| &faces[i]))
+            .par_iter()
+            .map(|face| less(&learner.align(face), &learner.mean))
+            .collect();
+        let features = learner.features().count();
+        let shapes: Vec<Vec<Vec<DVec3>>> = (0..features)
+            .map(|f| {
+                fields
+                    .par_iter()
+                    .map(|field| shape(&learner, f, field))
+                    .collect()
+            })
+            .collect();
+        let mut modes_of = Vec::new();
+        for (t, &tau) in taus.iter().enumerate() {
+            let bases = learner.bases(tau)?;
+            found[t].coefficients += bases.modes.len() as f64 / tests.len() as f64;
+            let subspace = Subspace::new(&bases.modes, &areas.skin)?;
+            let back: Vec<Vec<DVec3>> = subspace
+                .coefficients(&fields)
+                .par_iter()
+                .map(|c| subspace.field(c))
+                .collect();
+            for ((input, output), &face) in fields.iter().zip(&back).zip(test) {
+                let errors = areas.errors(input, output);
+                let head = plus(&learner.mean, output);
+                if t == 0 && pairs.len() < PAIRS {
+                    pairs.push(Pair {
+                        face,
+                        input: plus(&learner.mean, input),
+                        output: head.clone(),
+                        rms: errors.last().map_or(0.0, |all| all.rms),
+                    });
+                }
+                found[t].regions.push((errors, areas.diameter(&head)));
+            }
+            let mut first = 0;
+            for (f, report) in bases.reports[..features].iter().enumerate() {
+                let own = &bases.modes[first..first + report.modes];
+                first += report.modes;
+                let vertices = &areas.vertices[f];
+                let subspace = Subspace::new(own, vertices)?;
+                let coefficients = subspace.coefficients(&shapes[f]);
+                for (shape, c) in shapes[f].iter().zip(&coefficients) {
+                    let rms = Errors::between(vertices, shape, &subspace.field(c)).rms;
+                    found[t].shapes.entry(f).or_default().push(rms);
+                }
+            }
+            modes_of.push(bases.reports.iter().map(|r| r.modes).collect::<Vec<_>>());
+        }
+        let whole = whole_faces(&learner, &areas.skin)?;
+        for (found, modes) in found.iter_mut().zip(modes_of) {
+            let back = nearest(&whole, modes.iter().sum(), &areas.skin, &fields);
+            for (input, output) in fields.iter().zip(&back) {
+                let diameter = areas.diameter(&plus(&learner.mean, output));
+                found.whole.push((areas.errors(input, output), diameter));
+            }
+            for (f, &count) in modes[..features].iter().enumerate() {
+                let back = nearest(&whole, count, &areas.skin, &fields);
+                let shaped: Vec<f64> = back
+                    .par_iter()
+                    .zip(&shapes[f])
+                    .map(|(back, input)| {
+                        let output = shape(&learner, f, back);
+                        Errors::between(&areas.vertices[f], input, &output).rms
+                    })
+                    .collect();
+                found.whole_shapes.entry(f).or_default().extend(shaped);
+            }
+        }
+        done();
+    }
+    let summary = (taus.iter().zip(&found))
+        .map(|(&tau, found)| HeldOut {
+            tau,
+            coefficients: found.coefficients,
+            regions: summarise(&areas, &found.regions),
+            whole_face: summarise(&areas, &found.whole),
+            shapes: (found.shapes.iter().zip(found.whole_shapes.values()))
+                .map(|((&f, own), whole)| ShapeErrors {
+                    feature: areas.names[f].clone(),
+                    region: Interval::of(own),
+                    whole_face: Interval::of(whole),
+                })
+                .collect(),
+        })
+        .collect();
+    Ok((summary, pairs))
+}
+
+/// Faces that are kept to be shown.
+const PAIRS: usize = 10;
+
+/// What was found so far at one tau.
+#[derive(Clone, Default)]
+struct Found {
+    coefficients: f64,
+    regions: Vec<OfFace>,
+    whole: Vec<OfFace>,
+    /// By feature: the root mean square error of each face, mm.
+    shapes: BTreeMap<usize, Vec<f64>>,
+    whole_shapes: BTreeMap<usize, Vec<f64>>,
+}
+
+/// A feature's shape on a head of average proportions, where none of the other vertices moves.
+fn shape(learner: &Learner, feature: usize, field: &[DVec3]) -> Vec<DVec3> {
+    let shape = learner.feature_shape(feature, &plus(&learner.mean, field));
+    let mut whole = vec![DVec3::ZERO; field.len()];
+    for (&v, d) in learner.support(feature).iter().zip(shape.chunks_exact(3)) {
+        whole[v as usize] = DVec3::from_slice(d);
+    }
+    whole
+}
+
+/// How whole faces vary on their skin.
+pub fn whole_faces(learner: &Learner, skin: &[u32]) -> FitResult<Spectrum> {
+    let rows = learner.aligned.par_iter().map(|face| {
+        skin.iter()
+            .flat_map(|&v| (face[v as usize] - learner.mean[v as usize]).to_array())
+            .collect()
+    });
+    Spectrum::of(rows.collect())
+}
+
+/// What the first `modes` of a whole-face PCA give back of displacement fields: of their skin, the
+/// rest is left as it was.
+fn nearest(
+    spectrum: &Spectrum,
+    modes: usize,
+    skin: &[u32],
+    fields: &[Vec<DVec3>],
+) -> Vec<Vec<DVec3>> {
+    let pca = spectrum.truncate(modes);
+    fields
+        .par_iter()
+        .map(|field| {
+            let x: Vec<f64> = skin
+                .iter()
+                .flat_map(|&v| field[v as usize].to_array())
+                .zip(&spectrum.mean)
+                .map(|(x, m)| x - m)
+                .collect();
+            let mut back = spectrum.mean.clone();
+            for mode in &pca.modes {
+                let c: f64 = mode.iter().zip(&x).map(|(m, x)| m * x).sum();
+                back.iter_mut().zip(mode).for_each(|(b, m)| *b += c * m);
+            }
+            let mut whole = field.clone();
+            for (&v, d) in skin.iter().zip(back.chunks_exact(3)) {
+                whole[v as usize] = DVec3::from_slice(d);
+            }
+            whole
+        })
+        .collect()
+}
+
+/// A face's displacement from the mean.
+pub fn less(face: &[DVec3], mean: &[DVec3]) -> Vec<DVec3> {
+    face.iter().zip(mean).map(|(p, m)| *p - *m).collect()
+}
+
+/// The mean moved by a displacement.
+pub fn plus(mean: &[DVec3], field: &[DVec3]) -> Vec<DVec3> {
+    mean.iter().zip(field).map(|(m, d)| *m + *d).collect()
+}
+
+fn summarise(areas: &Areas, faces: &[OfFace]) -> Vec<AreaErrors> {
+    areas
+        .names
+        .iter()
+        .enumerate()
+        .map(|(a, name)| {
+            let of = |value: &dyn Fn(&Errors) -> f64| -> Vec<f64> {
+                faces.iter().map(|(errors, _)| value(&errors[a])).collect()
+            };
+            let percent = |value: &dyn Fn(&Errors) -> f64| -> f64 {
+                let parts = faces
+                    .iter()
+                    .map(|(errors, diameter)| 100.0 * value(&errors[a]) / diameter);
+                parts.sum::<f64>() / faces.len() as f64
+            };
+            AreaErrors {
+                area: name.clone(),
+                max: Interval::of(&of(&|e| e.max)),
+                mean: Interval::of(&of(&|e| e.mean)),
+                rms: Interval::of(&of(&|e| e.rms)),
+                rms_percent: percent(&|e| e.rms),
+                max_percent: percent(&|e| e.max),
+                mean_percent: percent(&|e| e.mean),
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_face_is_held_out_once() {
+        let tests = folds(23, 5, 1);
+        let mut all = tests.concat();
+        all.sort_unstable();
+        assert_eq!(all, (0..23).collect::<Vec<_>>());
+        assert!(tests.iter().all(|test| (4..=5).contains(&test.len())));
+        assert_ne!(tests, folds(23, 5, 2));
+    }
+
+    #[test]
+    fn intervals_are_students() {
+        // Tables of t at 97.5 %.
+        for (degrees, t) in [
+            (1, 12.706),
+            (4, 2.776),
+            (9, 2.262),
+            (29, 2.045),
+            (299, 1.968),
+        ] {
+            assert!((student_t(degrees) - t).abs() < 0.003, "{degrees}");
+        }
+        let interval = Interval::of(&[1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(interval.mean, 2.5);
+        // 3.182 times the standard error, sqrt(5 / 3) / 2.
+        assert!((interval.high - 2.5 - 3.182 * (5.0_f64 / 3.0).sqrt() / 2.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,635 @@
+//! The report for people: `index.html`, which holds its pictures in itself, and a short copy for
+//! a project's documentation.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+
+use super::held_out::{AreaErrors, HeldOut, Interval};
+use super::plots::{self, Axes, Line};
+use super::{COUNTED, Report, Validated, pictures};
+use crate::fit::files::write_atomically;
+use crate::fit::render::Image;
+use crate::fit::{FitError, FitResult};
+
+/// A part of the report.
+struct Section {
+    title: &'static str,
+    content: Vec<Content>,
+    /// Whether the short copy has it.
+    short: bool,
+}
+
+enum Content {
+    Text(String),
+    Table(Vec<String>, Vec<Vec<String>>),
+    Plot(&'static str, String, String),
+    Picture(&'static str, Vec<u8>, String),
+}
+
+/// Writes `index.html` and `report.json` into a folder, and with `short` a page in Markdown with
+/// its pictures and the same JSON into that one.
+///
+/// # Errors
+/// When a plot cannot be drawn or a file not be written.
+pub fn write(validated: &Validated, folder: &Path, short: Option<&Path>) -> FitResult<()> {
+    let sections = sections(validated)?;
+    let create = |dir: &Path| std::fs::create_dir_all(dir).map_err(|e| FitError::file(dir, e));
+    create(folder)?;
+    let json = folder.join("report.json");
+    let numbers =
+        serde_json::to_vec_pretty(&validated.report).map_err(|e| FitError::file(&json, e))?;
+    write_atomically(&json, &numbers)?;
+    write_atomically(
+        &folder.join("index.html"),
+        html(&validated.report, &sections).as_bytes(),
+    )?;
+    let Some(short) = short else {
+        return Ok(());
+    };
+    create(short)?;
+    for content in sections.iter().filter(|s| s.short).flat_map(|s| &s.content) {
+        match content {
+            Content::Plot(name, svg, _) => {
+                write_atomically(&short.join(format!("{name}.svg")), svg.as_bytes())?;
+            }
+            Content::Picture(name, png, _) => {
+                write_atomically(&short.join(format!("{name}.png")), png)?;
+            }
+            Content::Text(_) | Content::Table(..) => {}
+        }
+    }
+    write_atomically(&short.join("report.json"), &numbers)?;
+    write_atomically(
+        &short.join("README.md"),
+        markdown(&validated.report, &sections).as_bytes(),
+    )
+}
+
+fn sections(validated: &Validated) -> FitResult<Vec<Section>> {
+    let report = &validated.report;
+    Ok(vec![
+        population(report)?,
+        variance(report)?,
+        held_out(validated)?,
+        curves(report)?,
+        random_faces(validated)?,
+        eigenmeshes(validated)?,
+        borders(report),
+        normality(report)?,
+    ])
+}
+
+fn population(report: &Report) -> FitResult<Section> {
+    let mut content = vec![Content::Text(format!(
+        "{} {}",
+        report.about.population, report.about.caveat
+    ))];
+    match &report.labels {
+        None => content.push(Content::Text(
+            "The faces carry no labels: nothing is known of their sex, age or origin.".into(),
+        )),
+        Some(labels) => {
+            let axes = |title| Axes {
+                title,
+                x: "",
+                y: "faces",
+                highest: None,
+            };
+            let named = |names: &[&str], counts: &[usize]| -> Vec<(String, f64)> {
+                let pairs = names.iter().zip(counts);
+                pairs.map(|(n, &c)| ((*n).to_owned(), c as f64)).collect()
+            };
+            let sex = named(&["more female", "more male"], &labels.sex);
+            let origin = named(&["african", "asian", "caucasian"], &labels.ethnicity);
+            let ages: Vec<(String, f64)> = (labels.decades.iter())
+                .map(|(decade, &count)| (format!("{decade}+"), count as f64))
+                .collect();
+            for (name, title, values) in [
+                ("sex", "Sex", sex),
+                ("age", "Age, years", ages),
+                ("ethnicity", "Greatest share of origin", origin),
+            ] {
+                let plot = plots::bars(&axes(title), &values)?;
+                content.push(Content::Plot(
+                    name,
+                    plot,
+                    format!("The population: {title}."),
+                ));
+            }
+        }
+    }
+    let left = Interval::of(&report.alignment);
+    let axes = Axes {
+        title: "What alignment leaves",
+        x: "root mean square distance from the mean, mm",
+        y: "faces",
+        highest: None,
+    };
+    content.push(Content::Plot(
+        "alignment",
+        plots::bars(&axes, &plots::histogram(&report.alignment, 8))?,
+        format!(
+            "What rigid alignment leaves between each face and the mean: {} mm RMS on average.",
+            interval(&left, 2)
+        ),
+    ));
+    if let Some(drift) = &report.drift {
+        content.push(Content::Text(format!(
+            "Registration: on {} faces whose truth is known, a vertex of the face lies {} mm from \
+             the spot where it belongs on average, and 95 % of them below {:.2} mm.",
+            drift.faces,
+            interval(&drift.mean, 2),
+            drift.percentile_95
+        )));
+    }
+    Ok(Section {
+        title: "The population",
+        content,
+        short: false,
+    })
+}
+
+fn variance(report: &Report) -> FitResult<Section> {
+    let head = ["part".to_owned()]
+        .into_iter()
+        .chain(COUNTED.map(|tau| format!("{:.0} %", 100.0 * tau)))
+        .collect();
+    let rows = report
+        .modes
+        .iter()
+        .map(|part| {
+            let counts = part.counts.iter().map(ToString::to_string);
+            [part.name.clone()].into_iter().chain(counts).collect()
+        })
+        .collect();
+    let lines: Vec<Line> = (report.modes.iter().enumerate())
+        .map(|(i, part)| Line {
+            name: part.name.clone(),
+            colour: i,
+            broken: part.name == "whole face",
+            points: (part.cumulative.iter().take(60).enumerate())
+                .map(|(k, &c)| ((k + 1) as f64, 100.0 * c))
+                .collect(),
+        })
+        .collect();
+    let axes = Axes {
+        title: "Compactness",
+        x: "modes",
+        y: "variance kept, %",
+        highest: Some(100.0),
+    };
+    let model = report
+        .blocks
+        .iter()
+        .map(|b| {
+            vec![
+                b.name.clone(),
+                b.modes.to_string(),
+                format!("{:.1} %", 100.0 * b.variance),
+                format!("{:.0} %", 100.0 * b.kept_by_smoothing),
+            ]
+        })
+        .collect();
+    let total: usize = report.blocks.iter().map(|b| b.modes).sum();
+    Ok(Section {
+        title: "How many modes",
+        content: vec![
+            Content::Text(
+                "The fewest modes of each region, and of whole faces, that keep a part of the \
+                 variance (region morphing, Table 1)."
+                    .into(),
+            ),
+            Content::Table(head, rows),
+            Content::Plot(
+                "compactness",
+                plots::lines(&axes, &lines)?,
+                "The part of the variance that the first modes keep (Fig. 6).".into(),
+            ),
+            Content::Text(format!(
+                "The blocks of the model at 95 %: {total} coefficients in a file of {} bytes. The \
+                 head block holds what the features leave over. Smoothing towards the borders keeps \
+                 part of a feature's motion. Rounding for the file moves the vertices of random \
+                 faces by {:.1} micrometres RMS.",
+                report.rounding.bytes,
+                1000.0 * report.rounding.rms
+            )),
+            Content::Table(
+                [
+                    "block",
+                    "modes",
+                    "variance kept",
+                    "motion kept by smoothing",
+                ]
+                .map(Into::into)
+                .to_vec(),
+                model,
+            ),
+        ],
+        short: true,
+    })
+}
+
+fn held_out(validated: &Validated) -> FitResult<Section> {
+    let report = &validated.report;
+    let mut content = vec![Content::Text(format!(
+        "Faces that the model has not learned from, given back by least squares over the skin. {} \
+         faces in {} parts, each held out once; means over the faces with 95 % confidence \
+         intervals, in mm, and in percent of the diameter of the head's bounding box. On the right \
+         a PCA of whole faces with as many coefficients.",
+        report.faces, report.folds
+    ))];
+    for part in &report.held_out {
+        content.extend(table_of(part));
+    }
+    content.push(Content::Text(
+        "Ten faces drawn at random and held out together, as in the paper (Table 2):".into(),
+    ));
+    for part in &report.ten_held_out {
+        content.extend(table_of(part));
+    }
+    content.push(Content::Picture(
+        "reconstructions",
+        pictures::reconstructions(validated)?.png()?,
+        "Held-out faces at 95 %: the best, the middle and the worst of ten. From the left: input \
+         and output from the front, input and output from the side, distance (Fig. 11)."
+            .into(),
+    ));
+    Ok(Section {
+        title: "Held-out faces",
+        content,
+        short: true,
+    })
+}
+
+fn table_of(part: &HeldOut) -> [Content; 4] {
+    let head = [
+        "area",
+        "max, mm",
+        "mean, mm",
+        "RMS, mm",
+        "max, %",
+        "mean, %",
+        "RMS, %",
+        "whole-face PCA: RMS, mm",
+    ];
+    let row = |own: &AreaErrors, whole: &AreaErrors| {
+        vec![
+            own.area.clone(),
+            interval(&own.max, 2),
+            interval(&own.mean, 3),
+            interval(&own.rms, 3),
+            format!("{:.2}", own.max_percent),
+            format!("{:.3}", own.mean_percent),
+            format!("{:.3}", own.rms_percent),
+            interval(&whole.rms, 3),
+        ]
+    };
+    [
+        Content::Text(format!(
+            "tau = {:.0} %, {:.0} coefficients:",
+            100.0 * part.tau,
+            part.coefficients
+        )),
+        Content::Table(
+            head.map(Into::into).to_vec(),
+            part.regions
+                .iter()
+                .zip(&part.whole_face)
+                .map(|(o, w)| row(o, w))
+                .collect(),
+        ),
+        Content::Text(
+            "The shape of each feature by itself, aligned on itself on a head of average \
+             proportions: by its own modes, and by as many modes of whole faces."
+                .into(),
+        ),
+        Content::Table(
+            ["feature", "own modes: RMS, mm", "whole-face PCA: RMS, mm"]
+                .map(Into::into)
+                .to_vec(),
+            (part.shapes.iter())
+                .map(|s| {
+                    vec![
+                        s.feature.clone(),
+                        interval(&s.region, 3),
+                        interval(&s.whole_face, 3),
+                    ]
+                })
+                .collect(),
+        ),
+    ]
+}
+
+fn curves(report: &Report) -> FitResult<Section> {
+    let mut content = Vec::new();
+    for split in &report.curves {
+        let mut lines = Vec::new();
+        for (i, curve) in split.curves.iter().enumerate() {
+            let line = |name: &str, broken, value: &dyn Fn(&super::curves::Point) -> f64| Line {
+                name: format!("{}, {name}", curve.basis),
+                colour: i,
+                broken,
+                points: (curve.points.iter())
+                    .map(|p| (p.coefficients as f64, value(p)))
+                    .collect(),
+            };
+            lines.push(line("test", false, &|p| p.test));
+            lines.push(line("training", true, &|p| p.training));
+        }
+        let title = format!(
+            "{} training faces, {} test faces",
+            split.training, split.test
+        );
+        let axes = Axes {
+            title: &title,
+            x: "coefficients",
+            y: "mean error on the features, mm",
+            highest: None,
+        };
+        let name = if split.training < 50 {
+            "error-few"
+        } else {
+            "error-many"
+        };
+        content.push(Content::Plot(
+            name,
+            plots::lines(&axes, &lines)?,
+            format!(
+                "Mean distance on the features' skin against the number of coefficients, learned \
+                 from {} faces (semantic reshaping, Figs. 5 and 6).",
+                split.training
+            ),
+        ));
+    }
+    if content.is_empty() {
+        content.push(Content::Text(
+            "There are too few faces to learn from some and try others.".into(),
+        ));
+    }
+    Ok(Section {
+        title: "Error against the number of coefficients",
+        content,
+        short: true,
+    })
+}
+
+fn random_faces(validated: &Validated) -> FitResult<Section> {
+    let specificity = &validated.report.specificity;
+    Ok(Section {
+        title: "Random faces",
+        content: vec![
+            Content::Picture(
+                "gallery",
+                pictures::gallery(&validated.model)?.png()?,
+                "Random faces of the model (Fig. 9).".into(),
+            ),
+            Content::Text(format!(
+                "Specificity: the skin of a random face is {} mm from the nearest person of the \
+                 population on average; of a PCA of whole faces with as many coefficients, {} mm; \
+                 people are {} mm from the nearest other.",
+                interval(&specificity.regions, 2),
+                interval(&specificity.whole_face, 2),
+                interval(&specificity.population, 2)
+            )),
+            Content::Picture(
+                "morph",
+                pictures::morph(&validated.model)?.png()?,
+                "The first mode of eyes, nose, mouth, chin and forehead from one extreme to the \
+                 other (Fig. 10)."
+                    .into(),
+            ),
+        ],
+        short: true,
+    })
+}
+
+fn eigenmeshes(validated: &Validated) -> FitResult<Section> {
+    const NAMES: [&str; 6] = [
+        "modes-eyes",
+        "modes-nose",
+        "modes-mouth",
+        "modes-chin",
+        "modes-forehead",
+        "modes-head",
+    ];
+    let mut content = Vec::new();
+    for (block, name) in NAMES.into_iter().enumerate() {
+        let what = &validated.model.parts().blocks[block].name;
+        content.push(Content::Picture(
+            name,
+            pictures::eigenmeshes(&validated.model, block)?.png()?,
+            format!(
+                "The first modes of the {what} at -3, -1, 1 and 3 sigma, in the colour of how far \
+                 they move (Fig. 7)."
+            ),
+        ));
+    }
+    Ok(Section {
+        title: "Eigenmeshes",
+        content,
+        short: false,
+    })
+}
+
+fn borders(report: &Report) -> Section {
+    let head = [
+        "feature",
+        "within, mm",
+        "modes at 2 sigma, degrees",
+        "whole-face modes",
+        "random faces",
+        "whole-face random faces",
+        "largest ratio",
+    ];
+    let rows = report
+        .seams
+        .iter()
+        .map(|seam| {
+            vec![
+                seam.feature.clone(),
+                format!("{:.0}", seam.width),
+                format!("{:.1}", seam.modes),
+                format!("{:.1}", seam.whole_modes),
+                format!("{:.1}", seam.random),
+                format!("{:.1}", seam.whole_random),
+                format!("{:.2}", seam.ratio()),
+            ]
+        })
+        .collect();
+    Section {
+        title: "Seams",
+        content: vec![
+            Content::Text(
+                "The largest change of the angle between two triangles near a feature's border, \
+                 beside the same for a PCA of whole faces, which has no borders."
+                    .into(),
+            ),
+            Content::Table(head.map(Into::into).to_vec(), rows),
+        ],
+        short: true,
+    }
+}
+
+fn normality(report: &Report) -> FitResult<Section> {
+    let normality = &report.normality;
+    let shown: Vec<_> = (normality.coefficients.iter())
+        .filter(|d| {
+            d.control.ends_with(" 1") || d.control.ends_with(" 2") || d.control.ends_with(" 3")
+        })
+        .collect();
+    let farthest = normality
+        .coefficients
+        .iter()
+        .max_by(|a, b| a.distance.total_cmp(&b.distance));
+    let mean = normality
+        .coefficients
+        .iter()
+        .map(|d| d.distance)
+        .sum::<f64>()
+        / normality.coefficients.len().max(1) as f64;
+    let farthest = farthest.map_or(String::new(), |d| {
+        format!(" The farthest is {} with {:.3}.", d.control, d.distance)
+    });
+    Ok(Section {
+        title: "Is the population Gaussian?",
+        content: vec![
+            Content::Text(format!(
+                "A slider is the part of the population that has less. Were the coefficients \
+                 normally distributed, that would be the normal distribution function; the largest \
+                 difference between the two (Kolmogorov and Smirnov's distance) is {mean:.3} on \
+                 average.{farthest} Of {} coefficients {} exceed {:.3}, which five in a hundred \
+                 normal samples of {} faces do.",
+                normality.coefficients.len(),
+                normality.exceeding,
+                normality.critical,
+                normality.faces
+            )),
+            Content::Plot(
+                "quantiles",
+                plots::quantiles(&shown, 6)?,
+                "Quantiles of the first coefficients of each block against normal ones, with that \
+                 distance."
+                    .into(),
+            ),
+        ],
+        short: false,
+    })
+}
+
+fn interval(of: &Interval, digits: usize) -> String {
+    format!(
+        "{:.digits$} ({:.digits$} to {:.digits$})",
+        of.mean, of.low, of.high
+    )
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:72rem;margin:2rem auto;\
+padding:0 1rem;color:#222;background:#fafafa}h1{font-size:1.6rem}h2{margin-top:2.5rem;\
+border-bottom:1px solid #ccc}table{border-collapse:collapse;font-size:.85rem;\
+font-variant-numeric:tabular-nums}.wide{overflow-x:auto}td,th{padding:.2rem .7rem;\
+text-align:right;border-bottom:1px solid #ddd}td:first-child,th:first-child{text-align:left}\
+figure{margin:1rem 0}img,svg{max-width:100%;height:auto}figcaption{color:#555;font-size:.9rem}";
+
+fn html(report: &Report, sections: &[Section]) -> String {
+    let title = escaped(&report.about.title);
+    let mut page = format!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width\"><title>{title}</title>\
+         <style>{STYLE}</style><h1>{title}: {} faces of {} vertices</h1>\n",
+        report.faces, report.vertices
+    );
+    for section in sections {
+        let _ = writeln!(page, "<h2>{}</h2>", escaped(section.title));
+        for content in &section.content {
+            match content {
+                Content::Text(text) => {
+                    let _ = writeln!(page, "<p>{}</p>", escaped(text));
+                }
+                Content::Table(head, rows) => {
+                    let cells = |tag: &str, row: &[String]| -> String {
+                        let cell = |c: &String| format!("<{tag}>{}</{tag}>", escaped(c));
+                        row.iter().map(cell).collect()
+                    };
+                    let _ = write!(
+                        page,
+                        "<div class=\"wide\"><table><tr>{}</tr>",
+                        cells("th", head)
+                    );
+                    for row in rows {
+                        let _ = write!(page, "<tr>{}</tr>", cells("td", row));
+                    }
+                    page += "</table></div>\n";
+                }
+                Content::Plot(name, svg, caption) => {
+                    let caption = escaped(caption);
+                    let _ = writeln!(
+                        page,
+                        "<figure id=\"{name}\">{svg}<figcaption>{caption}</figcaption></figure>"
+                    );
+                }
+                Content::Picture(name, png, caption) => {
+                    let (data, caption) = (BASE64_STANDARD.encode(png), escaped(caption));
+                    let _ = writeln!(
+                        page,
+                        "<figure id=\"{name}\"><img alt=\"{caption}\" \
+                         src=\"data:image/png;base64,{data}\"><figcaption>{caption}</figcaption>\
+                         </figure>"
+                    );
+                }
+            }
+        }
+    }
+    page + "</html>\n"
+}
+
+fn markdown(report: &Report, sections: &[Section]) -> String {
+    let mut page = format!(
+        "# {}: {} faces of {} vertices\n\nWritten by `phiz-fit validate`; the numbers are in \
+         `report.json`, too.\n",
+        report.about.title, report.faces, report.vertices
+    );
+    for section in sections.iter().filter(|s| s.short) {
+        let _ = writeln!(page, "\n## {}", section.title);
+        for content in &section.content {
+            match content {
+                Content::Text(text) => {
+                    let _ = writeln!(page, "\n{text}");
+                }
+                Content::Table(head, rows) => {
+                    let line = |row: &[String]| format!("| {} |\n", row.join(" | "));
+                    let rule: Vec<String> = (0..head.len())
+                        .map(|i| if i == 0 { "---" } else { "---:" }.to_owned())
+                        .collect();
+                    page += "\n";
+                    page += &line(head);
+                    page += &line(&rule);
+                    rows.iter().for_each(|row| page += &line(row));
+                }
+                Content::Plot(name, _, caption) => {
+                    let _ = writeln!(page, "\n![{caption}]({name}.svg)\n\n{caption}");
+                }
+                Content::Picture(name, _, caption) => {
+                    let _ = writeln!(page, "\n![{caption}]({name}.png)\n\n{caption}");
+                }
+            }
+        }
+    }
+    page
+}
+
+impl Image {
+    fn png(&self) -> FitResult<Vec<u8>> {
+        crate::fit::render::png([self.width, self.height], &self.pixels)
+            .map_err(|e| FitError::Input(format!("a picture could not be packed: {e}")))
+    }
+}
