@@ -1,5 +1,6 @@
 //! `phiz-fit`: the offline program.
 
+mod basis;
 mod evaluate;
 mod landmarks;
 mod register;
@@ -46,6 +47,8 @@ enum Verb {
     Evaluate(evaluate::EvaluateArgs),
     /// Align, learn and bake: from registered faces to a model.
     Train(TrainArgs),
+    /// Learn a sparse basis of local components from registered faces.
+    Basis(basis::BasisArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
     /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
@@ -147,6 +150,7 @@ fn main() -> ExitCode {
         Verb::Evaluate(args) => evaluate::run(&args),
         Verb::Simulate(args) => simulate::run(&args),
         Verb::Train(args) => train(&args),
+        Verb::Basis(args) => basis::run(&args),
         Verb::Inspect(args) => inspect(&args),
         Verb::Pictures(args) => draw(&args),
     };
