@@ -5,11 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use glam::DVec3;
 use phiz::fit::align::{procrustes, vertex_areas};
 use phiz::fit::files::write_atomically;
+use phiz::fit::sparse::compare::{BASES, Curve, Trial};
 use phiz::fit::sparse::{
     self, Kind, Problem, Settings, SparseBasis, face_parts, head_parts, with_mirror_images,
 };
+use phiz::fit::template::Template;
 use phiz::fit::{FitError, FitResult, ply};
 
 #[derive(Args)]
@@ -38,6 +41,10 @@ pub struct BasisArgs {
     /// Stop when the objective changes by less than this part over five iterations.
     #[arg(long, default_value_t = Settings::default().tolerance)]
     tolerance: f64,
+    /// Alternate between weights and components as published, without trying to go farther at
+    /// once.
+    #[arg(long)]
+    plain: bool,
     /// Write weights and displacements for one standard deviation each, instead of for a largest
     /// weight of 1.
     #[arg(long)]
@@ -46,7 +53,25 @@ pub struct BasisArgs {
     /// is in the other files.
     #[arg(long, value_name = "DIR")]
     save_problem: Option<PathBuf>,
-    /// The basis to write, as JSON.
+    /// Compare bases instead: learn each from this many of the faces, chosen at random, and
+    /// measure it on others. Prints mean errors over the splits, and writes all of them.
+    #[arg(long, value_name = "COUNT")]
+    compare: Option<usize>,
+    /// On how many others.
+    #[arg(
+        long,
+        default_value_t = 100,
+        requires = "compare",
+        value_name = "COUNT"
+    )]
+    test: usize,
+    /// How many splits of the faces into the two.
+    #[arg(long, default_value_t = 5, requires = "compare", value_name = "COUNT")]
+    splits: u64,
+    /// The first split's seed; the next has the next one.
+    #[arg(long, default_value_t = 1, requires = "compare")]
+    seed: u64,
+    /// The basis (or the comparison) to write, as JSON.
     #[arg(short, value_name = "FILE")]
     output: PathBuf,
 }
@@ -73,6 +98,9 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     let template = super::read_template(&args.template)?;
     let faces = super::step("reading faces", || ply::read_faces(&args.faces, &template))?;
     let mut faces: Vec<_> = faces.into_iter().map(|(_, face)| face).collect();
+    if let Some(train) = args.compare {
+        return compare(args, &template, &faces, train);
+    }
     let triangles = template.triangles();
     let parts = face_parts(&template)?;
     if !args.one_sided {
@@ -100,6 +128,7 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
         kind,
         iterations: args.iterations,
         tolerance: args.tolerance,
+        bold: !args.plain,
         ..Settings::default()
     };
     if let Some(folder) = &args.save_problem {
@@ -130,6 +159,75 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
         );
     }
     write(args, &basis, Some(&report))
+}
+
+/// The numbers of components that are compared.
+const COMPARED: [usize; 7] = [5, 15, 25, 35, 45, 55, 65];
+
+fn compare(
+    args: &BasisArgs,
+    template: &Template,
+    faces: &[Vec<DVec3>],
+    train: usize,
+) -> FitResult<()> {
+    let settings = Settings {
+        iterations: args.iterations,
+        tolerance: args.tolerance,
+        bold: !args.plain,
+        ..Settings::default()
+    };
+    let bar = ProgressBar::new(args.splits * (COMPARED.len() * BASES.len()) as u64);
+    let style = ProgressStyle::with_template("{bar:30} {pos} of {len} bases, {eta} left");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let mut all: Vec<Vec<Curve>> = Vec::new();
+    for split in 0..args.splits {
+        let trial = Trial {
+            train,
+            test: args.test,
+            seed: args.seed + split,
+            components: COMPARED.to_vec(),
+        };
+        let kinds = [Kind::REGIONS, Kind::DISTANCE];
+        all.push(sparse::compare::compare(
+            template,
+            faces,
+            &trial,
+            &settings,
+            kinds,
+            || bar.inc(1),
+        )?);
+    }
+    bar.finish_and_clear();
+    let path = &args.output;
+    let bytes = serde_json::to_vec_pretty(&all).map_err(|e| FitError::file(path, e))?;
+    write_atomically(path, &bytes)?;
+    println!(
+        "Mean error on {} faces after learning from {train}, mm, mean of {} splits",
+        args.test, args.splits
+    );
+    let cells = |values: &[f64]| -> String { values.iter().map(|v| format!("{v:8.3}")).collect() };
+    let counts: String = COMPARED.iter().map(|k| format!("{k:8}")).collect();
+    println!("{:24}{counts}", "components");
+    for (basis, name) in BASES.iter().enumerate() {
+        for (what, of) in [
+            ("", (|c: &Curve| &c.test) as fn(&Curve) -> &Vec<f64>),
+            (" (seen)", |c: &Curve| &c.train),
+        ] {
+            let mean: Vec<f64> = (0..COMPARED.len())
+                .map(|i| all.iter().map(|s| of(&s[basis])[i]).sum::<f64>() / all.len() as f64)
+                .collect();
+            println!("{:24}{}", format!("{name}{what}"), cells(&mean));
+        }
+    }
+    let open = all.iter().flatten().flat_map(|c| &c.converged);
+    let open = open.filter(|converged| !**converged).count();
+    if open > 0 {
+        eprintln!(
+            "phiz-fit: warning: {open} bases were not at rest after {} iterations",
+            args.iterations
+        );
+    }
+    Ok(())
 }
 
 /// Writes a basis and says what is in it.

@@ -155,6 +155,32 @@ impl Blocks {
         });
     }
 
+    /// Makes each component so many times as large.
+    pub fn stretch(&mut self, factors: &[f64]) {
+        let groups = &self.groups;
+        self.blocks.par_iter_mut().for_each(|block| {
+            let active = &groups[block.group];
+            for column in block.components.chunks_exact_mut(active.len().max(1)) {
+                for (value, &k) in column.iter_mut().zip(active) {
+                    *value *= factors[k];
+                }
+            }
+        });
+    }
+
+    /// Components and duals, to come back to.
+    pub fn state(&self) -> Vec<[Vec<f64>; 2]> {
+        let of = |block: &Block| [block.components.clone(), block.dual.clone()];
+        self.blocks.iter().map(of).collect()
+    }
+
+    /// Goes back to a former state.
+    pub fn restore(&mut self, state: Vec<[Vec<f64>; 2]>) {
+        for (block, [components, dual]) in self.blocks.iter_mut().zip(state) {
+            (block.components, block.dual) = (components, dual);
+        }
+    }
+
     /// All components, rows of 3n in the order of the blocks.
     pub fn components(&self) -> Vec<Vec<f64>> {
         let columns = self.samples.len() / self.f;
@@ -174,14 +200,9 @@ impl Blocks {
         rows
     }
 
-    /// Stretches each component, then solves for them by at most `effort.steps` steps; with none
+    /// Solves for the components by at most `effort.steps` steps; with none
     /// it only sums. `weights` are F x K, column-major.
-    pub fn pass(
-        &mut self,
-        weights: &[f64],
-        stretched: &[f64],
-        effort: Effort,
-    ) -> FitResult<Passed> {
+    pub fn pass(&mut self, weights: &[f64], effort: Effort) -> FitResult<Passed> {
         let rho = RHO * self.f as f64;
         let shared: Vec<Shared> = self
             .groups
@@ -195,10 +216,8 @@ impl Blocks {
             let sums: Vec<Sums> = some
                 .par_iter_mut()
                 .map(|block| {
-                    let active = &groups[block.group];
                     let range = 3 * f * block.first..3 * f * (block.first + block.count);
                     let x = MatRef::from_column_major_slice(&samples[range], f, 3 * block.count);
-                    block.stretch(active, stretched);
                     block.solve(x, &shared[block.group], rho, effort)
                 })
                 .collect();
@@ -257,17 +276,6 @@ impl Shared {
 }
 
 impl Block {
-    fn stretch(&mut self, active: &[usize], stretched: &[f64]) {
-        if active.iter().all(|&k| stretched[k] == 1.0) {
-            return;
-        }
-        for column in self.components.chunks_exact_mut(active.len()) {
-            for (value, &k) in column.iter_mut().zip(active) {
-                *value *= stretched[k];
-            }
-        }
-    }
-
     /// Minimises `sum_i <c_i, G c_i> - 2 <c_i, b_i> + sum_k lambda_ki |c_ki|` over the block's
     /// vertices i, b = W'X.
     fn solve(&mut self, x: MatRef<'_, f64>, shared: &Shared, rho: f64, effort: Effort) -> Sums {

@@ -18,9 +18,11 @@
 //! [`Kind::Regions`] (the default) gives each component a part of the face and a band around it;
 //! [`Kind::Distance`] is Neumann et al.'s own rule, by the distance from the component's centre,
 //! wherever that is. Components and weights are improved in turn ([`learn`]) until the objective
-//! stands still.
+//! stands still; [`compare`](mod@compare) measures what a basis is worth on faces that it has not
+//! seen.
 
 mod admm;
+pub mod compare;
 mod start;
 mod support;
 mod weights;
@@ -104,7 +106,18 @@ pub struct Settings {
     pub residual: f64,
     /// Sweeps over the weights an outer iteration.
     pub sweeps: usize,
+    /// Whether weights are tried that go on beyond where the step led, which near the end is a
+    /// slow way in one direction; kept where the objective falls. Only with [`Kind::Regions`].
+    pub bold: bool,
 }
+
+/// The first bold step, as a part of the plain one that it goes beyond; what it grows by while it
+/// pays, and shrinks by when it does not.
+const STRIDE: f64 = 1.0;
+const GROW: f64 = 1.5;
+const SHRINK: f64 = 0.3;
+/// Plain iterations before the first bold one: the way is no way yet.
+const PLAIN: usize = 3;
 
 impl Default for Settings {
     fn default() -> Self {
@@ -112,11 +125,12 @@ impl Default for Settings {
             components: 65,
             kind: Kind::REGIONS,
             iterations: 200,
-            tolerance: 1e-4,
+            tolerance: 1e-3,
             window: 5,
             steps: 10,
             residual: 1e-3,
             sweeps: 1,
+            bold: true,
         }
     }
 }
@@ -459,8 +473,8 @@ impl<'a> Learner<'a> {
             steps: settings.steps,
             tolerance: settings.residual,
         };
-        let still = vec![1.0; settings.components];
-        let mut passed = blocks.pass(&weights, &still, none)?;
+        let mut passed = blocks.pass(&weights, none)?;
+        let mut stride = STRIDE;
         let mut report = Report {
             objective: vec![passed.moments.objective(square, &weights)],
             residual: f64::INFINITY,
@@ -469,15 +483,39 @@ impl<'a> Learner<'a> {
         };
         progress(0, report.objective[0]);
         for iteration in 1..=settings.iterations {
+            let former = weights.clone();
             let stretched = weights::update(&mut weights, &mut passed.moments, settings.sweeps);
             if matches!(settings.kind, Kind::Distance { .. }) {
                 let centres: Vec<usize> = blocks.components().iter().map(|c| centre(c)).collect();
                 maps.find(&self, &centres);
                 blocks.penalise(|k, i| self.lambda(&maps.now, k, i));
             }
-            passed = blocks.pass(&weights, &stretched, full)?;
+            blocks.stretch(&stretched);
+            // A bold step: farther along the way that the weights took. Where it does not pay, the
+            // plain one is taken after all.
+            let last = report.objective[report.objective.len() - 1];
+            let mut objective = f64::INFINITY;
+            let bold = settings.bold
+                && iteration > PLAIN
+                && !matches!(settings.kind, Kind::Distance { .. });
+            if bold {
+                let kept = blocks.state();
+                let farther = weights::farther(&weights, &former, f, stride);
+                passed = blocks.pass(&farther, full)?;
+                objective = passed.moments.objective(square, &farther);
+                if objective < last {
+                    weights = farther;
+                    stride *= GROW;
+                } else {
+                    blocks.restore(kept);
+                    stride *= SHRINK;
+                }
+            }
+            if !(objective < last) {
+                passed = blocks.pass(&weights, full)?;
+                objective = passed.moments.objective(square, &weights);
+            }
             report.residual = passed.residual;
-            let objective = passed.moments.objective(square, &weights);
             report.objective.push(objective);
             progress(iteration, objective);
             let earlier = report.objective[(iteration).saturating_sub(settings.window)];

@@ -110,6 +110,22 @@ pub(super) fn update(weights: &mut [f64], moments: &mut Moments, sweeps: usize) 
     stretched
 }
 
+/// The weights `to + stride (to - from)`, each component's divided by the largest.
+pub(super) fn farther(to: &[f64], from: &[f64], f: usize, stride: f64) -> Vec<f64> {
+    let mut farther: Vec<f64> = to
+        .iter()
+        .zip(from)
+        .map(|(to, from)| to + stride * (to - from))
+        .collect();
+    for column in farther.chunks_exact_mut(f) {
+        let largest = column.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
+        if largest > 0.0 {
+            column.iter_mut().for_each(|w| *w /= largest);
+        }
+    }
+    farther
+}
+
 /// The t that minimises `square * sum_f max(|o_f| - t, 0)^2 + t * penalty`: the largest |o_f| where
 /// nothing is penalised, and 0 where the penalty outweighs everything.
 fn level(o: &[f64], square: f64, penalty: f64) -> f64 {
