@@ -422,3 +422,96 @@ impl Block {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Random;
+
+    /// At the minimum the gradient of the squares is against the pull of each group's penalty, and
+    /// no stronger than it where the group is nothing.
+    #[test]
+    fn components_fulfil_the_conditions_of_the_minimum() {
+        let mut random = Random::new(5);
+        let (f, k, n) = (12, 5, 40);
+        let x: Vec<f64> = (0..f * 3 * n).map(|_| random.normal()).collect();
+        let weights: Vec<f64> = (0..f * k).map(|_| 2.0 * random.uniform() - 1.0).collect();
+        // Two groups of vertices: the second half lacks the last component.
+        let reached: Vec<Vec<usize>> = (0..n)
+            .map(|i| (0..if i < n / 2 { k } else { k - 1 }).collect())
+            .collect();
+        let start = vec![vec![0.0; 3 * n]; k];
+        let mut blocks = Blocks::new(f, x.clone(), &reached, &start);
+        let lambda = |k: usize, i: usize| ((7 * k + 3 * i) % 10) as f64;
+        blocks.penalise(lambda);
+        let effort = Effort {
+            steps: 5000,
+            tolerance: 1e-13,
+        };
+        let passed = blocks.pass(&weights, effort).unwrap();
+        assert!(passed.residual < 1e-12, "{}", passed.residual);
+        let c = blocks.components();
+        let mut zeros = 0;
+        for i in 0..n {
+            for &own in &reached[i] {
+                let gradient: [f64; 3] = std::array::from_fn(|axis| {
+                    let column = 3 * i + axis;
+                    (0..f)
+                        .map(|face| {
+                            let there: f64 =
+                                (0..k).map(|l| weights[l * f + face] * c[l][column]).sum();
+                            2.0 * weights[own * f + face] * (there - x[column * f + face])
+                        })
+                        .sum()
+                });
+                let group: [f64; 3] = std::array::from_fn(|axis| c[own][3 * i + axis]);
+                let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+                if length(group) > 0.0 {
+                    for (g, c) in gradient.iter().zip(&group) {
+                        let pull = lambda(own, i) * c / length(group);
+                        assert!((g + pull).abs() < 1e-8, "{g} {pull}");
+                    }
+                } else {
+                    zeros += 1;
+                    assert!(length(gradient) <= lambda(own, i) + 1e-8);
+                }
+            }
+            assert!(i < n / 2 || c[k - 1][3 * i..3 * i + 3] == [0.0; 3]);
+        }
+        // Some groups vanish and some do not, or nothing was tested.
+        assert!(zeros > 10 && zeros < 170, "{zeros}");
+    }
+
+    #[test]
+    fn the_objective_from_sums_is_the_objective() {
+        let mut random = Random::new(6);
+        let (f, k, n) = (7, 3, 9);
+        let x: Vec<f64> = (0..f * 3 * n).map(|_| random.normal()).collect();
+        let weights: Vec<f64> = (0..f * k).map(|_| random.normal()).collect();
+        let c: Vec<Vec<f64>> = (0..k)
+            .map(|_| (0..3 * n).map(|_| random.normal()).collect())
+            .collect();
+        let reached = vec![(0..k).collect::<Vec<_>>(); n];
+        let mut blocks = Blocks::new(f, x.clone(), &reached, &c);
+        blocks.penalise(|k, i| (k + i) as f64);
+        let none = Effort {
+            steps: 0,
+            tolerance: 0.0,
+        };
+        let passed = blocks.pass(&weights, none).unwrap();
+        let mut meant = 0.0;
+        for column in 0..3 * n {
+            for face in 0..f {
+                let there: f64 = (0..k).map(|k| weights[k * f + face] * c[k][column]).sum();
+                meant += (x[column * f + face] - there).powi(2);
+            }
+        }
+        for (k, row) in c.iter().enumerate() {
+            for (i, d) in row.chunks_exact(3).enumerate() {
+                meant += (k + i) as f64 * d.iter().map(|x| x * x).sum::<f64>().sqrt();
+            }
+        }
+        let got = passed.moments.objective(blocks.square(), &weights);
+        assert!((got - meant).abs() < 1e-9 * meant, "{got} {meant}");
+    }
+}

@@ -187,3 +187,76 @@ pub(super) fn distance_map(
         .map(|&v| ((distance[v as usize].min(far) - near) / (far - near)).clamp(0.0, 1.0))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parts_cover_the_face_and_are_their_own_mirror_images() {
+        let Some(head) = crate::fit::test_head() else {
+            return;
+        };
+        let parts = face_parts(head).unwrap();
+        let names: Vec<&str> = parts.iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(names, ["eyes", "nose", "mouth", "forehead", "cheeks"]);
+        let mut part_of = vec![None; head.positions.len()];
+        for (number, part) in parts.iter().enumerate() {
+            assert!(part.vertices.windows(2).all(|w| w[0] < w[1]));
+            assert!(part.vertices.len() > 200, "{}", part.name);
+            for &v in &part.vertices {
+                assert_eq!(part_of[v as usize].replace(number), None);
+            }
+        }
+        for (v, part) in part_of.iter().enumerate() {
+            assert_eq!(*part, part_of[head.topology.mirror[v] as usize]);
+        }
+        // All features, and nothing of the ears.
+        let skin = head.part_vertices("skin").unwrap();
+        for v in skin {
+            let region = &head.topology.region_names[head.topology.regions[v as usize] as usize];
+            assert!(region == "head" || part_of[v as usize].is_some());
+        }
+        for name in ["tragion left", "vertex"] {
+            let landmark = head.landmarks.iter().find(|l| l.name == name).unwrap();
+            assert!(part_of[landmark.stencil[0].0 as usize].is_none(), "{name}");
+        }
+        let all = head_parts(head).unwrap();
+        let count: usize = all.iter().map(|p| p.vertices.len()).sum();
+        assert_eq!(count, head.positions.len());
+        for (part, whole) in parts.iter().zip(&all) {
+            assert!(
+                part.vertices
+                    .iter()
+                    .all(|v| whole.vertices.binary_search(v).is_ok())
+            );
+        }
+    }
+
+    #[test]
+    fn a_ramp_rises_through_its_band_and_no_farther() {
+        // A strip of 1 mm steps; the region is its first five vertices.
+        let positions: Vec<DVec3> = (0..40)
+            .flat_map(|x| [0.0, 1.0].map(|y| DVec3::new(f64::from(x), y, 0.0)))
+            .collect();
+        let triangles: Vec<[u32; 3]> = (0..39)
+            .flat_map(|x| {
+                [
+                    [2 * x, 2 * x + 2, 2 * x + 1],
+                    [2 * x + 1, 2 * x + 2, 2 * x + 3],
+                ]
+            })
+            .collect();
+        let vertices: Vec<u32> = (0..80).collect();
+        let region = Region {
+            name: "start".into(),
+            vertices: (0..10).collect(),
+        };
+        let ramps = ramps(&positions, &triangles, &vertices, &[region], 10.0);
+        let along: Vec<f64> = ramps[0].iter().step_by(2).copied().collect();
+        assert!(along[..5].iter().all(|&r| r == 0.0));
+        assert!(along[4..14].windows(2).all(|w| w[0] < w[1]));
+        assert!((along[9] - 0.5).abs() < 1e-9);
+        assert!(along[14..].iter().all(|&r| r == f64::INFINITY));
+    }
+}
