@@ -9,7 +9,9 @@ The peers are Neumann et al.'s method as it is usually written with numpy:
 - "numpy": the residual is kept, and each weight's update adds its component to the residual and
   takes it off again; ADMM works on whole matrices with a Cholesky factor. This is how the authors'
   own program goes about it. The bar is against this one.
-- "numpy, Gram": weights from C C' and X C' instead, as a reader who knows about memory would do.
+- "numpy, Gram": phiz's own algorithm. Weights from C C' and X C', and each weight's update is the
+  minimum over the weights and the size of the component at once, where the authors' program divides
+  the weights by the largest. It shows that both solve the same problem: the objectives must agree.
 """
 
 import argparse
@@ -22,7 +24,8 @@ import sys
 import tempfile
 import time
 
-# Time of numpy's over ours, and how far the objective may be above numpy's.
+# Time of numpy's over ours, how far our objective may be above numpy's, and how far from that of the
+# same algorithm.
 FASTER = 15.0
 OBJECTIVE = 1e-3
 
@@ -43,6 +46,12 @@ def project(numpy, weights):
     """To weights whose largest is 1 or -1."""
     largest = numpy.abs(weights).max()
     return weights if largest == 0 else weights / largest
+
+
+def level(numpy, best, square, penalty):
+    """Where weights are cut off when the component may grow (see weights.rs)."""
+    sums = numpy.cumsum(numpy.sort(numpy.abs(best))[::-1]) - penalty / (2 * square)
+    return max(0.0, (sums / numpy.arange(1, len(best) + 1)).max())
 
 
 def learn(peer, folder):
@@ -79,12 +88,19 @@ def learn(peer, folder):
                 residual -= numpy.outer(w[:, k], c[k])
         else:
             outer, cross = c @ c.T, x @ c.T
+            lengths = numpy.sqrt((c.reshape(count, vertices, 3) ** 2).sum(axis=2))
+            penalties = 2 * (numpy.where(forbidden, 0.0, penalty) * lengths).sum(axis=1)
             for k in range(count):
-                if outer[k, k] <= 1e-8:
-                    w[:, k] = 0
+                if outer[k, k] <= 0:
                     continue
                 best = (cross[:, k] - w @ outer[:, k]) / outer[k, k] + w[:, k]
-                w[:, k] = project(numpy, best)
+                size = level(numpy, best, outer[k, k], penalties[k])
+                if size > 0:
+                    w[:, k] = numpy.clip(best, -size, size) / size
+                outer[k] *= size
+                outer[:, k] *= size
+                cross[:, k] *= size
+                c[k] *= size
         z = c.reshape(count, vertices, 3).copy()
         gram, products = w.T @ w, w.T @ x
         factor = cho_factor(gram + RHO * numpy.eye(count))
@@ -188,10 +204,11 @@ def table(header, results):
                 faster = value / seconds["phiz"]
                 above = results["phiz"][threads][0]["objective"][-1] / objective - 1
                 line += f"  phiz {faster:6.1f} times as fast, objective {100 * above:+.3f} %"
+                good = abs(above) <= OBJECTIVE
                 if name == "numpy":
                     good = faster >= FASTER and above <= OBJECTIVE
-                    kept = kept and good
-                    line += "" if good else "  MISSED"
+                kept = kept and good
+                line += "" if good else "  MISSED"
             print(line)
     return kept
 

@@ -9,8 +9,9 @@ usage: tests/peers/sparse.sh --template FILE --faces DIR [--count N] [--componen
                              [--iterations N] [--repeats N]
 
 DIR holds registered faces. The table goes to the terminal, its numbers to
-target/peers/sparse.json. Exits 1 when ours is not 15 times as fast as numpy, or its objective over
-0.1 % above numpy's. A numpy iteration takes some 10 seconds.
+target/peers/sparse.json. Exits 1 when ours is not 15 times as fast as numpy, or our objective more
+than 0.1 % above numpy's or away from that of our algorithm in numpy. A numpy iteration takes some
+10 seconds.
 END
 }
 

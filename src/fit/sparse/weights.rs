@@ -131,20 +131,16 @@ pub(super) fn farther(to: &[f64], from: &[f64], f: usize, stride: f64) -> Vec<f6
 fn level(o: &[f64], square: f64, penalty: f64) -> f64 {
     let mut sizes: Vec<f64> = o.iter().map(|x| x.abs()).collect();
     sizes.sort_by(|a, b| b.total_cmp(a));
-    if penalty <= 0.0 {
-        return sizes[0];
-    }
-    // The derivative is nought where the sum of what rises above t is this.
+    // What rises above t sums up to this where the derivative is nought. The sum above t is the
+    // largest over m of what the m largest entries have above t, so t is the largest below.
     let above = penalty / (2.0 * square);
-    let mut sum = 0.0;
-    for (count, &size) in sizes.iter().enumerate() {
-        // The sum above t = size, of the entries before this one.
-        if count > 0 && sum - count as f64 * size >= above {
-            return (sum - above) / count as f64;
-        }
+    let mut sum = -above;
+    let mut best = 0.0_f64;
+    for (count, size) in sizes.iter().enumerate() {
         sum += size;
+        best = best.max(sum / (count + 1) as f64);
     }
-    ((sum - above) / sizes.len() as f64).max(0.0)
+    best
 }
 
 #[cfg(test)]
