@@ -3,6 +3,9 @@
 
 #[path = "common/base_mesh.rs"]
 mod base_mesh;
+mod common;
+#[path = "common/heads.rs"]
+mod heads;
 
 use std::sync::LazyLock;
 use std::time::Instant;
@@ -10,10 +13,11 @@ use std::time::Instant;
 use glam::DVec3;
 use phiz::Random;
 use phiz::blob::pack;
+use phiz::fit::cage::Cage;
 use phiz::fit::crease::BorderBand;
 use phiz::fit::geodesic::Geodesic;
 use phiz::fit::learn::{FEATURES, Learned, Settings, learn};
-use phiz::fit::pca::Pca;
+use phiz::fit::prior::ShapePrior;
 use phiz::fit::template::Template;
 use phiz::fit::{generic_head, population};
 use phiz::quantise::BLOCK_ERROR;
@@ -54,45 +58,31 @@ fn wide(positions: &[glam::Vec3]) -> Vec<DVec3> {
     positions.iter().map(|p| p.as_dvec3()).collect()
 }
 
-/// Region borders bend the surface no more than a PCA of whole faces does there: for every
-/// region, each mode at +-2 sigma, and random faces, measured as the largest change of a dihedral
-/// angle within the blending distance, and one and a half of it, of the border.
-#[test]
-fn seams_are_as_clean_as_whole_faces() {
-    let Some(Trained {
-        template,
-        learned,
-        model,
-    }) = &*TRAINED
-    else {
-        return;
-    };
+/// Of the variance of whole faces, the part that seams are compared with.
+const WHOLE: f64 = 0.95;
+
+/// How much more sharply a region's border is bent than the modes of whole faces bend it.
+struct Seam {
+    /// Each mode at +-2 sigma, the sharpest over the sharpest.
+    modes: f64,
+    /// Random faces, the median over the median.
+    random: f64,
+}
+
+/// How much more region borders bend the surface than the modes of whole faces do there: for
+/// every region, each mode at +-2 sigma, and random faces, measured as the largest change of a
+/// dihedral angle within the blending distance, and one and a half of it, of the border. The
+/// model's faces are measured as `seen` gives them.
+fn seams(
+    template: &Template,
+    model: &FaceModel,
+    whole: &ShapePrior,
+    seen: &dyn Fn(Vec<DVec3>) -> Vec<DVec3>,
+) -> Vec<Seam> {
     let mean = wide(&model.parts().mean);
     let n = mean.len();
-    let triangles = template.triangles();
-    let graph = Geodesic::new(&mean, &triangles);
+    let graph = Geodesic::new(&mean, &template.triangles());
     let skin = &template.part_triangles("skin").unwrap();
-
-    let samples: Vec<Vec<f64>> = learned
-        .aligned
-        .iter()
-        .map(|face| {
-            face.iter()
-                .zip(&mean)
-                .flat_map(|(p, m)| (*p - *m).to_array())
-                .collect()
-        })
-        .collect();
-    let whole = Pca::learn(&samples, 0.95).unwrap();
-    let whole_face = |coefficients: &[f64]| -> Vec<DVec3> {
-        let mut face = mean.clone();
-        for ((mode, sigma), c) in whole.modes.iter().zip(&whole.sigmas).zip(coefficients) {
-            face.iter_mut()
-                .zip(mode.chunks_exact(3))
-                .for_each(|(p, m)| *p += DVec3::from_slice(m) * (c * sigma));
-        }
-        face
-    };
     let one = |k: usize, sign: f64, count: usize| -> Vec<f64> {
         (0..count)
             .map(|i| if i == k { 2.0 * sign } else { 0.0 })
@@ -102,11 +92,11 @@ fn seams_are_as_clean_as_whole_faces() {
         let mut face = model.face();
         let coefficients: Vec<f32> = coefficients.iter().map(|&c| c as f32).collect();
         face.set_coefficients(&coefficients).unwrap();
-        wide(face.positions())
+        seen(wide(face.positions()))
     };
     let total = model.parts().coefficients();
 
-    let mut failed = false;
+    let mut seams = Vec::new();
     let alpha = f64::from(model.parts().blending.alpha);
     for width in [alpha, 1.5 * alpha] {
         println!("within {width} mm of the border");
@@ -131,8 +121,8 @@ fn seams_are_as_clean_as_whole_faces() {
                 .iter()
                 .flat_map(|&s| (0..whole.modes.len()).map(move |k| (k, s)))
                 .map(|(k, s)| {
-                    band.largest_change(&whole_face(&one(k, s, whole.modes.len())))
-                        .0
+                    let face = whole.face(&mean, &one(k, s, whole.modes.len()));
+                    band.largest_change(&face).0
                 })
                 .fold(0.0, f64::max);
             // Random faces: every coefficient of the region, or of the whole face, from N(0, 1).
@@ -151,21 +141,81 @@ fn seams_are_as_clean_as_whole_faces() {
             });
             let random_whole = median(&mut |random| {
                 let c: Vec<f64> = whole.modes.iter().map(|_| random.normal()).collect();
-                whole_face(&c)
+                whole.face(&mean, &c)
             });
             println!(
                 "{:9} {:5} edges; modes at 2 sigma {of_region:5.1} deg, whole {of_whole:5.1}: {:.2} x; \
-             random {random_region:5.1}, whole {random_whole:5.1}: {:.2} x; sharpest at {:.0?}",
+                 random {random_region:5.1}, whole {random_whole:5.1}: {:.2} x; sharpest at {:.0?}",
                 feature.name,
                 band.edges(),
                 of_region / of_whole,
                 random_region / random_whole,
                 mean[at[0] as usize].to_array()
             );
-            failed |= of_region > 1.2 * of_whole || random_region > 1.2 * random_whole;
+            seams.push(Seam {
+                modes: of_region / of_whole,
+                random: random_region / random_whole,
+            });
         }
     }
-    assert!(!failed, "a seam is sharper than 1.2 x a whole-face PCA");
+    seams
+}
+
+/// A seam may be this much sharper than whole faces.
+const SHARPER: f64 = 1.2;
+
+#[test]
+fn seams_are_as_clean_as_whole_faces() {
+    let Some(Trained {
+        template,
+        learned,
+        model,
+    }) = &*TRAINED
+    else {
+        return;
+    };
+    let mean = wide(&model.parts().mean);
+    let whole = ShapePrior::of(&learned.aligned, &mean, WHOLE, usize::MAX).unwrap();
+    for seam in seams(template, model, &whole, &|face| face) {
+        assert!(seam.modes < SHARPER && seam.random < SHARPER);
+    }
+}
+
+/// The committed default model. Its blob does not keep the faces that it was learned from; whole
+/// faces of the same people are what the generic head comes with, but written on the base mesh.
+/// So the model's faces are measured as the base mesh has them too.
+///
+/// Only random faces are compared. A region gathers in a few modes what whole faces share out over
+/// many, and one of the eyes' modes at 2 sigma bends the root of the nose 2.7 times as far as the
+/// sharpest of theirs.
+#[test]
+fn random_faces_of_the_default_model_have_seams_as_clean_as_whole_faces() {
+    let Some(template) = heads::template() else {
+        return;
+    };
+    let all = &template.prior.as_ref().expect("it comes with people").modes;
+    let variance = |mode: &Vec<DVec3>| mode.iter().map(|d| d.length_squared()).sum::<f64>();
+    let total: f64 = all.iter().map(variance).sum();
+    let mut sum = 0.0;
+    let leading = all.iter().take_while(|mode| {
+        let before = sum;
+        sum += variance(mode);
+        before < WHOLE * total
+    });
+    let whole = ShapePrior {
+        modes: leading.cloned().collect(),
+    };
+    let model = common::head_model();
+    let mean = wide(&model.parts().mean);
+    let cage = Cage::new(template).unwrap();
+    let seen = |face: Vec<DVec3>| -> Vec<DVec3> {
+        let moved: Vec<DVec3> = face.iter().zip(&mean).map(|(p, m)| *p - *m).collect();
+        let moved = cage.apply(&cage.fit(&moved));
+        mean.iter().zip(moved).map(|(m, d)| *m + d).collect()
+    };
+    for seam in seams(template, model, &whole, &seen) {
+        assert!(seam.random < SHARPER);
+    }
 }
 
 /// What a file of the model keeps, after packing and unpacking: random faces within the error that
