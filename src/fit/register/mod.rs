@@ -334,7 +334,6 @@ impl<'a> Registrar<'a> {
                     targets: moves.clone(),
                     normals: facing,
                     weights: vec![0.0; base.len()],
-                    along: 0.0,
                     points: points
                         .iter()
                         .map(|&(l, p)| {
