@@ -45,7 +45,18 @@ impl Interval {
 /// The 97.5 % point of Student's t, by the expansion in 1 / degrees of freedom (Abramowitz and
 /// Stegun 26.7.5), which is within 0.002 from 4 degrees on; below, the table.
 fn student_t(degrees: usize) -> f64 {
-    const FEW: [f64; 4] = [f64::INFINITY, 12.706, 4.303, 3.182];
+    const FEW: [f64; 10] = [
+        f64::INFINITY,
+        12.706,
+        4.303,
+        3.182,
+        2.776,
+        2.571,
+        2.447,
+        2.365,
+        2.306,
+        2.262,
+    ];
     if let Some(&t) = FEW.get(degrees) {
         return t;
     }
@@ -372,6 +383,7 @@ mod tests {
             (1, 12.706),
             (4, 2.776),
             (9, 2.262),
+            (10, 2.228),
             (29, 2.045),
             (299, 1.968),
         ] {
