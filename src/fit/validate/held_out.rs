@@ -43,7 +43,7 @@ impl Interval {
 }
 
 /// The 97.5 % point of Student's t, by the expansion in 1 / degrees of freedom (Abramowitz and
-/// Stegun 26.7.5), which is within 0.002 from 4 degrees on; below, the table.
+/// Stegun 26.7.5), which is within 0.001 from 10 degrees on; below, the table.
 fn student_t(degrees: usize) -> f64 {
     const FEW: [f64; 10] = [
         f64::INFINITY,
