@@ -307,9 +307,13 @@ model() {
         say "Get that, and set ICT_FACEKIT to the folder that holds its FaceXModel."
         "$fit" template --base-mesh "$PHIZ_BASE_MESH" -o "$work/template.phiz"
     fi
+    say "Expressions"
+    "$fit" expressions --template "$work/template.phiz" --base-mesh "$PHIZ_BASE_MESH" \
+        www/public/model.phiz -o www/public/expressions.phiz
     say "Pictures"
     "$fit" pictures "$work/template.phiz" -o www/docs
     "$fit" pictures www/public/model.phiz -o www/docs
+    "$fit" pictures --expressions www/public/expressions.phiz www/public/model.phiz -o www/docs
     if [ -d "${ICT_FACEKIT:-}/FaceXModel" ]; then
         "$fit" pictures --ict "$ICT_FACEKIT" www/public/model.phiz -o www/docs
     fi

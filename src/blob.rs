@@ -6,7 +6,7 @@
 //! |---|---|
 //! | 0..8 | magic `70 68 69 7A 0D 0A 1A 0A` (`phiz`, CR LF, ctrl-Z, LF: a text-mode copy damages it visibly) |
 //! | 8..12 | u32 version, [`VERSION`] |
-//! | 12..16 | u32 kind: 1 a template, 2 a model, 3 people |
+//! | 12..16 | u32 kind: 1 a template, 2 a model, 3 people, 4 expressions |
 //! | 16..20 | u32 length of the whole blob in bytes |
 //! | 20..24 | u32 length of the JSON header in bytes |
 //! | 24..28 | u32 number of sections |
@@ -30,7 +30,7 @@
 //! what [`Blob::parse`] reads, and a blob that is not packed is as good.
 //!
 //! What the sections of a model mean is documented in [`crate::model`] beside the code that reads
-//! them; those of a template in `fit::template`.
+//! them; those of expressions in [`crate::expression`], those of a template in `fit::template`.
 //!
 //! The reader trusts nothing. It never allocates more than a small multiple of the bytes that it
 //! was given, and every offset, length and number is checked before it is used.
@@ -63,6 +63,8 @@ pub enum Kind {
     Model,
     /// What a generic head has learned from people, for the offline program.
     People,
+    /// Expressions of the faces of a model, for everyone.
+    Expressions,
 }
 
 impl Kind {
@@ -71,6 +73,7 @@ impl Kind {
             Kind::Template => 1,
             Kind::Model => 2,
             Kind::People => 3,
+            Kind::Expressions => 4,
         }
     }
 }
@@ -298,6 +301,7 @@ impl<'a> Blob<'a> {
                 Kind::Template => "it is not a template".into(),
                 Kind::Model => "it is not a face model".into(),
                 Kind::People => "it is not learned from people".into(),
+                Kind::Expressions => "it does not hold expressions".into(),
             });
         }
         if word(bytes, 28) != 0 {

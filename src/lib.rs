@@ -32,6 +32,7 @@
 pub mod anatomy;
 pub mod blob;
 mod error;
+pub mod expression;
 mod face;
 #[cfg(feature = "fit")]
 pub mod fit;
@@ -44,6 +45,7 @@ mod random;
 mod wasm;
 
 pub use error::{Error, Result};
+pub use expression::{Expressions, Performance};
 pub use face::{Face, Randomize};
 pub use model::FaceModel;
 pub use random::Random;

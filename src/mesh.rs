@@ -63,6 +63,19 @@ impl Topology {
         self.uv_triangles.iter().map(|t| t.map(vertex)).collect()
     }
 
+    /// The vertices of a part, increasing; none when there is no such part.
+    pub fn part_vertices(&self, name: &str) -> Vec<u32> {
+        let mut inside = vec![false; self.regions.len()];
+        for part in self.parts.iter().filter(|part| part.name == name) {
+            let first = part.first as usize;
+            for corner in self.uv_triangles[first..first + part.count as usize].as_flattened() {
+                inside[self.uv_vertices[*corner as usize] as usize] = true;
+            }
+        }
+        let all = 0..inside.len() as u32;
+        all.filter(|&v| inside[v as usize]).collect()
+    }
+
     /// The triangles around each vertex.
     pub fn vertex_triangles(&self) -> VertexTriangles {
         let triangles = self.triangles();

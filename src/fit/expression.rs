@@ -5,6 +5,9 @@
 //! takes them turned and stretched as that head is where they act, so that a narrow eye closes and
 //! does not close twice. Where the skin still folds, as in the corners of eyes, it is evened out,
 //! and if that is not enough the expression is lessened there.
+//!
+//! [`bake`] does this once for the mean head of a model, for [`crate::expression`], which carries
+//! the result on to other faces.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -12,11 +15,13 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::FitResult;
 use super::align::Rigid;
 use super::base_mesh::{BaseMesh, read_target};
 use super::folds::{Folds, edge_neighbours};
 use super::template::Template;
+use super::{FitError, FitResult};
+use crate::FaceModel;
+use crate::expression::STEP;
 
 /// How often displacements are lessened around folds, at most.
 const ROUNDS: usize = 60;
@@ -34,6 +39,182 @@ const FEW: f64 = 12.0;
 /// The part of the squared extent of a neighbourhood by which its linear map is held to that of
 /// the whole head.
 const HELD: f64 = 0.05;
+
+/// ARKit's names, a left side before its right, but for `tongueOut`: the head has no tongue.
+pub const ARKIT: [&str; 51] = [
+    "browDownLeft",
+    "browDownRight",
+    "browInnerUp",
+    "browOuterUpLeft",
+    "browOuterUpRight",
+    "cheekPuff",
+    "cheekSquintLeft",
+    "cheekSquintRight",
+    "eyeBlinkLeft",
+    "eyeBlinkRight",
+    "eyeLookDownLeft",
+    "eyeLookDownRight",
+    "eyeLookInLeft",
+    "eyeLookInRight",
+    "eyeLookOutLeft",
+    "eyeLookOutRight",
+    "eyeLookUpLeft",
+    "eyeLookUpRight",
+    "eyeSquintLeft",
+    "eyeSquintRight",
+    "eyeWideLeft",
+    "eyeWideRight",
+    "jawForward",
+    "jawLeft",
+    "jawRight",
+    "jawOpen",
+    "mouthClose",
+    "mouthDimpleLeft",
+    "mouthDimpleRight",
+    "mouthFrownLeft",
+    "mouthFrownRight",
+    "mouthFunnel",
+    "mouthLeft",
+    "mouthRight",
+    "mouthLowerDownLeft",
+    "mouthLowerDownRight",
+    "mouthPressLeft",
+    "mouthPressRight",
+    "mouthPucker",
+    "mouthRollLower",
+    "mouthRollUpper",
+    "mouthShrugLower",
+    "mouthShrugUpper",
+    "mouthSmileLeft",
+    "mouthSmileRight",
+    "mouthStretchLeft",
+    "mouthStretchRight",
+    "mouthUpperUpLeft",
+    "mouthUpperUpRight",
+    "noseSneerLeft",
+    "noseSneerRight",
+];
+
+/// The pairs of landmarks that meet when an eye closes, the upper lid's first: two in the middle of
+/// the lids, as the outer ones meet anyway.
+const LIDS: [(&str, [[&str; 2]; 2]); 2] = [
+    (
+        "eyeBlinkLeft",
+        [["ibug_43", "ibug_47"], ["ibug_44", "ibug_46"]],
+    ),
+    (
+        "eyeBlinkRight",
+        [["ibug_38", "ibug_40"], ["ibug_37", "ibug_41"]],
+    ),
+];
+
+/// Eyeballs that turn by less than this, radians, do not turn: what a blink does to them is
+/// rounding.
+const LEAST_TURN: f64 = 0.01;
+
+/// All of [`ARKIT`] on the mean head of a model of this template, alike on both sides.
+///
+/// # Errors
+/// When the model has another mesh than the template, or the base mesh cannot be read.
+pub fn bake(
+    template: &Template,
+    model: &FaceModel,
+    data_dir: &Path,
+) -> FitResult<Vec<crate::expression::Expression>> {
+    let parts = model.parts();
+    if parts.topology.uv_triangles != template.topology.uv_triangles {
+        return Err(FitError::Input(
+            "the model has another mesh than the template".into(),
+        ));
+    }
+    let files: Vec<[&str; 1]> = ARKIT.iter().map(|name| [*name]).collect();
+    let named: Vec<(&str, &[&str])> = (files.iter())
+        .map(|file| (file[0], file.as_slice()))
+        .collect();
+    let expressions = Expressions::read(&named, template, data_dir)?;
+    let performer = Performer::new(template, &expressions)?;
+    let mean: Vec<DVec3> = parts.mean.iter().map(|p| p.as_dvec3()).collect();
+    let balls = [
+        template.part_vertices("left eyeball")?,
+        template.part_vertices("right eyeball")?,
+    ];
+    let landmark = |name: &str| -> FitResult<u32> {
+        let found = parts.landmarks.iter().position(|l| l.name == name);
+        let missing = || FitError::Input(format!("the model has no landmark {name:?}"));
+        found.map(|l| l as u32).ok_or_else(missing)
+    };
+    let own: Vec<(Vec<DVec3>, [DVec3; 2])> = (expressions.list.par_iter())
+        .map(|expression| {
+            let moved = performer.on(&mean, expression);
+            let turns = [0, 1].map(|side| {
+                let even = vec![1.0; mean.len()];
+                let pose = Rigid::fit(&mean, &moved, &balls[side], &even);
+                let turn = glam::DQuat::from_mat3(&pose.rotation).to_scaled_axis();
+                if turn.length() < LEAST_TURN {
+                    DVec3::ZERO
+                } else {
+                    turn
+                }
+            });
+            let mut moves: Vec<DVec3> = moved.iter().zip(&mean).map(|(p, m)| *p - *m).collect();
+            for &v in balls.iter().flatten() {
+                moves[v as usize] = DVec3::ZERO;
+            }
+            (moves, turns)
+        })
+        .collect();
+    let mirror = &template.topology.mirror;
+    ARKIT
+        .iter()
+        .enumerate()
+        .map(|(i, &name)| {
+            let image = image_of(i);
+            let moves: Vec<DVec3> = (0..mean.len())
+                .map(|v| {
+                    let there = own[image].0[mirror[v] as usize];
+                    (own[i].0[v] + DVec3::new(-there.x, there.y, there.z)) / 2.0
+                })
+                .collect();
+            // The mirror image of an axis is a pseudo-vector.
+            let turns = [0, 1].map(|side| {
+                let there = own[image].1[1 - side];
+                ((own[i].1[side] + DVec3::new(there.x, -there.y, -there.z)) / 2.0).as_vec3()
+            });
+            // What rounds to nothing anyway.
+            let support: Vec<u32> = (0..mean.len() as u32)
+                .filter(|&v| moves[v as usize].abs().max_element() > 0.5 * f64::from(STEP))
+                .collect();
+            let lids = LIDS.iter().find(|lids| lids.0 == name);
+            let meets = lids.map_or(Ok(Vec::new()), |lids| {
+                let pairs = lids.1.iter();
+                pairs
+                    .map(|pair| Ok([landmark(pair[0])?, landmark(pair[1])?]))
+                    .collect::<FitResult<_>>()
+            })?;
+            Ok(crate::expression::Expression {
+                name: name.into(),
+                displacements: (support.iter())
+                    .map(|&v| moves[v as usize].as_vec3())
+                    .collect(),
+                support,
+                turns,
+                meets,
+            })
+        })
+        .collect()
+}
+
+/// The place of the mirror image of one of [`ARKIT`].
+fn image_of(i: usize) -> usize {
+    let name = ARKIT[i];
+    if name.ends_with("Left") {
+        i + 1
+    } else if name.ends_with("Right") {
+        i - 1
+    } else {
+        i
+    }
+}
 
 /// An expression as the displacement of each of the template's vertices.
 #[derive(Debug, Clone)]

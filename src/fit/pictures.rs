@@ -15,7 +15,7 @@ use super::scan::{Scan, Texture};
 use super::surface::Surface;
 use super::template::Template;
 use super::{FitResult, colour_bar};
-use crate::{Face, FaceModel, Randomize};
+use crate::{Expressions, Face, FaceModel, Performance, Randomize};
 
 /// Distinct colours for regions, in the order of their numbers.
 const REGION_COLOURS: [[u8; 3]; 8] = [
@@ -157,6 +157,83 @@ pub fn of_people(model: &FaceModel, ict: &Ict, folder: &Path) -> FitResult<()> {
         pictures.push(clay(&positions, &triangles, DVec3::ZERO));
     }
     Image::grid(&pictures, 8)?.save(&folder.join("people.png"))
+}
+
+/// What `expressions.png` shows, a column each.
+const SHOWN: [&[(&str, f64)]; 10] = [
+    &[],
+    &[
+        ("mouthSmileLeft", 0.8),
+        ("mouthSmileRight", 0.8),
+        ("cheekSquintLeft", 0.5),
+        ("cheekSquintRight", 0.5),
+    ],
+    &[("jawOpen", 0.8)],
+    &[("eyeBlinkLeft", 1.0), ("eyeBlinkRight", 1.0)],
+    &[("eyeBlinkLeft", 1.0), ("mouthSmileLeft", 0.6)],
+    &[("mouthPucker", 1.0)],
+    &[
+        ("browInnerUp", 1.0),
+        ("eyeWideLeft", 1.0),
+        ("eyeWideRight", 1.0),
+        ("mouthFunnel", 0.7),
+    ],
+    &[
+        ("browDownLeft", 1.0),
+        ("browDownRight", 1.0),
+        ("noseSneerLeft", 1.0),
+        ("noseSneerRight", 1.0),
+    ],
+    &[
+        ("mouthFrownLeft", 1.0),
+        ("mouthFrownRight", 1.0),
+        ("browInnerUp", 0.8),
+    ],
+    &[
+        ("eyeLookInLeft", 1.0),
+        ("eyeLookOutRight", 1.0),
+        ("cheekPuff", 1.0),
+    ],
+];
+
+/// `expressions.png`: expressions on the mean and on three random faces of a model, a row each.
+///
+/// # Errors
+/// When the picture cannot be written, or an expression is missing.
+pub fn of_expressions(
+    model: &FaceModel,
+    expressions: &Expressions,
+    folder: &Path,
+) -> FitResult<()> {
+    let topology = &model.parts().topology;
+    let triangles = topology.triangles();
+    let camera = Camera::around(DVec3::new(0.0, -40.0, -20.0), 640.0, 12.0, 2.0);
+    let mut pictures = Vec::new();
+    for seed in [None, Some(1), Some(3), Some(9)] {
+        let mut face = model.face();
+        if seed.is_some() {
+            face.randomize(&Randomize {
+                seed,
+                ..Randomize::default()
+            })?;
+        }
+        for shown in SHOWN {
+            let mut performance = Performance::new(expressions);
+            for &(name, weight) in shown {
+                performance.set(name, weight)?;
+            }
+            performance.perform(&face)?;
+            let positions = performance.positions().iter().map(|p| p.as_dvec3());
+            pictures.push(render::face(
+                &triangles,
+                &topology.parts,
+                &positions.collect::<Vec<_>>(),
+                &topology.colours,
+                &Options::new(240, 290, camera),
+            ));
+        }
+    }
+    Image::grid(&pictures, SHOWN.len())?.save(&folder.join("expressions.png"))
 }
 
 /// Clay, for shape alone.

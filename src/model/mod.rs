@@ -476,14 +476,14 @@ fn block_header(block: &Block, topology: &Topology) -> BlockHeader {
 }
 
 /// Each number as its difference from the one before.
-fn differences(numbers: &[u32]) -> Vec<i32> {
+pub(crate) fn differences(numbers: &[u32]) -> Vec<i32> {
     let before = [0].iter().chain(numbers);
     let pairs = numbers.iter().zip(before);
     pairs.map(|(b, a)| b.wrapping_sub(*a) as i32).collect()
 }
 
 /// The inverse of [`differences`] for vertices in order: increasing and below `n`.
-fn vertices(blob: &Blob, name: &str, length: u32, n: usize) -> Result<Vec<u32>> {
+pub(crate) fn vertices(blob: &Blob, name: &str, length: u32, n: usize) -> Result<Vec<u32>> {
     let mut next = 0_u32;
     let numbers: Vec<u32> = (blob.planes(name, length as usize)?.into_iter())
         .map(|step| {

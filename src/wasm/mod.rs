@@ -8,9 +8,9 @@ use glam::Vec3;
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
-use crate::Randomize;
 use crate::anatomy::{Landmark, Measure, Part};
 use crate::model::{About, Blending};
+use crate::{Performance, Randomize};
 
 fn error(why: impl std::fmt::Display) -> JsError {
     JsError::new(&why.to_string())
@@ -112,17 +112,14 @@ impl FaceModel {
 
     /// The median person.
     pub fn face(&self) -> Face {
-        Face {
-            face: self.model.face(),
-        }
+        self.model.face().into()
     }
 
     /// The face of a code.
     // JavaScript calls it on a model, as the core does.
     #[expect(clippy::wrong_self_convention)]
     pub fn from_code(&self, code: &str) -> Result<Face, JsError> {
-        let face = self.model.from_code(code).map_err(error)?;
-        Ok(Face { face })
+        Ok(self.model.from_code(code).map_err(error)?.into())
     }
 
     /// How many vertices a face has.
@@ -161,10 +158,55 @@ impl FaceModel {
     }
 }
 
+/// The expressions of a model.
+#[wasm_bindgen]
+pub struct Expressions {
+    expressions: crate::Expressions,
+}
+
+#[wasm_bindgen]
+impl Expressions {
+    /// Reads a blob of expressions for a model.
+    pub fn parse(bytes: &[u8], model: &FaceModel) -> Result<Expressions, JsError> {
+        let expressions = crate::Expressions::parse(bytes, &model.model).map_err(error)?;
+        Ok(Self { expressions })
+    }
+
+    /// Their names, in the order of weights.
+    pub fn names(&self) -> Vec<String> {
+        let list = self.expressions.list().iter();
+        list.map(|e| e.name.clone()).collect()
+    }
+}
+
 /// A face.
 #[wasm_bindgen]
 pub struct Face {
     face: crate::Face,
+    /// The expressions on it, once there have been any.
+    performance: Option<Performance>,
+}
+
+impl From<crate::Face> for Face {
+    fn from(face: crate::Face) -> Self {
+        Self {
+            face,
+            performance: None,
+        }
+    }
+}
+
+impl Face {
+    /// What is shown when it is not the face at rest, up to date.
+    fn performed(&mut self) -> Result<Option<&Performance>, JsError> {
+        match &mut self.performance {
+            Some(performance) if !performance.is_at_rest() => {
+                performance.perform(&self.face).map_err(error)?;
+                Ok(Some(performance))
+            }
+            _ => Ok(None),
+        }
+    }
 }
 
 #[wasm_bindgen]
@@ -229,7 +271,38 @@ impl Face {
 
     /// Moves a vertex to a place (mm) by the most probable change.
     pub fn drag(&mut self, vertex: u32, x: f32, y: f32, z: f32) -> Result<(), JsError> {
-        self.face.drag(vertex, Vec3::new(x, y, z)).map_err(error)
+        let mut target = Vec3::new(x, y, z);
+        // A face is dragged by what is seen of it; what moves is the face at rest.
+        let rest = self.face.positions().get(vertex as usize).copied();
+        if let (Some(shown), Some(rest)) = (self.performed()?, rest) {
+            target += rest - shown.positions()[vertex as usize];
+        }
+        self.face.drag(vertex, target).map_err(error)
+    }
+
+    /// Shows so much of an expression, 0..=1.
+    pub fn express(
+        &mut self,
+        expressions: &Expressions,
+        name: &str,
+        weight: f64,
+    ) -> Result<(), JsError> {
+        let new = || Performance::new(&expressions.expressions);
+        let performance = self.performance.get_or_insert_with(new);
+        performance.set(name, weight).map_err(error)
+    }
+
+    /// How much of each expression is shown; empty when none ever was.
+    pub fn weights(&self) -> Vec<f32> {
+        let performance = self.performance.as_ref();
+        performance.map_or(Vec::new(), |p| p.weights().to_vec())
+    }
+
+    /// Takes all expressions away.
+    pub fn relax(&mut self) {
+        if let Some(performance) = &mut self.performance {
+            performance.rest();
+        }
     }
 
     /// The face as a short string.
@@ -262,30 +335,40 @@ impl Face {
         self.face.set_alpha(alpha).map_err(error)
     }
 
-    /// The address of the positions in wasm memory: three f32 a vertex, mm.
-    pub fn positions_ptr(&self) -> usize {
-        self.face.positions().as_ptr().addr()
+    /// The address of the positions in wasm memory, with any expression: three f32 a vertex, mm.
+    pub fn positions_ptr(&mut self) -> Result<usize, JsError> {
+        let shown = self.performed()?.map(|p| p.positions().as_ptr());
+        Ok(shown.unwrap_or(self.face.positions().as_ptr()).addr())
     }
 
     /// The address of the unit normals in wasm memory: three f32 a vertex.
-    pub fn normals_ptr(&self) -> usize {
-        self.face.normals().as_ptr().addr()
+    pub fn normals_ptr(&mut self) -> Result<usize, JsError> {
+        let shown = self.performed()?.map(|p| p.normals().as_ptr());
+        Ok(shown.unwrap_or(self.face.normals().as_ptr()).addr())
     }
 
     /// The first vertex that the last change touched.
     pub fn changed_first(&self) -> u32 {
-        self.face.changed().start
+        // An expression depends on all of a face.
+        match self.performance {
+            Some(_) => 0,
+            None => self.face.changed().start,
+        }
     }
 
     /// One past the last vertex that the last change touched.
     pub fn changed_end(&self) -> u32 {
-        self.face.changed().end
+        match self.performance {
+            Some(_) => self.face.positions().len() as u32,
+            None => self.face.changed().end,
+        }
     }
 
     /// A copy with its own coefficients, locks and vertices.
     pub fn duplicate(&self) -> Face {
         Face {
             face: self.face.clone(),
+            performance: self.performance.clone(),
         }
     }
 }

@@ -7,6 +7,7 @@ import { gunzipSync, gzipSync } from 'node:zlib';
 import { fastestBuild, load } from '../../pkg/index.js';
 
 const bytes = await readFile(new URL('../../www/public/model.phiz', import.meta.url));
+const expressionBytes = await readFile(new URL('../../www/public/expressions.phiz', import.meta.url));
 
 /** The largest difference between two arrays of numbers. */
 function farthest(a, b) {
@@ -75,6 +76,54 @@ for (const build of ['simd', 'scalar']) {
       assert.ok(farthest(face.positions, before.positions) > 0.1, 'it moved visibly');
       face.reset();
       assert.deepEqual(face.positions, before.positions);
+    });
+
+    test('expressions go over a face and leave it as it was', async () => {
+      const mine = await load(bytes, { build });
+      const own = mine.face();
+      own.randomize({ seed: 5 });
+      assert.deepEqual(mine.expressions, []);
+      assert.throws(() => own.express('jawOpen', 1), /loadExpressions/);
+      await assert.rejects(mine.loadExpressions(bytes), /expressions/);
+      await mine.loadExpressions(expressionBytes);
+      await mine.loadExpressions(expressionBytes);
+      assert.equal(mine.expressions.length, 51);
+      const rest = { positions: own.positions.slice(), code: own.code, width: own.measure('mouth width') };
+
+      own.express('jawOpen', 0.75);
+      assert.deepEqual(own.expression, { jawOpen: 0.75 });
+      const open = own.positions.slice();
+      assert.ok(farthest(open, rest.positions) > 10, 'the jaw opened');
+      const normals = own.normals.slice();
+      for (let i = 0; i < normals.length; i += 3) {
+        assert.ok(Math.abs(Math.hypot(normals[i], normals[i + 1], normals[i + 2]) - 1) < 1e-6);
+      }
+      assert.equal(own.code, rest.code);
+      assert.equal(own.measure('mouth width'), rest.width);
+      const twin = own.clone();
+      assert.deepEqual(twin.positions, open);
+
+      // The expression stays on a face that changes; a vertex is dragged to where it is seen.
+      own.randomize({ seed: 6 });
+      assert.deepEqual(own.expression, { jawOpen: 0.75 });
+      const tip = mine.landmarks.find((l) => l.name === 'ibug_30').stencil[0][0];
+      const seen = own.positions.slice(3 * tip, 3 * tip + 3);
+      own.drag(tip, [seen[0], seen[1], seen[2] + 1]);
+      assert.ok(Math.abs(own.positions[3 * tip + 2] - seen[2] - 1) < 0.05);
+
+      own.coefficients = twin.coefficients;
+      assert.deepEqual(own.positions, open);
+      own.expression = {};
+      assert.deepEqual(own.expression, {});
+      assert.deepEqual(own.positions, rest.positions);
+      // What is refused leaves what was shown.
+      own.expression = { jawOpen: 0.75 };
+      for (const wrong of [{ jawOpen: 2 }, { noSuch: 0.5 }, { jawOpen: Number.NaN }]) {
+        assert.throws(() => (own.expression = wrong));
+        assert.deepEqual(own.expression, { jawOpen: 0.75 });
+      }
+      mine.free();
+      assert.throws(() => own.express('jawOpen', 1), /freed/);
     });
 
     test('normals have length 1', () => {

@@ -111,6 +111,15 @@ export class FaceModel implements ModelInfo {
    */
   fromCode(code: string): Face;
 
+  /**
+   * Reads the model's expressions, a file beside it, packed or not. Faces that there are can show
+   * them from then on. A model takes one such file; later ones are read and left.
+   * @throws Error with the reason when the bytes are not usable, or of another model.
+   */
+  loadExpressions(bytes: Uint8Array | ArrayBuffer): Promise<void>;
+  /** The names of the expressions: ARKit's, such as `jawOpen`; none before `loadExpressions`. */
+  readonly expressions: readonly string[];
+
   readonly controls: readonly Control[];
   readonly regions: readonly string[];
   readonly regionNames: readonly string[];
@@ -177,6 +186,16 @@ export class Face {
   measure(name: string): number;
   /** Brings a vertex to a point (mm) by the most probable change of the face. */
   drag(vertex: number, target: ArrayLike<number>): void;
+
+  /**
+   * Shows so much of an expression, 0 to 1, together with the others that are shown. Expressions
+   * follow the face's proportions. They are no part of its `code`, its measures or its shape: these
+   * are of the face at rest.
+   * @throws Error when the model has no such expression, or the weight is not from 0 to 1.
+   */
+  express(name: string, weight: number): void;
+  /** Every expression that is shown, with its weight; may be assigned, `{}` for a face at rest. */
+  expression: Record<string, number>;
 
   /** The whole face as a short string for URLs; may be assigned. */
   code: string;

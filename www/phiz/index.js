@@ -1,5 +1,6 @@
 /** @typedef {import('./raw.js').FaceModel} RawFaceModel */
 /** @typedef {import('./raw.js').Face} RawFace */
+/** @typedef {import('./raw.js').Expressions} RawExpressions */
 
 // The smallest module with a 128-bit instruction: (func (result v128) i32.const 0  i8x16.splat
 // i8x16.popcnt).
@@ -95,7 +96,7 @@ export async function load(bytes, { build = fastestBuild() } = {}) {
   // The one comes in while the other is unpacked.
   const unpacked = unpack(bytes instanceof Uint8Array ? bytes : new Uint8Array(bytes));
   const [{ glue, memory }, blob] = await Promise.all([instance, unpacked]);
-  return new FaceModel(glue.FaceModel.parse(blob), memory);
+  return new FaceModel(glue.FaceModel.parse(blob), memory, glue);
 }
 
 export class FaceModel {
@@ -107,14 +108,19 @@ export class FaceModel {
   #faces = new Set();
   /** @type {Map<string, any>} */
   #topology = new Map();
+  #glue;
+  /** @type {{ raw: RawExpressions, names: string[] } | null} */
+  #expressions = null;
 
   /**
    * @param {RawFaceModel} raw
    * @param {WebAssembly.Memory} memory
+   * @param {typeof import('./raw.js')} glue
    */
-  constructor(raw, memory) {
+  constructor(raw, memory, glue) {
     this.#raw = raw;
     this.#memory = memory;
+    this.#glue = glue;
     this.#info = raw.info();
   }
 
@@ -125,7 +131,10 @@ export class FaceModel {
 
   /** @param {RawFace} raw */
   #adopt(raw) {
-    const face = new Face(raw, this, this.#memory, (clone) => this.#adopt(clone));
+    const face = new Face(raw, this, this.#memory, {
+      adopt: (clone) => this.#adopt(clone),
+      expressions: () => this.#expressions,
+    });
     const entry = new WeakRef(face);
     for (const known of this.#faces) if (!known.deref()) this.#faces.delete(known);
     this.#faces.add(entry);
@@ -139,6 +148,18 @@ export class FaceModel {
   /** @param {string} code */
   fromCode(code) {
     return this.#adopt(this.#live.from_code(code));
+  }
+
+  /** @param {Uint8Array | ArrayBuffer} bytes */
+  async loadExpressions(bytes) {
+    const blob = await unpack(bytes instanceof Uint8Array ? bytes : new Uint8Array(bytes));
+    const raw = this.#glue.Expressions.parse(blob, this.#live);
+    // Faces may show those that are there.
+    if (this.#expressions) raw.free();
+    else this.#expressions = { raw, names: raw.names() };
+  }
+  get expressions() {
+    return this.#expressions?.names ?? [];
   }
 
   get controls() {
@@ -207,6 +228,8 @@ export class FaceModel {
     if (!this.#raw) return;
     for (const entry of this.#faces) entry.deref()?.free();
     this.#faces.clear();
+    this.#expressions?.raw.free();
+    this.#expressions = null;
     this.#raw.free();
     this.#raw = null;
   }
@@ -217,19 +240,22 @@ export class Face {
   #raw;
   #model;
   #memory;
-  #adopt;
+  #family;
 
   /**
    * @param {RawFace} raw
    * @param {FaceModel} model
    * @param {WebAssembly.Memory} memory
-   * @param {(raw: RawFace) => Face} adopt
+   * @param {{
+   *   adopt: (raw: RawFace) => Face,
+   *   expressions: () => { raw: RawExpressions, names: string[] } | null,
+   * }} family what only the model knows
    */
-  constructor(raw, model, memory, adopt) {
+  constructor(raw, model, memory, family) {
     this.#raw = raw;
     this.#model = model;
     this.#memory = memory;
-    this.#adopt = adopt;
+    this.#family = family;
   }
 
   get #live() {
@@ -289,6 +315,34 @@ export class Face {
   drag(vertex, target) {
     this.#live.drag(vertex, target[0], target[1], target[2]);
   }
+  /** @param {string} name @param {number} weight */
+  express(name, weight) {
+    const raw = this.#live;
+    const expressions = this.#family.expressions();
+    if (!expressions) throw new Error('the model has no expressions yet: see loadExpressions');
+    raw.express(expressions.raw, name, weight);
+  }
+  get expression() {
+    const weights = this.#live.weights();
+    /** @type {Record<string, number>} */
+    const shown = {};
+    for (const [i, name] of this.#model.expressions.entries()) {
+      if (weights[i] > 0) shown[name] = weights[i];
+    }
+    return shown;
+  }
+  set expression(shown) {
+    const before = this.expression;
+    this.#live.relax();
+    try {
+      for (const [name, weight] of Object.entries(shown)) this.express(name, weight);
+    } catch (error) {
+      this.#live.relax();
+      for (const [name, weight] of Object.entries(before)) this.express(name, weight);
+      throw error;
+    }
+  }
+
   get code() {
     return this.#live.code();
   }
@@ -324,7 +378,7 @@ export class Face {
   }
 
   clone() {
-    return this.#adopt(this.#live.duplicate());
+    return this.#family.adopt(this.#live.duplicate());
   }
   free() {
     this.#raw?.free();

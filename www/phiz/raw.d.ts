@@ -17,6 +17,13 @@ export class FaceModel {
   free(): void;
 }
 
+export class Expressions {
+  private constructor();
+  static parse(bytes: Uint8Array, model: FaceModel): Expressions;
+  names(): string[];
+  free(): void;
+}
+
 export class Face {
   private constructor();
   set(control: string, value: number): void;
@@ -29,6 +36,9 @@ export class Face {
   locked(): string[];
   measure(name: string): number;
   drag(vertex: number, x: number, y: number, z: number): void;
+  express(expressions: Expressions, name: string, weight: number): void;
+  weights(): Float32Array;
+  relax(): void;
   code(): string;
   set_code(code: string): void;
   coefficients(): Float32Array;

@@ -2,6 +2,7 @@
 
 mod basis;
 mod evaluate;
+mod expressions;
 mod landmarks;
 mod register;
 mod simulate;
@@ -13,7 +14,6 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 use indicatif::ProgressBar;
 
-use phiz::FaceModel;
 use phiz::blob::pack;
 use phiz::fit::files::write_atomically;
 use phiz::fit::ict::Ict;
@@ -23,6 +23,7 @@ use phiz::fit::register::batch;
 use phiz::fit::template::Template;
 use phiz::fit::{FitError, FitResult, generic_head, pictures, ply, population};
 use phiz::model::About;
+use phiz::{Expressions, FaceModel};
 
 /// Builds generic heads, populations and face models. Lengths are millimetres.
 #[derive(Parser)]
@@ -52,6 +53,8 @@ enum Verb {
     Validate(validate::ValidateArgs),
     /// Learn a sparse basis of local components from registered faces.
     Basis(basis::BasisArgs),
+    /// Put the base mesh's expressions on the mean head of a model.
+    Expressions(expressions::ExpressionsArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
     /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
@@ -139,6 +142,9 @@ struct PicturesArgs {
     /// nothing else.
     #[arg(long, value_name = "DIR")]
     ict: Option<PathBuf>,
+    /// Draw these expressions on faces of the model, and nothing else.
+    #[arg(long, value_name = "FILE", conflicts_with = "ict")]
+    expressions: Option<PathBuf>,
     /// The folder to write.
     #[arg(short, value_name = "DIR")]
     output: PathBuf,
@@ -155,6 +161,7 @@ fn main() -> ExitCode {
         Verb::Train(args) => train(&args),
         Verb::Validate(args) => validate::run(&args),
         Verb::Basis(args) => basis::run(&args),
+        Verb::Expressions(args) => expressions::run(&args),
         Verb::Inspect(args) => inspect(&args),
         Verb::Pictures(args) => draw(&args),
     };
@@ -345,6 +352,12 @@ fn draw(args: &PicturesArgs) -> FitResult<()> {
     if let Some(ict) = &args.ict {
         let ict = step("reading ICT-FaceKit", || Ict::read(ict))?;
         return pictures::of_people(&read_model(&args.file)?, &ict, &args.output);
+    }
+    if let Some(path) = &args.expressions {
+        let model = read_model(&args.file)?;
+        let expressions = Expressions::parse(&read(path)?, &model);
+        let expressions = expressions.map_err(|e| FitError::file(path, e))?;
+        return pictures::of_expressions(&model, &expressions, &args.output);
     }
     match Template::from_bytes(&bytes) {
         Ok(template) => pictures::of_template(&template, &args.output),

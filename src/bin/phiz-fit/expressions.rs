@@ -1,0 +1,43 @@
+//! `phiz-fit expressions`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use phiz::blob::pack;
+use phiz::expression;
+use phiz::fit::files::write_atomically;
+use phiz::fit::{FitError, FitResult};
+
+#[derive(Args)]
+pub struct ExpressionsArgs {
+    /// The generic head.
+    #[arg(long, value_name = "FILE")]
+    template: PathBuf,
+    /// The unpacked data folder of the base mesh (holds `faceunits01`).
+    #[arg(long, value_name = "DIR")]
+    base_mesh: PathBuf,
+    /// The model for whose faces they are.
+    model: PathBuf,
+    /// The file to write.
+    #[arg(short, value_name = "FILE")]
+    output: PathBuf,
+}
+
+pub fn run(args: &ExpressionsArgs) -> FitResult<()> {
+    let template = super::read_template(&args.template)?;
+    let model = super::read_model(&args.model)?;
+    let baked = super::step("expressions on the mean head", || {
+        phiz::fit::expression::bake(&template, &model, &args.base_mesh)
+    })?;
+    let bytes = expression::write(&model, &baked).and_then(|blob| pack(&blob));
+    let bytes = bytes.map_err(|e| FitError::file(&args.output, e))?;
+    write_atomically(&args.output, &bytes)?;
+    println!(
+        "{}: {} expressions, {} bytes",
+        args.output.display(),
+        baked.len(),
+        bytes.len()
+    );
+    Ok(())
+}
