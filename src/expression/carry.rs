@@ -49,6 +49,8 @@ pub struct Carrier {
 
 impl Carrier {
     /// For some expressions, with maps of a reach (mm).
+    // Not inlined, as what only reading needs: the module is downloaded before it runs.
+    #[inline(never)]
     pub fn new(model: &FaceModel, expressions: &[Expression], reach: f32) -> Self {
         let parts = model.parts();
         let mean = &parts.mean;
@@ -187,7 +189,11 @@ fn nearest(p: Vec3, centres: &[Vec3]) -> [(u32, f32); NEAR] {
         let distance = centre.distance_squared(p);
         if distance < best[NEAR].0 {
             best[NEAR] = (distance, i);
-            best.sort_by(|a, b| a.0.total_cmp(&b.0));
+            for at in (1..=NEAR).rev() {
+                if best[at].0 < best[at - 1].0 {
+                    best.swap(at, at - 1);
+                }
+            }
         }
     }
     let end = best[NEAR].0.min(1e12).sqrt();

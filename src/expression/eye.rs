@@ -1,7 +1,6 @@
 //! Eyeballs that turn, and lids that slide on them.
 
-use glam::{Quat, Vec3};
-use nalgebra::{Matrix4, Vector4};
+use glam::{DMat3, DVec3, Quat, Vec3};
 
 use super::Expression;
 use crate::model::FaceModel;
@@ -79,25 +78,26 @@ impl Eye {
     }
 }
 
-/// The sphere through some vertices by linear least squares: |p|^2 = 2 p c + (r^2 - |c|^2).
+/// The sphere through some vertices by linear least squares: about their middle,
+/// |p|^2 = 2 p c + constant.
 fn sphere(positions: &[Vec3], vertices: &[u32]) -> Option<Sphere> {
-    if vertices.len() < 4 {
+    let points = || vertices.iter().map(|&v| positions[v as usize].as_dvec3());
+    let count = vertices.len().max(1) as f64;
+    let middle = points().sum::<DVec3>() / count;
+    let squares = points().map(|p| p.distance_squared(middle)).sum::<f64>() / count;
+    let (mut square, mut right) = (DMat3::ZERO, DVec3::ZERO);
+    for p in points().map(|p| p - middle) {
+        square += DMat3::from_cols(p * p.x, p * p.y, p * p.z);
+        right += p * (p.length_squared() - squares);
+    }
+    // Points in a plane are of no sphere.
+    if square.determinant() < 1e-9 * squares.powi(3) * count.powi(3) {
         return None;
     }
-    let origin = positions[vertices[0] as usize].as_dvec3();
-    let mut square = Matrix4::zeros();
-    let mut right = Vector4::zeros();
-    for &v in vertices {
-        let p = positions[v as usize].as_dvec3() - origin;
-        let row = Vector4::new(2.0 * p.x, 2.0 * p.y, 2.0 * p.z, 1.0);
-        square += row * row.transpose();
-        right += row * p.length_squared();
-    }
-    let x = square.cholesky()?.solve(&right);
-    let centre = glam::DVec3::new(x[0], x[1], x[2]);
-    let radius = (x[3] + centre.length_squared()).max(0.0).sqrt();
+    let centre = square.inverse() * right / 2.0;
+    let radius = (squares + centre.length_squared()).sqrt();
     (radius.is_finite() && radius > 0.0).then(|| Sphere {
-        centre: (origin + centre).as_vec3(),
+        centre: (middle + centre).as_vec3(),
         radius: radius as f32,
     })
 }

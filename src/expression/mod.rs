@@ -85,6 +85,13 @@ fn shape(model: &FaceModel) -> u32 {
     })
 }
 
+/// Sorted; no vertex should be there twice.
+#[inline(never)]
+fn by_vertex(mut moved: Vec<(u32, Vec3)>) -> Vec<(u32, Vec3)> {
+    moved.sort_unstable_by_key(|m| m.0);
+    moved
+}
+
 fn flip(v: Vec3) -> Vec3 {
     Vec3::new(-v.x, v.y, v.z)
 }
@@ -97,10 +104,10 @@ fn flip_turn(v: Vec3) -> Vec3 {
 impl Expression {
     /// The same on the other side of the face, whose landmarks are `meets`.
     fn mirrored(&self, name: String, mirror: &[u32], meets: Vec<[u32; 2]>) -> Self {
-        let mut moved: Vec<(u32, Vec3)> = (self.support.iter().zip(&self.displacements))
+        let moved = (self.support.iter().zip(&self.displacements))
             .map(|(&v, &d)| (mirror[v as usize], flip(d)))
             .collect();
-        moved.sort_by_key(|m| m.0);
+        let moved = by_vertex(moved);
         Self {
             name,
             support: moved.iter().map(|m| m.0).collect(),
@@ -244,6 +251,7 @@ impl Expressions {
     }
 }
 
+#[inline(never)]
 fn read(blob: &Blob, model: &FaceModel) -> Result<Vec<Expression>> {
     let header: Header = blob.header()?;
     let bad = |why: String| Err(Error::Blob(why));
@@ -290,7 +298,7 @@ fn read(blob: &Blob, model: &FaceModel) -> Result<Vec<Expression>> {
                 .map(|m| (mirror[m.0 as usize], flip(m.1)))
                 .collect();
             moved.extend(images);
-            moved.sort_by_key(|m| m.0);
+            moved = by_vertex(moved);
             if moved.windows(2).any(|w| w[0].0 == w[1].0) {
                 return bad(format!("expression {:?} has a vertex twice", own.name));
             }
