@@ -213,6 +213,8 @@ package() {
     wasm scalar ""
     wasm simd "-C target-feature=+simd128" --enable-simd
     cp www/phiz/index.js www/phiz/index.d.ts www/phiz/package.json README.md LICENSE-* pkg/
+    rm -rf pkg/export
+    cp -r www/phiz/export pkg/export
 }
 
 sizes() {

@@ -16,7 +16,10 @@ export default defineConfig({
   // Relative, so that the site works under any path.
   base: './',
   resolve: {
-    alias: { phiz: fileURLToPath(new URL('../pkg/index.js', import.meta.url)) },
+    alias: [
+      { find: /^phiz$/, replacement: fileURLToPath(new URL('../pkg/index.js', import.meta.url)) },
+      { find: /^phiz\/export$/, replacement: fileURLToPath(new URL('../pkg/export/index.js', import.meta.url)) },
+    ],
   },
   server: { fs: { allow: ['..'] } },
   build: {
