@@ -165,7 +165,7 @@ export async function picture(page, name) {
  * The pixels of an 8-bit PNG without interlacing, which is what Chromium writes.
  * @param {Buffer} png
  */
-function decodePng(png) {
+export function decodePng(png) {
   const width = png.readUInt32BE(16);
   const height = png.readUInt32BE(20);
   const [bits, kind] = [png[24], png[25]];
@@ -181,6 +181,7 @@ function decodePng(png) {
   const stride = width * size;
   const lines = Buffer.alloc(stride * height);
   const rgb = Buffer.alloc(3 * width * height);
+  const alpha = size === 4 ? Buffer.alloc(width * height) : null;
   for (let y = 0; y < height; y++) {
     const filter = raw[y * (stride + 1)];
     for (let i = 0; i < stride; i++) {
@@ -197,9 +198,12 @@ function decodePng(png) {
       }
       lines[y * stride + i] = raw[y * (stride + 1) + 1 + i] + guess;
     }
-    for (let x = 0; x < width; x++) lines.copy(rgb, 3 * (y * width + x), y * stride + x * size, y * stride + x * size + 3);
+    for (let x = 0; x < width; x++) {
+      lines.copy(rgb, 3 * (y * width + x), y * stride + x * size, y * stride + x * size + 3);
+      if (alpha) alpha[y * width + x] = lines[y * stride + x * size + 3];
+    }
   }
-  return { width, height, rgb };
+  return { width, height, rgb, alpha };
 }
 
 /**

@@ -50,6 +50,23 @@ export const text = {
     mouth: 'Mouth',
     chin: 'Chin',
   }),
+  exportTitle: 'Take the face with you',
+  exportMesh: 'As a mesh',
+  exportFormats: {
+    glb: 'for Blender, three.js and game engines: metres, and every slider as a named shape key',
+    obj: 'for any modelling program: millimetres, texture coordinates, parts as groups',
+    ply: 'for MeshLab and research code: millimetres, vertex colours, the model’s vertex order',
+    stl: 'for a 3D printer: millimetres',
+  },
+  exportPicture: 'As a picture of this view',
+  width: 'Width in pixels',
+  height: 'Height in pixels',
+  pixels: 'pixels',
+  transparent: 'Transparent behind the head',
+  exporting: 'Writing the file …',
+  exported: (/** @type {string} */ file, /** @type {number} */ bytes) =>
+    `${file} is written, ${(bytes / 1e6).toLocaleString('en-GB', { maximumFractionDigits: 1 })} MB.`,
+  notExported: (/** @type {string} */ why) => `The file could not be written: ${why}.`,
   failed: 'The page cannot show a face',
   noWebGL:
     'Your browser does not offer WebGL 2, which draws the face. A current Chrome, Firefox, Edge or Safari has it; if yours is current, graphics acceleration may be switched off in its settings.',
