@@ -22,6 +22,8 @@ const TYPES = {
   '.svg': 'image/svg+xml',
   '.wasm': 'application/wasm',
   '.phiz': 'application/octet-stream',
+  '.png': 'image/png',
+  '.webmanifest': 'application/manifest+json',
 };
 
 /**
@@ -33,7 +35,7 @@ export async function serve({ model } = {}) {
   const server = createServer((request, response) => {
     const { pathname } = new URL(request.url ?? '/', 'http://localhost');
     if (!pathname.startsWith(base)) return void response.writeHead(404).end();
-    const name = normalize(pathname.slice(base.length) || 'index.html');
+    const name = normalize(pathname.slice(base.length).replace(/(^|\/)$/, '$1index.html'));
     if (name === 'model.phiz' && model !== undefined) {
       if (model === null) return void response.writeHead(404).end();
       return void response.writeHead(200, { 'content-length': model.length }).end(model);
