@@ -12,7 +12,7 @@ const require = createRequire(new URL('../../www/package.json', import.meta.url)
 /** @type {typeof import('playwright-core')} */
 const { chromium } = require('playwright-core');
 
-const DIST = fileURLToPath(new URL('../../www/dist', import.meta.url));
+export const DIST = fileURLToPath(new URL('../../www/dist', import.meta.url));
 export const SCREENSHOTS = fileURLToPath(new URL('../../target/screenshots', import.meta.url));
 
 const TYPES = {
@@ -28,10 +28,11 @@ const TYPES = {
 
 /**
  * Serves `www/dist` under a path that is not the root: the site must work anywhere.
- * @param {{ model?: Buffer | null }} [options] `model` replaces the model; null makes it missing
+ * @param {{ model?: Buffer | null, root?: () => string, headers?: Record<string, string>, base?: string }} [options]
+ *   `model` replaces the model; null makes it missing. `root` gives the folder that is served,
+ *   `headers` go with every answer.
  */
-export async function serve({ model } = {}) {
-  const base = '/some/where/';
+export async function serve({ model, root = () => DIST, headers = {}, base = '/some/where/' } = {}) {
   const server = createServer((request, response) => {
     const { pathname } = new URL(request.url ?? '/', 'http://localhost');
     if (!pathname.startsWith(base)) return void response.writeHead(404).end();
@@ -40,9 +41,10 @@ export async function serve({ model } = {}) {
       if (model === null) return void response.writeHead(404).end();
       return void response.writeHead(200, { 'content-length': model.length }).end(model);
     }
-    const file = join(DIST, name);
-    if (!file.startsWith(DIST + sep) || !existsSync(file)) return void response.writeHead(404).end();
+    const file = join(root(), name);
+    if (!file.startsWith(root() + sep) || !existsSync(file)) return void response.writeHead(404).end();
     response.writeHead(200, {
+      ...headers,
       'content-type': TYPES[extname(file)] ?? 'application/octet-stream',
       'content-length': statSync(file).size,
     });

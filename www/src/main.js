@@ -8,6 +8,7 @@ import { Failure, showFailure } from './failure.js';
 import { createHead } from './head.js';
 import { icon } from './icons.js';
 import { chosenModel } from './models.js';
+import { keepOffline } from './offline.js';
 import { createPanel } from './panel.js';
 import { createPicking } from './picking.js';
 import { createScene } from './scene.js';
@@ -266,6 +267,7 @@ async function start() {
   if (!chosen.known) toast.say(text.unknownModel);
   else if (refused) toast.say(text.badCode);
   document.documentElement.dataset.ready = 'true';
+  keepOffline();
 }
 
 start().catch((error) => {

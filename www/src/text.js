@@ -50,6 +50,8 @@ export const text = {
     mouth: 'Mouth',
     chin: 'Chin',
   }),
+  newVersion: 'A new version of phiz is here.',
+  takeNewVersion: 'Take it',
   exportTitle: 'Take the face with you',
   exportMesh: 'As a mesh',
   exportFormats: {

@@ -40,7 +40,7 @@ function draw({ positions, normals }, left, top) {
   const [cos, sin] = [Math.cos(0.5), Math.sin(0.5)];
   const screen = (v) => {
     const [x, y, z] = positions.subarray(3 * v, 3 * v + 3);
-    return [SIZE / 2 + SCALE * (x * cos + z * sin) - 14, SIZE / 2 - SCALE * y, z * cos - x * sin];
+    return [SIZE / 2 + SCALE * (x * cos + z * sin) + 28, SIZE / 2 - SCALE * y, z * cos - x * sin];
   };
   for (let t = 0; t < triangles.length; t += 3) {
     const v = [0, 1, 2].map((k) => uvVertices[triangles[t + k]]);
