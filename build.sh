@@ -309,6 +309,7 @@ model() {
         say "Get that, and set ICT_FACEKIT to the folder that holds its FaceXModel."
         "$fit" template --base-mesh "$PHIZ_BASE_MESH" -o "$work/template.phiz"
     fi
+    "$fit" head www/public/model.phiz -o www/public/head.phiz
     say "Pictures"
     "$fit" pictures "$work/template.phiz" -o www/docs
     "$fit" pictures www/public/model.phiz -o www/docs

@@ -76,9 +76,9 @@ fn obj_ply_and_glb_read_back_as_the_face_that_the_core_computes() {
         let mut met = vec![false; wanted.len()];
         for (at, &p) in scan.positions.iter().enumerate() {
             let around = [-KEPT, KEPT].into_iter().flat_map(|x| {
-                [-KEPT, KEPT].into_iter().flat_map(move |y| {
-                    [-KEPT, KEPT].into_iter().map(move |z| DVec3::new(x, y, z))
-                })
+                [-KEPT, KEPT]
+                    .into_iter()
+                    .flat_map(move |y| [-KEPT, KEPT].into_iter().map(move |z| DVec3::new(x, y, z)))
             });
             let nearest = around
                 .filter_map(|d| places.get(&cell(p + d)))
@@ -146,7 +146,9 @@ fn driving_the_targets_of_a_glb_gives_the_face_that_the_core_computes() {
     let mut met = vec![false; from.len()];
     for (control, target) in controls.iter().zip(&morph.targets) {
         // A mode is one coefficient; what moves several is made of coefficients of its own.
-        let [(i, _)] = control.direction[..] else { continue };
+        let [(i, _)] = control.direction[..] else {
+            continue;
+        };
         let weight = f64::from(to[i as usize] - from[i as usize]);
         met[i as usize] = true;
         for (p, d) in driven.iter_mut().zip(target) {

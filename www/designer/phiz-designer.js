@@ -52,6 +52,11 @@ function chosenControls(model, asked) {
 }
 
 /**
+ * What shows a face, whosever it is.
+ * @typedef {{ head: ReturnType<typeof createHead>, scene: ReturnType<typeof createScene> }} Drawn
+ */
+
+/**
  * Everything that exists once a model is there.
  * @typedef {object} Live
  * @property {import('phiz').FaceModel} model
@@ -62,10 +67,10 @@ function chosenControls(model, asked) {
  */
 
 /**
- * `<phiz-designer src code controls theme>`; see designer/README.md.
+ * `<phiz-designer src head code controls theme>`; see designer/README.md.
  */
 export class PhizDesigner extends HTMLElement {
-  static observedAttributes = ['src', 'code', 'controls', 'theme'];
+  static observedAttributes = ['src', 'head', 'code', 'controls', 'theme'];
 
   /** @type {Live | null} */
   #live = null;
@@ -102,7 +107,7 @@ export class PhizDesigner extends HTMLElement {
   /** @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
     if (before === value || !this.isConnected) return;
-    if (name === 'src') this.#restart();
+    if (name === 'src' || name === 'head') this.#restart();
     else if (name === 'theme') this.#paint();
     else if (this.#live) {
       try {
@@ -160,7 +165,7 @@ export class PhizDesigner extends HTMLElement {
   /** The view as a PNG. @param {{ width: number, height: number, transparent?: boolean }} options */
   toPng(options) {
     const { scene } = this.#need();
-    this.#ownBackdrop();
+    this.#ownBackdrop(scene);
     return portrait(scene, options);
   }
   /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format */
@@ -186,7 +191,7 @@ export class PhizDesigner extends HTMLElement {
     return this.#live;
   }
 
-  /** @param {'ready' | 'input' | 'change'} type */
+  /** @param {'face' | 'ready' | 'input' | 'change'} type */
   #tell(type) {
     this.dispatchEvent(new CustomEvent(type, { bubbles: true, composed: true, detail: { code: this.code } }));
   }
@@ -205,35 +210,58 @@ export class PhizDesigner extends HTMLElement {
     const src = this.getAttribute('src');
     if (src === null) return;
     this.#frame.replaceChildren(element('p', { class: 'status', role: 'status' }, text.loading));
+    const asked = this.getAttribute('head');
+    // A code asks for a face that the head is not.
+    const early = asked !== null && !this.getAttribute('code');
     /** @type {import('phiz').FaceModel | undefined} */
     let model;
+    /** @type {Drawn | undefined} */
+    let drawn;
     try {
-      const bytes = await download(new URL(src, document.baseURI).href);
-      model = await load(bytes);
-      if (start !== this.#start) return model.free();
-      this.#show(model);
+      const whole = (/** @type {string} */ name) => download(new URL(name, document.baseURI).href);
+      if (early) {
+        model = await load(await whole(asked));
+        if (start !== this.#start) return model.free();
+        drawn = this.#draw(model);
+        model.free();
+        model = undefined;
+        this.#tell('face');
+        // The head is on the screen before the model takes the line and the processor.
+        await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
+      }
+      model = await load(await whole(src));
+      if (start !== this.#start) {
+        drawn?.scene.renderer.forceContextLoss();
+        return model.free();
+      }
+      this.#show(model, drawn ?? this.#draw(model));
+      if (!early) this.#tell('face');
+      this.#tell('ready');
     } catch (error) {
       model?.free();
+      drawn?.scene.renderer.forceContextLoss();
       if (start === this.#start) this.#fail(error);
     }
   }
 
-  /** @param {import('phiz').FaceModel} model */
-  #show(model) {
+  /**
+   * The stage with a model's median face; the model is needed no longer than this takes.
+   * @param {import('phiz').FaceModel} model
+   * @returns {Drawn}
+   */
+  #draw(model) {
     const probe = document.createElement('canvas').getContext('webgl2');
     if (!probe) throw new Error(text.noWebGL);
     probe.getExtension('WEBGL_lose_context')?.loseContext();
     const face = model.face();
     const head = createHead(model, face);
-    const code = this.getAttribute('code');
-    if (code) face.code = code;
-    chosenControls(model, this.getAttribute('controls'));
+    face.free();
     const canvas = element('canvas', { tabindex: 0, role: 'img', part: 'canvas', 'aria-label': text.stage });
+    this.#panel.replaceChildren();
     this.#frame.replaceChildren(canvas, this.#panel);
     const scene = createScene(canvas, head.subject);
     scene.scene.add(head.group);
-    scene.beforeFrame.add(() => this.#ownBackdrop());
-    this.#live = { model, face, head, scene, sliders: new Map() };
+    scene.beforeFrame.add(() => this.#ownBackdrop(scene));
     canvas.addEventListener('dblclick', () => scene.view('front'));
     canvas.addEventListener('keydown', (event) => {
       const turn = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.08], ArrowDown: [0, 0.08] }[event.key];
@@ -242,10 +270,20 @@ export class PhizDesigner extends HTMLElement {
       scene.turn(turn[0], turn[1]);
     });
     canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
+    return { head, scene };
+  }
+
+  /** @param {import('phiz').FaceModel} model @param {Drawn} drawn */
+  #show(model, { head, scene }) {
+    const face = model.face();
+    const code = this.getAttribute('code');
+    if (code) face.code = code;
+    chosenControls(model, this.getAttribute('controls'));
+    this.#live = { model, face, head, scene, sliders: new Map() };
     head.update(face);
+    scene.shapeChanged();
     this.#buildPanel();
     this.#paint();
-    this.#tell('ready');
   }
 
   #stop() {
@@ -272,9 +310,9 @@ export class PhizDesigner extends HTMLElement {
   }
 
   /** Elements on one page share the wall's colours and size; each sets its own before it draws. */
-  #ownBackdrop() {
+  #ownBackdrop(/** @type {ReturnType<typeof createScene>} */ scene) {
     paintBackdrop(this.#theme());
-    this.#live?.scene.renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
+    scene.renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
   }
 
   #buildPanel() {

@@ -2,6 +2,7 @@
 
 mod basis;
 mod evaluate;
+mod head;
 mod landmarks;
 mod register;
 mod simulate;
@@ -52,6 +53,8 @@ enum Verb {
     Validate(validate::ValidateArgs),
     /// Learn a sparse basis of local components from registered faces.
     Basis(basis::BasisArgs),
+    /// Take the median face out of a model, to be shown while the model loads.
+    Head(head::HeadArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
     /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
@@ -155,6 +158,7 @@ fn main() -> ExitCode {
         Verb::Train(args) => train(&args),
         Verb::Validate(args) => validate::run(&args),
         Verb::Basis(args) => basis::run(&args),
+        Verb::Head(args) => head::run(&args),
         Verb::Inspect(args) => inspect(&args),
         Verb::Pictures(args) => draw(&args),
     };
