@@ -213,6 +213,8 @@ package() {
     wasm scalar ""
     wasm simd "-C target-feature=+simd128" --enable-simd
     cp www/phiz/index.js www/phiz/index.d.ts www/phiz/package.json README.md LICENSE-* pkg/
+    rm -rf pkg/export
+    cp -r www/phiz/export pkg/export
 }
 
 sizes() {
@@ -310,6 +312,7 @@ model() {
     say "Expressions"
     "$fit" expressions --template "$work/template.phiz" --base-mesh "$PHIZ_BASE_MESH" \
         www/public/model.phiz -o www/public/expressions.phiz
+    "$fit" head www/public/model.phiz -o www/public/head.phiz
     say "Pictures"
     "$fit" pictures "$work/template.phiz" -o www/docs
     "$fit" pictures www/public/model.phiz -o www/docs

@@ -8,15 +8,25 @@ const POLICY = [
   "style-src 'self'",
   "img-src 'self' data: blob:",
   "connect-src 'self'",
+  "manifest-src 'self'",
   "base-uri 'none'",
   "form-action 'none'",
 ].join('; ');
+
+/** The package by its name, as it was built. */
+export const packageAlias = [
+  { find: /^phiz$/, replacement: fileURLToPath(new URL('../pkg/index.js', import.meta.url)) },
+  { find: /^phiz\/export$/, replacement: fileURLToPath(new URL('../pkg/export/index.js', import.meta.url)) },
+];
+
+/** @param {string} name */
+const page = (name) => fileURLToPath(new URL(`${name}/index.html`, import.meta.url));
 
 export default defineConfig({
   // Relative, so that the site works under any path.
   base: './',
   resolve: {
-    alias: { phiz: fileURLToPath(new URL('../pkg/index.js', import.meta.url)) },
+    alias: packageAlias,
   },
   server: { fs: { allow: ['..'] } },
   build: {
@@ -25,6 +35,9 @@ export default defineConfig({
     assetsInlineLimit: 0,
     chunkSizeWarningLimit: 900,
     modulePreload: { polyfill: false },
+    rolldownOptions: {
+      input: { index: page('.'), three: page('examples/three'), crowd: page('examples/crowd') },
+    },
   },
   plugins: [
     {

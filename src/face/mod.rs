@@ -83,6 +83,10 @@ impl Face {
         };
         face.fade();
         face.evaluate(&vec![true; parts.blocks.len()]);
+        if parts.blocks.is_empty() {
+            let whole = &model.derived.whole;
+            whole.normals(&face.positions, &mut face.normals);
+        }
         face
     }
 

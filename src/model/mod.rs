@@ -24,6 +24,8 @@
 //! | `distances.b` | planes | R | distance from the region, predicted over the targets, in units of [`DISTANCES`] |
 //! | `rigid.b` | planes | 17 G | for each of the header's `rigid` parts that follow as one: the part, an index into `parts`; 8 places in the support; their weights, which sum to 65535 |
 //!
+//! A model without blocks is a head: one face, which a page shows while the rest loads.
+//!
 //! An index section is u16 or u32, as its row in the table says; planes are described in
 //! [`crate::blob`]. The units are in [`crate::quantise`].
 //!
@@ -394,7 +396,7 @@ impl ModelParts {
         let mean = read_mean(blob, &walk, n)?;
         let total: u64 = header.blocks.iter().map(|b| u64::from(b.modes)).sum();
         let empty = header.blocks.iter().any(|b| b.modes == 0);
-        if header.blocks.is_empty() || empty || total > MAX_COEFFICIENTS as u64 {
+        if empty || total > MAX_COEFFICIENTS as u64 {
             return bad(format!(
                 "{total} coefficients in {} blocks",
                 header.blocks.len()
@@ -512,7 +514,7 @@ fn read_mean(blob: &Blob, walk: &Walk, n: usize) -> Result<Vec<Vec3>> {
 }
 
 fn read_correlation(blob: &Blob, total: usize) -> Result<Vec<f32>> {
-    let below = blob.planes("correlation", total * (total - 1) / 2)?;
+    let below = blob.planes("correlation", total * total.saturating_sub(1) / 2)?;
     let mut correlation = vec![1.0; total * total];
     let pairs = (0..total).flat_map(|i| (0..i).map(move |j| (i, j)));
     for ((i, j), index) in pairs.zip(below) {

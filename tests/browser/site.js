@@ -12,7 +12,7 @@ const require = createRequire(new URL('../../www/package.json', import.meta.url)
 /** @type {typeof import('playwright-core')} */
 const { chromium } = require('playwright-core');
 
-const DIST = fileURLToPath(new URL('../../www/dist', import.meta.url));
+export const DIST = fileURLToPath(new URL('../../www/dist', import.meta.url));
 export const SCREENSHOTS = fileURLToPath(new URL('../../target/screenshots', import.meta.url));
 
 const TYPES = {
@@ -22,25 +22,29 @@ const TYPES = {
   '.svg': 'image/svg+xml',
   '.wasm': 'application/wasm',
   '.phiz': 'application/octet-stream',
+  '.png': 'image/png',
+  '.webmanifest': 'application/manifest+json',
 };
 
 /**
  * Serves `www/dist` under a path that is not the root: the site must work anywhere.
- * @param {{ model?: Buffer | null }} [options] `model` replaces the model; null makes it missing
+ * @param {{ model?: Buffer | null, root?: () => string, headers?: Record<string, string>, base?: string }} [options]
+ *   `model` replaces the model; null makes it missing. `root` gives the folder that is served,
+ *   `headers` go with every answer.
  */
-export async function serve({ model } = {}) {
-  const base = '/some/where/';
+export async function serve({ model, root = () => DIST, headers = {}, base = '/some/where/' } = {}) {
   const server = createServer((request, response) => {
     const { pathname } = new URL(request.url ?? '/', 'http://localhost');
     if (!pathname.startsWith(base)) return void response.writeHead(404).end();
-    const name = normalize(pathname.slice(base.length) || 'index.html');
+    const name = normalize(pathname.slice(base.length).replace(/(^|\/)$/, '$1index.html'));
     if (name === 'model.phiz' && model !== undefined) {
       if (model === null) return void response.writeHead(404).end();
       return void response.writeHead(200, { 'content-length': model.length }).end(model);
     }
-    const file = join(DIST, name);
-    if (!file.startsWith(DIST + sep) || !existsSync(file)) return void response.writeHead(404).end();
+    const file = join(root(), name);
+    if (!file.startsWith(root() + sep) || !existsSync(file)) return void response.writeHead(404).end();
     response.writeHead(200, {
+      ...headers,
       'content-type': TYPES[extname(file)] ?? 'application/octet-stream',
       'content-length': statSync(file).size,
     });
@@ -165,7 +169,7 @@ export async function picture(page, name) {
  * The pixels of an 8-bit PNG without interlacing, which is what Chromium writes.
  * @param {Buffer} png
  */
-function decodePng(png) {
+export function decodePng(png) {
   const width = png.readUInt32BE(16);
   const height = png.readUInt32BE(20);
   const [bits, kind] = [png[24], png[25]];
@@ -181,6 +185,7 @@ function decodePng(png) {
   const stride = width * size;
   const lines = Buffer.alloc(stride * height);
   const rgb = Buffer.alloc(3 * width * height);
+  const alpha = size === 4 ? Buffer.alloc(width * height) : null;
   for (let y = 0; y < height; y++) {
     const filter = raw[y * (stride + 1)];
     for (let i = 0; i < stride; i++) {
@@ -197,9 +202,12 @@ function decodePng(png) {
       }
       lines[y * stride + i] = raw[y * (stride + 1) + 1 + i] + guess;
     }
-    for (let x = 0; x < width; x++) lines.copy(rgb, 3 * (y * width + x), y * stride + x * size, y * stride + x * size + 3);
+    for (let x = 0; x < width; x++) {
+      lines.copy(rgb, 3 * (y * width + x), y * stride + x * size, y * stride + x * size + 3);
+      if (alpha) alpha[y * width + x] = lines[y * stride + x * size + 3];
+    }
   }
-  return { width, height, rgb };
+  return { width, height, rgb, alpha };
 }
 
 /**

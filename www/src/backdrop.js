@@ -6,6 +6,7 @@ export const BACKDROP_GLSL = /* glsl */ `
   uniform vec3 backdropCentre;
   uniform vec3 backdropEdge;
   uniform vec2 backdropSize;
+  uniform float backdropOpacity;
   vec3 backdrop() {
     vec2 at = gl_FragCoord.xy / backdropSize - vec2(0.5, 0.56);
     at.x *= min(backdropSize.x / backdropSize.y, 1.35);
@@ -14,6 +15,10 @@ export const BACKDROP_GLSL = /* glsl */ `
     float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
     return mix(backdropCentre, backdropEdge, away) + (noise - 0.5) / 255.0;
   }
+  // What fades into the wall, or into nothing where the wall is left out: colours times opacity.
+  vec4 overBackdrop(vec3 colour, float cover) {
+    return mix(vec4(backdrop(), 1.0) * backdropOpacity, vec4(colour, 1.0), cover);
+  }
 `;
 
 /** Shared by every material that shows the backdrop. */
@@ -21,6 +26,8 @@ export const backdropUniforms = {
   backdropCentre: { value: new Color() },
   backdropEdge: { value: new Color() },
   backdropSize: { value: new Vector2(1, 1) },
+  /** 1, or 0 for a picture of the head alone. */
+  backdropOpacity: { value: 1 },
 };
 
 const WALLS = {
@@ -45,7 +52,7 @@ export function createBackdrop() {
   const material = new ShaderMaterial({
     uniforms: backdropUniforms,
     vertexShader: 'void main() { gl_Position = vec4(position.xy, 1.0, 1.0); }',
-    fragmentShader: `${BACKDROP_GLSL} void main() { gl_FragColor = vec4(backdrop(), 1.0); }`,
+    fragmentShader: `${BACKDROP_GLSL} void main() { gl_FragColor = overBackdrop(vec3(0.0), 0.0); }`,
     depthTest: false,
     depthWrite: false,
     toneMapped: false,

@@ -3,10 +3,12 @@ import { createAbout } from './about.js';
 import { download } from './download.js';
 import { createEditor } from './editor.js';
 import { element } from './element.js';
+import { createExports } from './exports.js';
 import { Failure, showFailure } from './failure.js';
 import { createHead } from './head.js';
 import { icon } from './icons.js';
 import { chosenModel } from './models.js';
+import { keepOffline } from './offline.js';
 import { createPanel } from './panel.js';
 import { createPicking } from './picking.js';
 import { createScene } from './scene.js';
@@ -126,6 +128,8 @@ async function start() {
 
   const scene = createScene(canvas, head.subject);
   scene.scene.add(head.group);
+  const exports = createExports(face, scene);
+  document.body.append(exports);
   scene.beforeFrame.add(() => {
     const now = performance.now();
     const elapsed = Math.min(50, now - glow.last);
@@ -208,6 +212,7 @@ async function start() {
       tool('reset', text.resetAll, () => editor.reset()),
       element('button', { type: 'button', class: 'button', onclick: () => panel.randomise() }, icon('dice'), element('span', {}, text.randomise)),
       element('button', { type: 'button', class: 'button primary', onclick: copyLink }, icon('link'), element('span', {}, text.copyLink)),
+      tool('save', text.exportTitle, () => exports.showModal()),
       tool('theme', text.theme, () => theme.toggle()),
       tool('help', text.about, () => about.showModal()),
     ),
@@ -262,6 +267,7 @@ async function start() {
   if (!chosen.known) toast.say(text.unknownModel);
   else if (refused) toast.say(text.badCode);
   document.documentElement.dataset.ready = 'true';
+  keepOffline();
 }
 
 start().catch((error) => {

@@ -201,7 +201,7 @@ export function createSkin({ tone, pores, face, brows, depth }) {
       .replace('#include <aomap_fragment>', OCCLUSION)
       .replace(
         '#include <dithering_fragment>',
-        'gl_FragColor.rgb = mix(backdrop(), gl_FragColor.rgb, vShade.z);',
+        'gl_FragColor = overBackdrop(gl_FragColor.rgb, vShade.z);',
       );
   };
   return { material, uniforms };

@@ -3,6 +3,7 @@
 mod basis;
 mod evaluate;
 mod expressions;
+mod head;
 mod landmarks;
 mod register;
 mod simulate;
@@ -55,6 +56,8 @@ enum Verb {
     Basis(basis::BasisArgs),
     /// Put the base mesh's expressions on the mean head of a model.
     Expressions(expressions::ExpressionsArgs),
+    /// Take the median face out of a model, to be shown while the model loads.
+    Head(head::HeadArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
     /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
@@ -162,6 +165,7 @@ fn main() -> ExitCode {
         Verb::Validate(args) => validate::run(&args),
         Verb::Basis(args) => basis::run(&args),
         Verb::Expressions(args) => expressions::run(&args),
+        Verb::Head(args) => head::run(&args),
         Verb::Inspect(args) => inspect(&args),
         Verb::Pictures(args) => draw(&args),
     };

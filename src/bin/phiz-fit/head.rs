@@ -1,0 +1,38 @@
+//! `phiz-fit head`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use phiz::blob::pack;
+use phiz::fit::FitResult;
+use phiz::fit::files::write_atomically;
+
+#[derive(Args)]
+pub struct HeadArgs {
+    /// The model.
+    model: PathBuf,
+    /// The file to write.
+    #[arg(short, value_name = "FILE")]
+    output: PathBuf,
+}
+
+/// Writes a model without blocks and controls, whose one face is the median person of the other: a
+/// seventh of the bytes, for a page to show while the rest is on its way.
+pub fn run(args: &HeadArgs) -> FitResult<()> {
+    let model = super::read_model(&args.model)?;
+    let mut parts = model.parts().clone();
+    parts.mean = model.face().positions().to_vec();
+    parts.blocks.clear();
+    parts.controls.clear();
+    parts.correlation.clear();
+    let bytes = pack(&parts.write()?)?;
+    write_atomically(&args.output, &bytes)?;
+    println!(
+        "{}: {} vertices, {} bytes",
+        args.output.display(),
+        parts.mean.len(),
+        bytes.len()
+    );
+    Ok(())
+}

@@ -1,0 +1,192 @@
+// The page without a network, as a new version, installed, and under a strict policy.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { cp, mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+
+import { DIST, decodePng, differing, launch, moveSlider, open, picture, serve } from './site.js';
+
+const PRECACHE = fileURLToPath(new URL('../../www/precache.js', import.meta.url));
+
+/** @type {import('playwright-core').Browser} */
+let browser;
+before(async () => {
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+});
+
+/** Until the worker has everything and the page is its own. @param {import('playwright-core').Page} page */
+const kept = (page) =>
+  page.waitForFunction(() => navigator.serviceWorker.controller?.state === 'activated', null, { timeout: 30_000 });
+
+const ready = (/** @type {import('playwright-core').Page} */ page) =>
+  page.waitForFunction(() => document.documentElement.dataset.ready === 'true', null, { timeout: 30_000 });
+
+describe('offline', () => {
+  test('after one visit the page works with the server gone, under a sub-path', async () => {
+    const site = await serve({ base: '/people/ada/faces/' });
+    const { context, page, complaints } = await open(browser, site);
+    await kept(page);
+    await moveSlider(page, 'nose 1', 0.9);
+    const before = await picture(page, 'offline-before');
+    const url = page.url();
+    await site.close();
+
+    const again = await context.newPage();
+    again.on('pageerror', (error) => complaints.push(error.message));
+    await again.goto(url);
+    await ready(again);
+    assert.equal(differing(before, await picture(again, 'offline-after')), 0, 'the same face');
+    // What is loaded only when it is needed is there as well.
+    await again.getByRole('button', { name: 'Take the face with you' }).click();
+    const [file] = await Promise.all([
+      again.waitForEvent('download'),
+      again.getByRole('dialog').getByRole('button', { name: 'PLY', exact: true }).click(),
+    ]);
+    assert.ok((await readFile(await file.path())).toString('latin1').startsWith('ply\n'));
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('a new version waits, is offered, and replaces the old one', async () => {
+    const folder = await mkdtemp(join(tmpdir(), 'phiz-site-'));
+    const site = await serve({ root: () => folder });
+    try {
+      await cp(DIST, folder, { recursive: true });
+      const { context, page, complaints } = await open(browser, site);
+      await kept(page);
+      const names = () =>
+        page.evaluate(async () => {
+          const urls = [];
+          for (const name of await caches.keys()) {
+            for (const { url } of await (await caches.open(name)).keys()) urls.push(url.split('?')[0]);
+          }
+          return urls.sort();
+        });
+      const first = await names();
+      await moveSlider(page, 'nose 1', 0.2);
+      const url = page.url();
+
+      // The page changes and a file of it goes.
+      const html = await readFile(join(folder, 'index.html'), 'utf8');
+      await writeFile(join(folder, 'index.html'), html.replace(/<title>[^<]*/, '<title>phiz, the next'));
+      await rm(join(folder, 'icon-512.png'));
+      execFileSync(process.execPath, [PRECACHE, folder]);
+      await page.reload();
+      await ready(page);
+      assert.equal(await page.title(), 'phiz: face designer', 'the old version is whole until it is given up');
+      await page.getByText('A new version of phiz is here.').waitFor({ timeout: 30_000 });
+      await Promise.all([page.waitForEvent('load'), page.getByRole('button', { name: 'Take it' }).click()]);
+      await ready(page);
+      assert.equal(await page.title(), 'phiz, the next');
+      assert.equal(page.url(), url, 'with the same face');
+      await page.waitForFunction(async () => {
+        for (const name of await caches.keys()) {
+          for (const { url } of await (await caches.open(name)).keys()) if (url.includes('icon-512')) return false;
+        }
+        return true;
+      });
+      assert.deepEqual(await names(), first.filter((name) => !name.endsWith('icon-512.png')));
+      assert.deepEqual(complaints, []);
+      await context.close();
+    } finally {
+      await site.close();
+      await rm(folder, { recursive: true });
+    }
+  });
+
+  test('a site that is half replaced is not kept', async () => {
+    const folder = await mkdtemp(join(tmpdir(), 'phiz-site-'));
+    const site = await serve({ root: () => folder });
+    try {
+      await cp(DIST, folder, { recursive: true });
+      // Another icon than the worker knows of.
+      await cp(join(folder, 'icon-192.png'), join(folder, 'icon-512.png'));
+      const { context, page } = await open(browser, site);
+      const state = await page.evaluate(async () => {
+        const registration = await navigator.serviceWorker.register('service-worker.js').catch((error) => error.message);
+        if (typeof registration === 'string') return registration;
+        const worker = registration.installing ?? registration.waiting ?? registration.active;
+        if (!worker) return 'none';
+        while (worker.state === 'installing') await new Promise((done) => worker.addEventListener('statechange', done, { once: true }));
+        return worker.state;
+      });
+      assert.ok(['redundant', 'none'].includes(state), state);
+      await context.close();
+    } finally {
+      await site.close();
+      await rm(folder, { recursive: true });
+    }
+  });
+});
+
+describe('installable', () => {
+  test('the manifest is sound, and so are its icons', async () => {
+    const site = await serve();
+    const { context, page } = await open(browser, site);
+    await kept(page);
+    const session = await context.newCDPSession(page);
+    const { errors, data } = await session.send('Page.getAppManifest');
+    assert.deepEqual(errors, []);
+    const manifest = JSON.parse(data ?? '');
+    for (const { src, sizes, type } of manifest.icons) {
+      const answer = await page.request.get(new URL(src, site.url).href);
+      assert.ok(answer.ok(), src);
+      if (type !== 'image/png') continue;
+      const { width, height } = decodePng(await answer.body());
+      assert.equal(`${width}x${height}`, sizes);
+    }
+    // A test's profile is thrown away after it; nothing else may be in the way.
+    const { installabilityErrors } = await session.send('Page.getInstallabilityErrors');
+    assert.deepEqual(installabilityErrors.map((error) => error.errorId).filter((id) => id !== 'in-incognito'), []);
+    await context.close();
+    await site.close();
+  });
+});
+
+describe('a strict content security policy', () => {
+  const policy = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'";
+  for (const [name, path, done] of /** @type {const} */ ([
+    ['the page', '', () => document.documentElement.dataset.ready === 'true'],
+    ['the element in a plain page', 'examples/plain/', () => document.querySelector('phiz-designer')?.model],
+    ['the three.js scene', 'examples/three/', () => document.documentElement.dataset.ready === 'true'],
+    ['the crowd', 'examples/crowd/', () => document.documentElement.dataset.ready === 'true'],
+  ])) {
+    test(`${name} keeps it`, async () => {
+      const site = await serve({ headers: { 'content-security-policy': policy }, base: '/a/b/' });
+      const context = await browser.newContext({ viewport: { width: 900, height: 600 }, reducedMotion: 'reduce' });
+      const page = await context.newPage();
+      await page.addInitScript(() => {
+        window.violations = [];
+        document.addEventListener('securitypolicyviolation', (event) => window.violations.push(`${event.violatedDirective}: ${event.blockedURI} ${event.sourceFile}`));
+      });
+      /** @type {string[]} */
+      const complaints = [];
+      page.on('console', (message) => message.type() === 'error' && complaints.push(message.text()));
+      page.on('pageerror', (error) => complaints.push(error.message));
+      await page.goto(site.url + path);
+      await page.waitForFunction(done, null, { timeout: 30_000 });
+      if (path === '') {
+        await page.getByRole('button', { name: 'Take the face with you' }).click();
+        const dialog = page.getByRole('dialog');
+        for (const format of ['STL', 'PNG']) {
+          const [file] = await Promise.all([
+            page.waitForEvent('download'),
+            dialog.getByRole('button', { name: format, exact: true }).click(),
+          ]);
+          assert.ok((await readFile(await file.path())).length > 10_000);
+        }
+        await kept(page);
+      }
+      assert.deepEqual(await page.evaluate(() => window.violations), []);
+      assert.deepEqual(complaints, []);
+      await context.close();
+      await site.close();
+    });
+  }
+});

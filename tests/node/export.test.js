@@ -1,0 +1,223 @@
+// What the package writes (phiz/export), read back by three's loaders and the Khronos validator.
+// The same files go through the crate's own readers in tests/export.rs.
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
+import { after, before, describe, test } from 'node:test';
+
+import { morphTargets, toGlb, toObj, toPly, toStl } from '../../pkg/export/index.js';
+import { load } from '../../pkg/index.js';
+
+const require = createRequire(new URL('../../www/package.json', import.meta.url));
+const loaders = new URL('../../www/node_modules/three/examples/jsm/loaders/', import.meta.url);
+const { OBJLoader } = await import(new URL('OBJLoader.js', loaders));
+const { PLYLoader } = await import(new URL('PLYLoader.js', loaders));
+const { STLLoader } = await import(new URL('STLLoader.js', loaders));
+const { GLTFLoader } = await import(new URL('GLTFLoader.js', loaders));
+const { Vector3 } = await import('../../www/node_modules/three/build/three.module.js');
+const validator = require('gltf-validator');
+
+/** What a text file with four decimals and a binary one with f32 must keep, mm. */
+const KEPT = 0.01;
+
+/** The largest distance between vertices `a` and `b`, mm; `at` gives the vertex of b's i-th. */
+function farthest(a, b, at = (i) => i) {
+  let most = 0;
+  for (let i = 0; i < b.length / 3; i++) {
+    const o = 3 * at(i);
+    most = Math.max(most, Math.hypot(a[o] - b[3 * i], a[o + 1] - b[3 * i + 1], a[o + 2] - b[3 * i + 2]));
+  }
+  return most;
+}
+
+/** The vertices of all triangles, one after the other. */
+const corners = (model) => Array.from(model.triangles, (corner) => model.uvVertices[corner]);
+
+const parseGlb = (bytes) =>
+  new Promise((done, fail) => new GLTFLoader().parse(bytes.buffer.slice(0), '', done, fail));
+
+/** The JSON of a GLB. */
+const jsonOf = (glb) => {
+  const length = new DataView(glb.buffer, glb.byteOffset).getUint32(12, true);
+  return JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + length)));
+};
+
+for (const name of ['model', 'synthetic']) {
+  describe(`exports of ${name}.phiz`, () => {
+    let model;
+    let face;
+    before(async () => {
+      model = await load(await readFile(new URL(`../../www/public/${name}.phiz`, import.meta.url)));
+      face = model.face();
+      face.randomize({ seed: 11 });
+    });
+    after(() => model.free());
+
+    test('OBJ', () => {
+      const text = new TextDecoder().decode(toObj(face));
+      for (const { source } of model.about.licences) assert.ok(text.includes(source), source);
+      const meshes = new OBJLoader().parse(text).children;
+      assert.deepEqual(
+        meshes.map((mesh) => mesh.name),
+        model.parts.map((part) => part.name.replaceAll(' ', '_')),
+      );
+      const vertices = corners(model);
+      let first = 0;
+      for (const [p, { geometry }] of meshes.entries()) {
+        const read = geometry.getAttribute('position').array;
+        assert.equal(read.length, 9 * model.parts[p].count);
+        const at = (i) => vertices[first + i];
+        assert.ok(farthest(face.positions, read, at) < KEPT);
+        // Four decimals of a unit vector.
+        assert.ok(farthest(face.normals, geometry.getAttribute('normal').array, at) < 1e-3);
+        const uv = geometry.getAttribute('uv');
+        const uvs = model.uvs;
+        for (let i = 0; i < uv.count; i++) {
+          const corner = model.triangles[first + i];
+          assert.ok(Math.abs(uv.getX(i) - uvs[2 * corner]) < 1e-5);
+          assert.ok(Math.abs(uv.getY(i) - uvs[2 * corner + 1]) < 1e-5);
+        }
+        first += read.length / 3;
+      }
+    });
+
+    test('PLY', () => {
+      const geometry = new PLYLoader().parse(toPly(face).buffer);
+      assert.ok(farthest(face.positions, geometry.getAttribute('position').array) < KEPT);
+      assert.ok(farthest(face.normals, geometry.getAttribute('normal').array) < 1e-6);
+      assert.equal(geometry.getAttribute('position').count, model.vertexCount);
+      assert.deepEqual(Array.from(geometry.index.array), corners(model));
+      assert.equal(geometry.getAttribute('color').count, model.vertexCount);
+    });
+
+    test('STL', () => {
+      const geometry = new STLLoader().parse(toStl(face).buffer);
+      const { array } = geometry.getAttribute('position');
+      const standing = Float32Array.from(array, (_, i) => [array[i], array[i + 1], -array[i - 1]][i % 3]);
+      const vertices = corners(model);
+      assert.equal(standing.length, 3 * vertices.length);
+      assert.ok(farthest(face.positions, standing, (i) => vertices[i]) < KEPT);
+    });
+
+    describe('GLB', () => {
+      let glb;
+      let mesh;
+      before(async () => {
+        glb = toGlb(face);
+        const { scene } = await parseGlb(glb);
+        mesh = scene.getObjectByName('face');
+      });
+
+      test('the Khronos validator finds nothing wrong', async () => {
+        for (const bytes of [glb, toGlb(face, { targetNormals: false }), toGlb(face, { targets: false })]) {
+          const { issues } = await validator.validateBytes(bytes);
+          const { numErrors, numWarnings } = issues;
+          assert.deepEqual({ numErrors, numWarnings }, { numErrors: 0, numWarnings: 0 }, JSON.stringify(issues.messages));
+        }
+      });
+
+      test('the mesh is the face, in metres', () => {
+        const read = mesh.geometry.getAttribute('position').array.map((x) => 1000 * x);
+        const vertices = model.uvVertices;
+        assert.ok(farthest(face.positions, read, (i) => vertices[i]) < KEPT);
+        assert.deepEqual(Array.from(mesh.geometry.index.array), Array.from(model.triangles));
+        assert.equal(jsonOf(glb).extras.phiz.code, face.code);
+      });
+
+      test('a target for each control, by its name', () => {
+        assert.deepEqual(jsonOf(glb).meshes[0].extras.targetNames, model.controls.map((c) => c.name));
+        assert.deepEqual(Object.keys(mesh.morphTargetDictionary), model.controls.map((c) => c.name));
+        assert.ok(mesh.morphTargetInfluences.every((weight) => weight === 0));
+      });
+
+      test('driving the targets gives the mesh of the page', () => {
+        const other = model.face();
+        const at = new Vector3();
+        const { direction } = Object.fromEntries(
+          jsonOf(glb).meshes[0].extras.phiz.targets.map((target) => [target.name, target]),
+        )[model.controls[0].name];
+        assert.deepEqual(direction, [[0, 1]], 'a mode is one coefficient, one sigma');
+        // Unusual people: three sigmas in many directions at once.
+        for (const [seed, spread] of [[1, 1], [2, 2], [3, 3]]) {
+          other.reset();
+          other.randomize({ seed, spread });
+          const wanted = other.coefficients;
+          const from = face.coefficients;
+          const weights = new Float64Array(model.controls.length);
+          const { targets } = jsonOf(glb).meshes[0].extras.phiz;
+          targets.forEach((target, t) => {
+            if (target.direction.length > 1) return;
+            const [[coefficient, change]] = target.direction;
+            weights[t] = (wanted[coefficient] - from[coefficient]) / change;
+          });
+          mesh.morphTargetInfluences = Array.from(weights);
+          // What the weights amount to is what the page is asked for.
+          const reached = from.slice();
+          targets.forEach((target, t) => {
+            for (const [i, change] of target.direction) reached[i] += weights[t] * change;
+          });
+          other.coefficients = reached;
+          const expected = other.positions.slice();
+          const driven = new Float32Array(3 * model.vertexCount);
+          for (let v = 0; v < model.vertexCount; v++) {
+            mesh.getVertexPosition(v, at);
+            driven.set([1000 * at.x, 1000 * at.y, 1000 * at.z], 3 * v);
+          }
+          const moved = farthest(face.positions, expected);
+          assert.ok(moved > 3, `the two differ: ${moved} mm`);
+          const error = farthest(expected, driven);
+          assert.ok(error < 0.05, `${error} mm`);
+        }
+        other.free();
+      });
+
+      test('controls that move many coefficients drive the mesh too', () => {
+        // Weights of all targets at once, whatever their directions are.
+        const { targets } = jsonOf(glb).meshes[0].extras.phiz;
+        const coefficients = face.coefficients.slice();
+        targets.forEach((target, t) => {
+          const weight = (((t * 7919) % 13) - 6) / 6;
+          mesh.morphTargetInfluences[t] = weight;
+          for (const [i, change] of target.direction) coefficients[i] += weight * change;
+        });
+        const other = model.face();
+        other.coefficients = coefficients;
+        const expected = other.positions.slice();
+        other.free();
+        const at = new Vector3();
+        let error = 0;
+        for (let v = 0; v < model.vertexCount; v++) {
+          mesh.getVertexPosition(v, at).multiplyScalar(1000);
+          error = Math.max(error, at.distanceTo(new Vector3().fromArray(expected, 3 * v)));
+        }
+        assert.ok(error < 0.05, `${error} mm`);
+      });
+
+      test('normals of the targets turn the shading the way the face does', () => {
+        const targets = morphTargets(face);
+        const index = targets.findIndex((target) => target.group === 'nose');
+        const target = targets[index];
+        const other = face.clone();
+        const coefficients = face.coefficients;
+        for (const [i, change] of target.direction) coefficients[i] += change;
+        other.coefficients = coefficients;
+        const expected = other.normals.slice();
+        other.free();
+        const normals = face.normals.slice();
+        const rms = (a, b) => Math.sqrt(a.reduce((sum, x, i) => sum + (x - b[i]) ** 2, 0) / a.length);
+        const turned = normals.map((x, i) => x + target.normals[i]);
+        // To first order: what is left is what a large feature bends beyond it.
+        const before = rms(expected, normals);
+        assert.ok(before > 1e-3, `the nose turns its normals: ${before}`);
+        const left = rms(expected, turned);
+        assert.ok(left < 0.3 * before, `${left} of ${before}`);
+      });
+    });
+
+    test('a freed face is refused', () => {
+      const gone = model.face();
+      gone.free();
+      for (const write of [toObj, toPly, toStl, toGlb]) assert.throws(() => write(gone), /freed/);
+    });
+  });
+}

@@ -1,0 +1,372 @@
+// <phiz-designer>: the face and its sliders as one element, for any page.
+
+import { load } from 'phiz';
+import { backdropUniforms, paintBackdrop } from '../src/backdrop.js';
+import { element } from '../src/element.js';
+import { createHead } from '../src/head.js';
+import { portrait } from '../src/portrait.js';
+import { createScene } from '../src/scene.js';
+import { ordinal, text } from '../src/text.js';
+import css from './phiz-designer.css?inline';
+
+// Sheets that are made here pass a content security policy that forbids inline styles.
+const sheet = new CSSStyleSheet();
+sheet.replaceSync(css);
+
+/** How many sliders each feature shows when the page does not say. */
+const FIRST = 3;
+
+/** One download a model, however many elements show it. @type {Map<string, Promise<ArrayBuffer>>} */
+const downloads = new Map();
+
+/** @param {string} url */
+function download(url) {
+  let bytes = downloads.get(url);
+  if (!bytes) {
+    bytes = fetch(url).then((response) => {
+      if (!response.ok) throw new Error(`${url}: ${response.status} ${response.statusText}`.trim());
+      return response.arrayBuffer();
+    });
+    downloads.set(url, bytes);
+    bytes.catch(() => downloads.delete(url));
+  }
+  return bytes;
+}
+
+/**
+ * What a `controls` attribute asks for: names of controls and features, between commas; `none`; or
+ * nothing, which is the first few of each feature.
+ * @param {import('phiz').FaceModel} model @param {string | null} asked
+ */
+function chosenControls(model, asked) {
+  if (asked === null) {
+    return model.regions.flatMap((region) => model.controls.filter((c) => c.group === region).slice(0, FIRST));
+  }
+  const names = asked.split(',').map((name) => name.trim());
+  if (names.length === 1 && (names[0] === 'none' || names[0] === '')) return [];
+  return names.flatMap((name) => {
+    const found = model.controls.filter((c) => c.name === name || c.group === name);
+    if (found.length === 0) throw new Error(`the model has no control and no feature "${name}"`);
+    return found;
+  });
+}
+
+/**
+ * What shows a face, whosever it is.
+ * @typedef {{ head: ReturnType<typeof createHead>, scene: ReturnType<typeof createScene> }} Drawn
+ */
+
+/**
+ * Everything that exists once a model is there.
+ * @typedef {object} Live
+ * @property {import('phiz').FaceModel} model
+ * @property {import('phiz').Face} face
+ * @property {ReturnType<typeof createHead>} head
+ * @property {ReturnType<typeof createScene>} scene
+ * @property {Map<string, { input: HTMLInputElement, output: HTMLOutputElement }>} sliders
+ */
+
+/**
+ * `<phiz-designer src head code controls theme>`; see designer/README.md.
+ */
+export class PhizDesigner extends HTMLElement {
+  static observedAttributes = ['src', 'head', 'code', 'controls', 'theme'];
+
+  /** @type {Live | null} */
+  #live = null;
+  #panel = element('div', { class: 'panel', part: 'panel' });
+  #frame = element('div', { class: 'frame' });
+  #dark = window.matchMedia('(prefers-color-scheme: dark)');
+  /** Counts starts: a start that is no longer the last one gives up. */
+  #start = 0;
+  #onDark = () => this.#paint();
+
+  constructor() {
+    super();
+    const root = this.attachShadow({ mode: 'open' });
+    root.adoptedStyleSheets = [sheet];
+    root.append(this.#frame);
+  }
+
+  connectedCallback() {
+    this.#dark.addEventListener('change', this.#onDark);
+    // Moving an element disconnects and connects it: what it shows stays.
+    if (!this.#live) this.#restart();
+  }
+
+  disconnectedCallback() {
+    this.#dark.removeEventListener('change', this.#onDark);
+    queueMicrotask(() => {
+      if (!this.isConnected) {
+        this.#start += 1;
+        this.#stop();
+      }
+    });
+  }
+
+  /** @param {string} name @param {string | null} before @param {string | null} value */
+  attributeChangedCallback(name, before, value) {
+    if (before === value || !this.isConnected) return;
+    if (name === 'src' || name === 'head') this.#restart();
+    else if (name === 'theme') this.#paint();
+    else if (this.#live) {
+      try {
+        if (name === 'controls') this.#buildPanel();
+        else this.code = value ?? '';
+      } catch (error) {
+        this.#fail(error);
+      }
+    }
+  }
+
+  /** The model, once `ready` was fired. */
+  get model() {
+    return this.#live?.model ?? null;
+  }
+  /** The face. Change it through this element, or call `refresh` afterwards. */
+  get face() {
+    return this.#live?.face ?? null;
+  }
+  /** The whole face as a short string; may be assigned. The empty string is the median face. */
+  get code() {
+    return this.#live?.face.code ?? this.getAttribute('code') ?? '';
+  }
+  set code(code) {
+    const { face } = this.#need();
+    if (code) face.code = code;
+    else face.reset();
+    this.refresh();
+  }
+
+  /** @param {string} control @param {number} value */
+  set(control, value) {
+    this.#need().face.set(control, value);
+    this.refresh();
+  }
+  /** @param {string} control */
+  get(control) {
+    return this.#need().face.get(control);
+  }
+  /** @param {string} [region] */
+  reset(region) {
+    this.#need().face.reset(region);
+    this.refresh();
+  }
+  /** @param {{ seed?: number, spread?: number, regions?: string[] }} [options] */
+  randomize(options) {
+    const seed = this.#need().face.randomize(options);
+    this.refresh();
+    return seed;
+  }
+  /** @param {'front' | 'quarter' | 'profile'} name */
+  view(name) {
+    this.#need().scene.view(name);
+  }
+  /** The view as a PNG. @param {{ width: number, height: number, transparent?: boolean }} options */
+  toPng(options) {
+    const { scene } = this.#need();
+    this.#ownBackdrop(scene);
+    return portrait(scene, options);
+  }
+  /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format */
+  async toMesh(format) {
+    const { face } = this.#need();
+    const { toGlb, toObj, toPly, toStl } = await import('phiz/export');
+    const write = { glb: toGlb, obj: toObj, ply: toPly, stl: toStl }[format];
+    if (!write) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
+    return write(face);
+  }
+
+  /** Shows the face as it is now and tells the page. */
+  refresh() {
+    const { head, face, scene } = this.#need();
+    head.update(face);
+    scene.shapeChanged();
+    this.#readSliders();
+    this.#tell('change');
+  }
+
+  #need() {
+    if (!this.#live) throw new Error('the face is not there yet: wait for the "ready" event');
+    return this.#live;
+  }
+
+  /** @param {'face' | 'ready' | 'input' | 'change'} type */
+  #tell(type) {
+    this.dispatchEvent(new CustomEvent(type, { bubbles: true, composed: true, detail: { code: this.code } }));
+  }
+
+  /** @param {unknown} error */
+  #fail(error) {
+    const message = error instanceof Error ? error.message : String(error);
+    if (!this.#live) this.#frame.replaceChildren(element('p', { class: 'status', role: 'alert' }, message));
+    this.dispatchEvent(new CustomEvent('error', { detail: { message } }));
+  }
+
+  async #restart() {
+    const start = ++this.#start;
+    this.#stop();
+    this.#paint();
+    const src = this.getAttribute('src');
+    if (src === null) return;
+    this.#frame.replaceChildren(element('p', { class: 'status', role: 'status' }, text.loading));
+    const asked = this.getAttribute('head');
+    // A code asks for a face that the head is not.
+    const early = asked !== null && !this.getAttribute('code');
+    /** @type {import('phiz').FaceModel | undefined} */
+    let model;
+    /** @type {Drawn | undefined} */
+    let drawn;
+    try {
+      const whole = (/** @type {string} */ name) => download(new URL(name, document.baseURI).href);
+      if (early) {
+        model = await load(await whole(asked));
+        if (start !== this.#start) return model.free();
+        drawn = this.#draw(model);
+        model.free();
+        model = undefined;
+        this.#tell('face');
+        // The head is on the screen before the model takes the line and the processor.
+        await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
+      }
+      model = await load(await whole(src));
+      if (start !== this.#start) {
+        drawn?.scene.renderer.forceContextLoss();
+        return model.free();
+      }
+      this.#show(model, drawn ?? this.#draw(model));
+      if (!early) this.#tell('face');
+      this.#tell('ready');
+    } catch (error) {
+      model?.free();
+      drawn?.scene.renderer.forceContextLoss();
+      if (start === this.#start) this.#fail(error);
+    }
+  }
+
+  /**
+   * The stage with a model's median face; the model is needed no longer than this takes.
+   * @param {import('phiz').FaceModel} model
+   * @returns {Drawn}
+   */
+  #draw(model) {
+    const probe = document.createElement('canvas').getContext('webgl2');
+    if (!probe) throw new Error(text.noWebGL);
+    probe.getExtension('WEBGL_lose_context')?.loseContext();
+    const face = model.face();
+    const head = createHead(model, face);
+    face.free();
+    const canvas = element('canvas', { tabindex: 0, role: 'img', part: 'canvas', 'aria-label': text.stage });
+    this.#panel.replaceChildren();
+    this.#frame.replaceChildren(canvas, this.#panel);
+    const scene = createScene(canvas, head.subject);
+    scene.scene.add(head.group);
+    scene.beforeFrame.add(() => this.#ownBackdrop(scene));
+    canvas.addEventListener('dblclick', () => scene.view('front'));
+    canvas.addEventListener('keydown', (event) => {
+      const turn = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.08], ArrowDown: [0, 0.08] }[event.key];
+      if (!turn) return;
+      event.preventDefault();
+      scene.turn(turn[0], turn[1]);
+    });
+    canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
+    return { head, scene };
+  }
+
+  /** @param {import('phiz').FaceModel} model @param {Drawn} drawn */
+  #show(model, { head, scene }) {
+    const face = model.face();
+    const code = this.getAttribute('code');
+    if (code) face.code = code;
+    chosenControls(model, this.getAttribute('controls'));
+    this.#live = { model, face, head, scene, sliders: new Map() };
+    head.update(face);
+    scene.shapeChanged();
+    this.#buildPanel();
+    this.#paint();
+  }
+
+  #stop() {
+    if (!this.#live) return;
+    const { model, scene } = this.#live;
+    this.#live = null;
+    model.free();
+    scene.controls.dispose();
+    scene.renderer.dispose();
+    // Browsers allow few contexts at a time; give this one back.
+    scene.renderer.forceContextLoss();
+    this.#frame.replaceChildren();
+  }
+
+  #theme() {
+    const asked = this.getAttribute('theme');
+    if (asked === 'light' || asked === 'dark') return asked;
+    return this.#dark.matches ? 'dark' : 'light';
+  }
+
+  #paint() {
+    this.dataset.theme = this.#theme();
+    this.#live?.scene.invalidate();
+  }
+
+  /** Elements on one page share the wall's colours and size; each sets its own before it draws. */
+  #ownBackdrop(/** @type {ReturnType<typeof createScene>} */ scene) {
+    paintBackdrop(this.#theme());
+    scene.renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
+  }
+
+  #buildPanel() {
+    const { model, sliders } = this.#need();
+    const controls = chosenControls(model, this.getAttribute('controls'));
+    sliders.clear();
+    /** @type {HTMLElement[]} */
+    const rows = [];
+    let group = '';
+    for (const control of controls) {
+      if (control.group !== group) {
+        group = control.group;
+        rows.push(element('h2', {}, text.groups[group] ?? group));
+      }
+      const [min, max] = control.limits;
+      const output = element('output', {});
+      const input = element('input', { type: 'range', min, max, step: 0.001, 'aria-label': control.name, title: control.description });
+      const name = control.name[0].toUpperCase() + control.name.slice(1);
+      input.addEventListener('input', (event) => {
+        // The element tells of itself, when the face is there.
+        event.stopPropagation();
+        this.#slide(control.name, input.valueAsNumber);
+        this.#tell('input');
+      });
+      input.addEventListener('change', (event) => {
+        event.stopPropagation();
+        this.#tell('change');
+      });
+      sliders.set(control.name, { input, output });
+      rows.push(element('label', {}, element('span', {}, name), output, input));
+    }
+    this.#panel.replaceChildren(...rows);
+    this.#readSliders();
+  }
+
+  /** @param {string} control @param {number} value */
+  #slide(control, value) {
+    const { face, head, scene } = this.#need();
+    face.set(control, value);
+    head.update(face, face.changed);
+    scene.shapeChanged();
+    this.#readSliders(control);
+  }
+
+  /** @param {string} [held] the slider that a person has in hand: it shows what was asked for */
+  #readSliders(held) {
+    const { face, sliders } = this.#need();
+    for (const [name, { input, output }] of sliders) {
+      const value = face.get(name);
+      if (name !== held) input.value = String(value);
+      output.value = ordinal(value);
+      input.setAttribute('aria-valuetext', output.value);
+    }
+  }
+}
+
+customElements.define('phiz-designer', PhizDesigner);

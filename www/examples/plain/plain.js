@@ -1,0 +1,23 @@
+// What a page does with the element: listen, call, and nothing else.
+const designer = document.querySelector('phiz-designer');
+const code = document.querySelector('#code');
+const random = document.querySelector('#random');
+const picture = document.querySelector('#picture');
+
+designer.addEventListener('ready', () => {
+  code.value = designer.code;
+  random.disabled = picture.disabled = false;
+});
+designer.addEventListener('change', (event) => {
+  code.value = event.detail.code;
+});
+designer.addEventListener('error', (event) => {
+  code.value = event.detail.message;
+});
+random.addEventListener('click', () => designer.randomize());
+picture.addEventListener('click', async () => {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(await designer.toPng({ width: 1200, height: 1200, transparent: true }));
+  link.download = 'face.png';
+  link.click();
+});

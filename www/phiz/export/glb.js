@@ -1,0 +1,230 @@
+import { ByteWriter } from './bytes.js';
+import { meshOf, provenance } from './mesh.js';
+import { morphTargets } from './targets.js';
+
+// glTF 2.0, the numbers of its enumerations.
+const UNSIGNED_SHORT = 5123;
+const UNSIGNED_INT = 5125;
+const FLOAT = 5126;
+const ARRAY_BUFFER = 34962;
+const ELEMENT_ARRAY_BUFFER = 34963;
+
+/** glTF has metres. */
+const METRES = 1e-3;
+/** What is not moved by more than this (mm) by one sigma is not moved: a tenth of a micrometre. */
+const STILL = 1e-4;
+
+/** sRGB byte to linear. @param {number} byte */
+function linear(byte) {
+  const s = byte / 255;
+  return s <= 0.04045 ? s / 12.92 : ((s + 0.055) / 1.055) ** 2.4;
+}
+
+/** @param {number} length */
+const padded = (length) => (length + 3) & ~3;
+
+/** The one buffer, and the views and accessors that say what is in it. */
+class Buffer {
+  /** @type {object[]} */
+  views = [];
+  /** @type {object[]} */
+  accessors = [];
+  /** @type {Uint8Array[]} */
+  chunks = [];
+  length = 0;
+
+  /** @param {ArrayBufferView} data @param {number} [target] */
+  view(data, target) {
+    const bytes = new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
+    this.views.push({
+      buffer: 0,
+      byteOffset: this.length,
+      byteLength: bytes.length,
+      ...(target && { target }),
+    });
+    this.chunks.push(bytes, new Uint8Array(padded(bytes.length) - bytes.length));
+    this.length += padded(bytes.length);
+    return this.views.length - 1;
+  }
+
+  /** @param {object} accessor */
+  accessor(accessor) {
+    this.accessors.push(accessor);
+    return this.accessors.length - 1;
+  }
+}
+
+/** The least and the greatest of each component. @param {Float32Array} xyz */
+function bounds(xyz) {
+  const min = [Infinity, Infinity, Infinity];
+  const max = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < xyz.length; i++) {
+    min[i % 3] = Math.min(min[i % 3], xyz[i]);
+    max[i % 3] = Math.max(max[i % 3], xyz[i]);
+  }
+  return { min, max };
+}
+
+/**
+ * A vector a corner from one a vertex.
+ * @param {Float32Array} xyz @param {Uint32Array} corners @param {number} scale
+ */
+function perCorner(xyz, corners, scale) {
+  const out = new Float32Array(3 * corners.length);
+  for (let i = 0; i < corners.length; i++) {
+    for (let k = 0; k < 3; k++) out[3 * i + k] = xyz[3 * corners[i] + k] * scale;
+  }
+  return out;
+}
+
+/**
+ * Displacements as an accessor: most targets move a part of the face, and then only that is kept.
+ * @param {Buffer} buffer @param {Float32Array} xyz three a corner @param {boolean[]} moves
+ */
+function displacement(buffer, xyz, moves) {
+  const count = moves.length;
+  const moving = moves.flatMap((yes, i) => (yes ? [i] : []));
+  const shape = { componentType: FLOAT, count, type: 'VEC3' };
+  if (moving.length > 0.7 * count) {
+    return buffer.accessor({ bufferView: buffer.view(xyz, ARRAY_BUFFER), ...shape, ...bounds(xyz) });
+  }
+  const values = new Float32Array(3 * moving.length);
+  moving.forEach((corner, at) => values.set(xyz.subarray(3 * corner, 3 * corner + 3), 3 * at));
+  // What is left out is zero, so zero is within the bounds; a sparse array is not empty.
+  const zero = new Float32Array(3 * Math.max(1, moving.length));
+  zero.set(values);
+  const { min, max } = bounds(zero);
+  const wide = count > 0xffff;
+  const indices = wide ? Uint32Array.from(moving) : Uint16Array.from(moving);
+  return buffer.accessor({
+    ...shape,
+    min: min.map((x) => Math.min(0, x)),
+    max: max.map((x) => Math.max(0, x)),
+    ...(moving.length && {
+      sparse: {
+        count: moving.length,
+        indices: { bufferView: buffer.view(indices), componentType: wide ? UNSIGNED_INT : UNSIGNED_SHORT },
+        values: { bufferView: buffer.view(values) },
+      },
+    }),
+  });
+}
+
+/**
+ * Binary glTF 2.0, in metres: one mesh whose first vertices are the model's in its order, with
+ * vertex colours and, unless they are not wanted, a named morph target for each control. A weight
+ * of 1 moves the face by one standard deviation of the control; the file's own face has weights 0.
+ *
+ * @param {import('phiz').Face} face
+ * @param {{ targets?: boolean, targetNormals?: boolean }} [options]
+ */
+export function toGlb(face, { targets = true, targetNormals = true } = {}) {
+  const { positions, normals, colours, uvs, corners, triangles } = meshOf(face);
+  const count = corners.length;
+  const buffer = new Buffer();
+
+  const colour = new Uint16Array(4 * count);
+  for (let i = 0; i < count; i++) {
+    for (let k = 0; k < 3; k++) colour[4 * i + k] = Math.round(65_535 * linear(colours[3 * corners[i] + k]));
+    colour[4 * i + 3] = 65_535;
+  }
+  const wide = count > 0xffff;
+  const index = wide ? triangles : Uint16Array.from(triangles);
+  const indices = buffer.accessor({
+    bufferView: buffer.view(index, ELEMENT_ARRAY_BUFFER),
+    componentType: wide ? UNSIGNED_INT : UNSIGNED_SHORT,
+    count: triangles.length,
+    type: 'SCALAR',
+  });
+  const vectors = { componentType: FLOAT, count };
+  const position = perCorner(positions, corners, METRES);
+  const attributes = {
+    POSITION: buffer.accessor({
+      bufferView: buffer.view(position, ARRAY_BUFFER),
+      ...vectors,
+      type: 'VEC3',
+      ...bounds(position),
+    }),
+    NORMAL: buffer.accessor({
+      bufferView: buffer.view(perCorner(normals, corners, 1), ARRAY_BUFFER),
+      ...vectors,
+      type: 'VEC3',
+    }),
+    TEXCOORD_0: buffer.accessor({
+      // glTF counts rows of a picture from its top.
+      bufferView: buffer.view(uvs.map((x, i) => (i % 2 ? 1 - x : x)), ARRAY_BUFFER),
+      ...vectors,
+      type: 'VEC2',
+    }),
+    COLOR_0: buffer.accessor({
+      bufferView: buffer.view(colour, ARRAY_BUFFER),
+      componentType: UNSIGNED_SHORT,
+      normalized: true,
+      count,
+      type: 'VEC4',
+    }),
+  };
+
+  const morphs = targets ? morphTargets(face) : [];
+  const targetAccessors = morphs.map((target) => {
+    /** @param {Float32Array} xyz @param {number} still */
+    const moves = (xyz, still) =>
+      Array.from(corners, (v) => [0, 1, 2].some((k) => Math.abs(xyz[3 * v + k]) > still));
+    const delta = perCorner(target.positions, corners, METRES);
+    /** @type {Record<string, number>} */
+    const accessors = { POSITION: displacement(buffer, delta, moves(target.positions, STILL)) };
+    if (targetNormals) {
+      // Below this a shade does not change in eight bits.
+      accessors.NORMAL = displacement(buffer, perCorner(target.normals, corners, 1), moves(target.normals, 1e-3));
+    }
+    return accessors;
+  });
+
+  const { about } = face.model;
+  const json = {
+    asset: {
+      version: '2.0',
+      generator: about.made_by,
+      copyright: provenance(face.model).join('; '),
+    },
+    extras: { phiz: { model: about.title, code: face.code } },
+    scene: 0,
+    scenes: [{ nodes: [0] }],
+    nodes: [{ name: 'face', mesh: 0 }],
+    meshes: [
+      {
+        name: 'face',
+        primitives: [
+          { attributes, indices, material: 0, ...(morphs.length && { targets: targetAccessors }) },
+        ],
+        ...(morphs.length && {
+          weights: morphs.map(() => 0),
+          extras: {
+            targetNames: morphs.map(({ name }) => name),
+            phiz: { weight: 'standard deviations', targets: morphs.map(({ name, group, direction }) => ({ name, group, direction })) },
+          },
+        }),
+      },
+    ],
+    materials: [
+      { name: 'skin', pbrMetallicRoughness: { metallicFactor: 0, roughnessFactor: 0.55 } },
+    ],
+    accessors: buffer.accessors,
+    bufferViews: buffer.views,
+    buffers: [{ byteLength: buffer.length }],
+  };
+  const text = new TextEncoder().encode(JSON.stringify(json));
+  const spaces = new Uint8Array(padded(text.length) - text.length).fill(0x20);
+  const out = new ByteWriter(28 + padded(text.length) + buffer.length);
+  out.u32(0x46546c67); // glTF
+  out.u32(2);
+  out.u32(28 + padded(text.length) + buffer.length);
+  out.u32(padded(text.length));
+  out.u32(0x4e4f534a); // JSON
+  out.bytes(text);
+  out.bytes(spaces);
+  out.u32(buffer.length);
+  out.u32(0x004e4942); // BIN
+  for (const chunk of buffer.chunks) out.bytes(chunk);
+  return out.finish();
+}

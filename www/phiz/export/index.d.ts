@@ -1,0 +1,59 @@
+/** A face as files that other programs read. Each function gives the bytes of one file. */
+
+import type { Face } from 'phiz';
+
+/**
+ * Wavefront OBJ, text: positions in millimetres (y up) with sRGB colours behind them, texture
+ * coordinates, normals, and a group for each of the model's parts. Vertex i of the file is vertex
+ * i of the model.
+ */
+export function toObj(face: Face): Uint8Array<ArrayBuffer>;
+
+/**
+ * Binary little-endian PLY: positions in millimetres (y up), normals, sRGB colours. Vertex i of the
+ * file is vertex i of the model.
+ */
+export function toPly(face: Face): Uint8Array<ArrayBuffer>;
+
+/** Binary STL in millimetres, turned as slicers want it: z up, the face looks along -y. */
+export function toStl(face: Face): Uint8Array<ArrayBuffer>;
+
+/** What one control does to a face. */
+export interface MorphTarget {
+  /** The control's name. */
+  readonly name: string;
+  /** The feature it belongs to. */
+  readonly group: string;
+  /**
+   * `[coefficient, change in sigmas]` of weight 1. For a mode that is one coefficient and 1; for any
+   * other control half the way from its 15.87th to its 84.13th percentile, measured from the
+   * median person: one standard deviation, where it is distributed normally.
+   */
+  readonly direction: readonly (readonly [number, number])[];
+  /** How far weight 1 moves each vertex, mm, three numbers a vertex. */
+  readonly positions: Float32Array;
+  /** How weight 1 changes each normal, to first order. */
+  readonly normals: Float32Array;
+}
+
+/**
+ * A morph target for each control of the face's model, in their order. Vertices are linear in the
+ * coefficients: the face plus weights times targets is exactly the face whose coefficients are
+ * moved by weights times directions.
+ * @throws Error when a control is in another unit than percentiles
+ */
+export function morphTargets(face: Face): MorphTarget[];
+
+/**
+ * Binary glTF 2.0, in metres as glTF has it (y up, the face looks along +z). One mesh: vertex i < N
+ * is vertex i of the model, those behind repeat vertices on a seam of the texture coordinates.
+ * Colours are per vertex.
+ *
+ * @param options `targets` (default true) adds a morph target for each control, named in
+ *   `mesh.extras.targetNames`; see `MorphTarget` for what a weight means. `targetNormals` (default
+ *   true) gives them normals, which doubles the file; programs that compute normals need none.
+ */
+export function toGlb(
+  face: Face,
+  options?: { targets?: boolean; targetNormals?: boolean },
+): Uint8Array<ArrayBuffer>;

@@ -1,0 +1,5 @@
+export { toGlb } from './glb.js';
+export { toObj } from './obj.js';
+export { toPly } from './ply.js';
+export { toStl } from './stl.js';
+export { morphTargets } from './targets.js';

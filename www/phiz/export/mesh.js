@@ -1,0 +1,35 @@
+/**
+ * A face as it is now, copied out of wasm memory.
+ *
+ * @typedef {object} Mesh
+ * @property {Float32Array} positions mm, three a vertex
+ * @property {Float32Array} normals unit, three a vertex
+ * @property {Uint8Array} colours sRGB, three a vertex
+ * @property {Float32Array} uvs two a corner, (0, 0) at the lower left
+ * @property {Uint32Array} corners the vertex of each corner
+ * @property {Uint32Array} triangles three corners a triangle
+ * @property {readonly import('phiz').Part[]} parts
+ */
+
+/**
+ * @param {import('phiz').Face} face
+ * @returns {Mesh}
+ */
+export function meshOf(face) {
+  const { model } = face;
+  return {
+    positions: face.positions.slice(),
+    normals: face.normals.slice(),
+    colours: model.colours,
+    uvs: model.uvs,
+    corners: model.uvVertices,
+    triangles: model.triangles,
+    parts: model.parts,
+  };
+}
+
+/** What a file says of where it comes from, a line each. @param {import('phiz').FaceModel} model */
+export function provenance({ about }) {
+  const sources = about.licences.map(({ source, by, licence }) => `${source}, ${by} (${licence})`);
+  return [about.title, about.made_by, ...sources].map((line) => line.replace(/\s+/g, ' ').trim());
+}

@@ -1,0 +1,82 @@
+/**
+ * What one control does to a face, as morph targets have it: weight 1 is one standard deviation.
+ *
+ * @typedef {object} MorphTarget
+ * @property {string} name the control's
+ * @property {string} group the feature it belongs to
+ * @property {readonly (readonly [number, number])[]} direction `[coefficient, change in sigmas]`
+ * @property {Float32Array} positions displacement of each vertex, mm
+ * @property {Float32Array} normals change of each normal, to first order
+ */
+
+// One standard deviation of a normal distribution either side of its median, as percentiles.
+const BELOW = 0.158_655_25;
+const ABOVE = 1 - BELOW;
+
+/**
+ * The change of coefficients that a control stands for. A mode is one coefficient, and a standard
+ * deviation of it is 1. Any other control is moved over the middle 68 % of the population, which
+ * is two standard deviations of what it measures where that is normal.
+ *
+ * @param {import('phiz').Face} median a face of its own, with nothing locked
+ * @param {import('phiz').Control} control
+ * @returns {[number, number][]}
+ */
+function directionOf(median, control) {
+  if (control.unit !== 'percentile') {
+    throw new Error(`the control "${control.name}" is in ${control.unit}, and an export knows percentiles only`);
+  }
+  /** @param {number} percentile */
+  const at = (percentile) => {
+    median.reset();
+    median.set(control.name, percentile);
+    return median.coefficients;
+  };
+  const [low, high] = [at(BELOW), at(ABOVE)];
+  /** @type {[number, number][]} */
+  const direction = [];
+  high.forEach((value, i) => {
+    if (value !== low[i]) direction.push([i, (value - low[i]) / 2]);
+  });
+  if (direction.length === 1) direction[0][1] = Math.sign(direction[0][1]);
+  return direction;
+}
+
+/**
+ * A morph target for each control, measured on the face through the package itself. Vertices are
+ * linear in the coefficients, so the face plus weighted targets is the face with its coefficients
+ * moved by as much.
+ *
+ * @param {import('phiz').Face} face
+ * @returns {MorphTarget[]}
+ */
+export function morphTargets(face) {
+  const median = face.model.face();
+  const probe = face.clone();
+  try {
+    const base = face.coefficients;
+    return face.controls.map((control) => {
+      const direction = directionOf(median, control);
+      /** @param {number} sign */
+      const moved = (sign) => {
+        const coefficients = base.slice();
+        for (const [i, change] of direction) coefficients[i] += sign * change;
+        probe.coefficients = coefficients;
+        return { positions: probe.positions.slice(), normals: probe.normals.slice() };
+      };
+      const [plus, minus] = [moved(1), moved(-1)];
+      /** @param {'positions' | 'normals'} key */
+      const half = (key) => plus[key].map((x, i) => (x - minus[key][i]) / 2);
+      return {
+        name: control.name,
+        group: control.group,
+        direction,
+        positions: half('positions'),
+        normals: half('normals'),
+      };
+    });
+  } finally {
+    median.free();
+    probe.free();
+  }
+}

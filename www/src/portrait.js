@@ -1,0 +1,63 @@
+import { Vector2 } from 'three';
+import { backdropUniforms } from './backdrop.js';
+
+/** The smallest picture that is one, pixels a side. */
+const LEAST = 16;
+
+/**
+ * The view as a PNG of any size, whatever the size of the page; without the wall behind the head
+ * where `transparent` is asked for. The height shows what the page's height shows.
+ *
+ * @param {{
+ *   renderer: import('three').WebGLRenderer,
+ *   scene: import('three').Scene,
+ *   camera: import('three').PerspectiveCamera,
+ * }} view
+ * @param {{ width: number, height: number, transparent?: boolean }} options pixels
+ * @returns {Promise<Blob>}
+ * @throws RangeError when the graphics card draws no picture of that size
+ */
+export function portrait({ renderer, scene, camera }, { width, height, transparent = false }) {
+  const gl = renderer.getContext();
+  const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
+  for (const side of [width, height]) {
+    if (!Number.isInteger(side) || side < LEAST || side > most) {
+      throw new RangeError(`a picture has ${LEAST} to ${most} pixels a side here, not ${side}`);
+    }
+  }
+  const canvas = renderer.domElement;
+  const before = {
+    size: renderer.getSize(new Vector2()),
+    buffer: renderer.getDrawingBufferSize(new Vector2()),
+    ratio: renderer.getPixelRatio(),
+    aspect: camera.aspect,
+    alpha: renderer.getClearAlpha(),
+  };
+  /** @param {number} w @param {number} h @param {number} aspect @param {number} opacity */
+  function draw(w, h, aspect, opacity) {
+    backdropUniforms.backdropSize.value.set(w, h);
+    backdropUniforms.backdropOpacity.value = opacity;
+    camera.aspect = aspect;
+    camera.updateProjectionMatrix();
+    renderer.render(scene, camera);
+  }
+  try {
+    renderer.setPixelRatio(1);
+    renderer.setSize(width, height, false);
+    // Browsers may make the drawing buffer smaller than the canvas.
+    if (gl.drawingBufferWidth !== width || gl.drawingBufferHeight !== height) {
+      throw new RangeError(`the graphics card has no room for a picture of ${width} x ${height} pixels`);
+    }
+    renderer.setClearAlpha(transparent ? 0 : 1);
+    draw(width, height, width / height, transparent ? 0 : 1);
+    // The pixels are taken at once, the compression happens later.
+    return new Promise((done, fail) => {
+      canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error('the picture could not be made'))), 'image/png');
+    });
+  } finally {
+    renderer.setClearAlpha(before.alpha);
+    renderer.setPixelRatio(before.ratio);
+    renderer.setSize(before.size.x, before.size.y, false);
+    draw(before.buffer.x, before.buffer.y, before.aspect, 1);
+  }
+}

@@ -1,0 +1,43 @@
+import { cpSync } from 'node:fs';
+import { fileURLToPath } from 'node:url';
+import { defineConfig } from 'vite';
+import { packageAlias } from './vite.config.js';
+
+const here = (/** @type {string} */ path) => fileURLToPath(new URL(path, import.meta.url));
+
+/**
+ * `<phiz-designer>` as a folder of its own, `dist/designer`, whose one script has a name that pages
+ * can rely on; and the examples that need no build, which are copied.
+ */
+export default defineConfig({
+  base: './',
+  publicDir: false,
+  resolve: { alias: packageAlias },
+  build: {
+    target: 'es2022',
+    outDir: 'dist/designer',
+    emptyOutDir: true,
+    assetsInlineLimit: 0,
+    chunkSizeWarningLimit: 900,
+    modulePreload: false,
+    rolldownOptions: {
+      input: here('designer/phiz-designer.js'),
+      preserveEntrySignatures: 'strict',
+      output: {
+        entryFileNames: 'phiz-designer.js',
+        chunkFileNames: '[name]-[hash].js',
+        assetFileNames: '[name]-[hash][extname]',
+      },
+    },
+  },
+  plugins: [
+    {
+      name: 'plain-examples',
+      closeBundle() {
+        for (const name of ['examples/plain', 'examples/contact-sheet', 'examples/index.html', 'examples/examples.css']) {
+          cpSync(here(name), here(`dist/${name}`), { recursive: true });
+        }
+      },
+    },
+  ],
+});

@@ -1,0 +1,73 @@
+// The page without a network. `precache.js` puts the built files and their digests in here.
+//
+// Libraries for this fetch files that have no digest in their name anew; a first visit would load
+// the model twice. This asks the browser's own cache first and looks at the digest.
+
+/** @type {Record<string, string>} SHA-256 by path; `./` is the page. */
+const FILES = /* precache */ {};
+
+const worker = /** @type {ServiceWorkerGlobalScope} */ (/** @type {unknown} */ (self));
+// Other sites may live on the same origin.
+const CACHE = `phiz ${worker.registration.scope}`;
+/** What is not part of every visit, such as the other model: kept once it was asked for. */
+const MORE = `phiz more ${worker.registration.scope}`;
+
+/** A file is kept by its digest, so what a new version did not change is not loaded again. */
+const keyOf = (/** @type {string} */ path) => new URL(`${path}?sha256=${FILES[path]}`, worker.registration.scope).href;
+
+async function install() {
+  const cache = await caches.open(CACHE);
+  for (const path of Object.keys(FILES)) {
+    if (await cache.match(keyOf(path))) continue;
+    const response = await fetch(new URL(path, worker.registration.scope), { cache: 'no-cache' });
+    if (!response.ok || response.redirected) throw new Error(`${path}: ${response.status}`);
+    const digest = await crypto.subtle.digest('SHA-256', await response.clone().arrayBuffer());
+    const hex = Array.from(new Uint8Array(digest), (byte) => byte.toString(16).padStart(2, '0')).join('');
+    // A site that is being replaced: the next visit tries again.
+    if (hex !== FILES[path]) throw new Error(`${path} belongs to another version`);
+    await cache.put(keyOf(path), response);
+  }
+}
+
+async function activate() {
+  const cache = await caches.open(CACHE);
+  const kept = new Set(Object.keys(FILES).map(keyOf));
+  for (const { url } of await cache.keys()) if (!kept.has(url)) await cache.delete(url);
+  // The first visit is served from now on too.
+  await worker.clients.claim();
+}
+
+/** @param {Request} request @param {string} path */
+async function answer(request, path) {
+  if (Object.hasOwn(FILES, path)) {
+    const cached = await (await caches.open(CACHE)).match(keyOf(path));
+    // A browser that is short of room may have thrown it away.
+    return cached ?? fetch(request);
+  }
+  const more = await caches.open(MORE);
+  try {
+    const response = await fetch(request);
+    if (response.ok) await more.put(request, response.clone());
+    return response;
+  } catch (error) {
+    const cached = await more.match(request);
+    if (cached) return cached;
+    throw error;
+  }
+}
+
+worker.addEventListener('install', (event) => event.waitUntil(install()));
+worker.addEventListener('activate', (event) => event.waitUntil(activate()));
+// A new version waits until the pages of the old one are closed, or a person asks for it.
+worker.addEventListener('message', ({ data }) => {
+  if (data === 'take over') worker.skipWaiting();
+});
+worker.addEventListener('fetch', (event) => {
+  const { request } = event;
+  const { origin, pathname } = new URL(request.url);
+  const scope = new URL(worker.registration.scope);
+  if (request.method !== 'GET' || origin !== scope.origin || !pathname.startsWith(scope.pathname)) return;
+  const path = pathname.slice(scope.pathname.length);
+  const name = path === '' || path === 'index.html' ? './' : path;
+  if (Object.hasOwn(FILES, name) || name.endsWith('.phiz')) event.respondWith(answer(request, name));
+});
