@@ -13,12 +13,15 @@ export function createEditor(model, face) {
   const shapeListeners = new Set();
   /** @type {Set<() => void>} */
   const stepListeners = new Set();
+  let steps = 0;
 
   /** @param {readonly [number, number]} [range] */
   function shapeChanged(range) {
     for (const listener of shapeListeners) listener(range);
   }
-  function stepDone() {
+  /** @param {string} what */
+  function finish(what) {
+    history.commit(what);
     for (const listener of stepListeners) listener();
   }
 
@@ -30,12 +33,15 @@ export function createEditor(model, face) {
    */
   function step(what, change) {
     history.begin();
-    const result = change();
-    shapeChanged();
-    history.commit(what);
-    stepDone();
-    return result;
+    try {
+      return change();
+    } finally {
+      shapeChanged();
+      finish(what);
+    }
   }
+  /** The name of a step that never becomes one with the step before. @param {string} what */
+  const alone = (what) => `${what} (${(steps += 1)})`;
 
   return {
     model,
@@ -65,14 +71,28 @@ export function createEditor(model, face) {
       face.alpha = mm;
       shapeChanged();
     },
-    /** @param {string} what */
-    finish(what) {
-      history.commit(what);
-      stepDone();
+    /**
+     * Part of a gesture that counts from where it started: an amount that goes up and down again
+     * ends where it began.
+     * @param {(face: import('phiz').Face) => void} change
+     */
+    moveFromStart(change) {
+      history.restart();
+      change(face);
+      shapeChanged();
     },
+    finish,
     /** @param {string} control @param {number} value */
     set(control, value) {
-      step(`set ${control}`, () => face.set(control, value));
+      step(alone(`set ${control}`), () => face.set(control, value));
+    },
+    /** @param {string} measure @param {number} mm */
+    setMeasure(measure, mm) {
+      step(alone(`set ${measure}`), () => face.setMeasure?.(measure, mm));
+    },
+    /** @param {string} control of the meanings: what it changed is undone, the rest stays */
+    clear(control) {
+      step(alone(`clear ${control}`), () => face.clear?.(control));
     },
     /** @param {string} [region] */
     reset(region) {
@@ -80,11 +100,19 @@ export function createEditor(model, face) {
     },
     /** @param {{ seed?: number, spread?: number, regions?: string[] }} options */
     randomise(options) {
-      return step(`random ${Math.random()}`, () => face.randomize(options));
+      return step(alone('random'), () => face.randomize(options));
     },
-    /** @param {string} code */
+    /** @param {import('phiz').Face} other @param {number} t @param {string[]} [regions] */
+    blend(other, t, regions) {
+      step(alone('blend'), () => face.blend(other, t, regions && { regions }));
+    },
+    /**
+     * Becomes the face of a code; what is locked stays locked, and changes all the same: it was
+     * asked for by name.
+     * @param {string} code
+     */
     take(code) {
-      step('link', () => {
+      step(alone('take'), () => {
         face.code = code;
       });
     },
@@ -92,7 +120,7 @@ export function createEditor(model, face) {
       const did = history.undo();
       if (did) {
         shapeChanged();
-        stepDone();
+        finish('');
       }
       return did;
     },
@@ -100,15 +128,23 @@ export function createEditor(model, face) {
       const did = history.redo();
       if (did) {
         shapeChanged();
-        stepDone();
+        finish('');
       }
       return did;
     },
     /** @param {string} region */
     toggleLock(region) {
-      if (face.locked.includes(region)) face.unlock(region);
-      else face.lock(region);
-      stepDone();
+      step(alone('lock'), () => {
+        if (face.locked.includes(region)) face.unlock(region);
+        else face.lock(region);
+      });
+    },
+    /** @param {string} measure */
+    toggleMeasureLock(measure) {
+      step(alone('lock'), () => {
+        if (face.lockedMeasures?.includes(measure)) face.unlockMeasure?.(measure);
+        else face.lockMeasure?.(measure);
+      });
     },
   };
 }

@@ -5,6 +5,8 @@ export const text = {
   tagline: 'face designer',
   loading: 'Loading the face model',
   features: 'Features',
+  panel: 'Ways to shape the face',
+  modes: { features: 'Features', meanings: 'Meanings', mix: 'Mix', compare: 'Compare', saved: 'Faces' },
   stage: 'The face. Drag to turn it, scroll or pinch to come closer, click a feature to shape it. The arrow keys turn it, plus and minus zoom.',
   hint: 'Click a feature to shape it',
   hintTouch: 'Tap a feature to shape it',
@@ -24,20 +26,30 @@ export const text = {
   resetFeature: (/** @type {string} */ group) => `Reset the ${group}`,
   randomiseFeature: (/** @type {string} */ group) => `Random ${group}`,
   lockFeature: (/** @type {string} */ group) => `Lock the ${group}`,
-  locked: 'Locked: random faces and resets leave it alone.',
+  locked: 'Locked: random faces, mixing and resets leave it alone.',
+  isLocked: 'Locked',
   finer: (/** @type {string} */ group) => `A finer variation of the ${group}`,
-  resetControl: 'Double-click the slider to set it back to the median.',
+  resetControl: 'Double-click, or the Delete key, goes back to the median. Type a number for an exact value.',
   more: (/** @type {number} */ n) => `Show ${n} more`,
   fewer: 'Show fewer',
   advanced: 'Advanced',
   alpha: 'Blending distance',
+  alphaTyped: 'Blending distance in mm',
   alphaAbout: 'How far a change of one feature reaches into the skin around it.',
   seed: 'Seed',
   seedAbout: 'The same seed gives the same random face again.',
   useSeed: 'Use',
-  spread: 'Variety',
-  spreadAbout: 'How unusual random faces are; 1 is the variety of the population.',
+  randomFaces: 'Random faces',
+  spread: 'How unusual',
+  spreadAbout: 'At × 1 random faces differ as people do; below, they keep close to the average.',
+  unusual: (/** @type {number} */ spread) =>
+    `${spread < 0.45 ? 'near the average' : spread < 0.85 ? 'ordinary' : spread <= 1.15 ? 'as people are' : spread < 1.55 ? 'unusual' : 'rare'}, × ${spread.toFixed(2)}`,
   randomised: (/** @type {number} */ seed) => `Random face, seed ${seed}`,
+  randomisedRest: (/** @type {number} */ seed) => `Random but for what is locked, seed ${seed}`,
+  typeValue: (/** @type {string} */ name, /** @type {string} */ words) => `${words}: type a value for ${name}`,
+  typed: (/** @type {string} */ name) => `Percentile of ${name}`,
+  measures: 'Measures',
+  change: (/** @type {number} */ mm) => `${mm < 0 ? '−' : '+'}${Math.abs(mm).toFixed(1)}`,
   undone: 'Undone',
   redone: 'Redone',
   millimetres: (/** @type {number} */ mm) => `${mm.toFixed(1)} mm`,
@@ -94,4 +106,12 @@ export function ordinal(value) {
   const tens = n % 100;
   const ending = tens >= 11 && tens <= 13 ? 'th' : (['th', 'st', 'nd', 'rd'][n % 10] ?? 'th');
   return `${n}${ending}`;
+}
+
+/**
+ * A feature's name as a title.
+ * @param {string} group
+ */
+export function titleOf(group) {
+  return text.groups[group] ?? group.charAt(0).toUpperCase() + group.slice(1);
 }
