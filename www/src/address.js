@@ -18,7 +18,8 @@ export function createAddress(editor, say) {
     url.hash = code === median ? '' : code;
     return url;
   }
-  editor.onStep(() => window.history.replaceState(null, '', link()));
+  const write = () => window.history.replaceState(null, '', link());
+  editor.onStep(write);
   window.addEventListener('hashchange', () => {
     const code = location.hash.slice(1) || median;
     if (code === face.code) return;
@@ -30,6 +31,7 @@ export function createAddress(editor, say) {
   });
 
   return {
+    write,
     async copy() {
       const url = new URL(location.href);
       url.hash = face.code;

@@ -1,4 +1,4 @@
-import { createHistory } from './history.js';
+import { createHistory, restore } from './history.js';
 
 /**
  * What can be done to the face. Whatever the way in (slider, key, button, link), a change ends
@@ -72,12 +72,14 @@ export function createEditor(model, face) {
       shapeChanged();
     },
     /**
-     * Part of a gesture that counts from where it started: an amount that goes up and down again
-     * ends where it began.
+     * Part of a gesture that counts from a state: an amount that goes up and down again ends
+     * where it began.
+     * @param {import('./history.js').State} state
      * @param {(face: import('phiz').Face) => void} change
      */
-    moveFromStart(change) {
-      history.restart();
+    moveFrom(state, change) {
+      history.begin();
+      restore(face, state);
       change(face);
       shapeChanged();
     },

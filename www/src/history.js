@@ -64,11 +64,6 @@ export function createHistory(face) {
     begin() {
       before ??= stateOf(face);
     },
-    /** Back to where the gesture started; it goes on. */
-    restart() {
-      if (before) restore(face, before);
-      else before = stateOf(face);
-    },
     /**
      * The gesture is over.
      * @param {string} what steps of the same name that follow each other quickly become one

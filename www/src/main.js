@@ -1,5 +1,7 @@
 import { createAbout } from './about.js';
 import { createAddress } from './address.js';
+import { createAutosave } from './autosave.js';
+import { createDisplay } from './display.js';
 import { createDistributions } from './distribution.js';
 import { createEditor } from './editor.js';
 import { element } from './element.js';
@@ -7,11 +9,14 @@ import { Failure, showFailure } from './failure.js';
 import { createFeatures } from './features.js';
 import { createGlow } from './glow.js';
 import { createHead } from './head.js';
+import { createLibrary } from './library.js';
 import { checkBrowser, loadModel } from './loading.js';
 import { chosenModel } from './models.js';
 import { createPanel } from './panel.js';
 import { createPicking } from './picking.js';
+import { createPortraits } from './portraits.js';
 import { createRandom } from './random.js';
+import { createSaved } from './saved.js';
 import { createScene } from './scene.js';
 import { text } from './text.js';
 import { createTheme } from './theme.js';
@@ -19,17 +24,30 @@ import { createToast } from './toast.js';
 import { createToolbar } from './toolbar.js';
 import { createViewpoint } from './viewpoint.js';
 
-/** @param {import('phiz').FaceModel} model */
-function firstFace(model) {
+/**
+ * The face to begin with: the link's, or the last visit's, or the median.
+ * @param {import('phiz').FaceModel} model
+ * @param {{ code: string, locked: string[] } | null} last
+ */
+function firstFace(model, last) {
   const code = location.hash.slice(1);
+  let refused = false;
   if (code) {
     try {
-      return { face: model.fromCode(code), refused: false };
+      return { face: model.fromCode(code), refused, restored: false };
     } catch {
-      return { face: model.face(), refused: true };
+      refused = true;
+    }
+  } else if (last) {
+    try {
+      const face = model.fromCode(last.code);
+      for (const region of last.locked) if (model.regions.includes(region)) face.lock(region);
+      return { face, refused, restored: true };
+    } catch {
+      // It is of an older model with the same name, and cannot come back.
     }
   }
-  return { face: model.face(), refused: false };
+  return { face: model.face(), refused, restored: false };
 }
 
 async function start() {
@@ -39,8 +57,11 @@ async function start() {
   // The head at rest is painted on the median face, whatever the link asks for.
   const median = model.face();
   const head = createHead(model, median);
+  const medianCode = median.code;
   median.free();
-  const { face, refused } = firstFace(model);
+  const autosave = createAutosave(chosen.name);
+  const last = autosave.last();
+  const { face, refused, restored } = firstFace(model, last);
   const editor = createEditor(model, face);
   const toast = createToast();
 
@@ -56,13 +77,21 @@ async function start() {
   const glow = createGlow(head, scene);
   stage.append(createViewpoint(canvas, scene));
 
+  const display = createDisplay({ face, head, scene, onScale: () => {} });
+  const library = createLibrary(model, chosen.name);
+  const portraits = createPortraits(model, display);
+
   const random = createRandom(editor, toast.say);
   const features = createFeatures(editor, {
     distributions: createDistributions(model),
     random,
     preview: glow.hover,
   });
-  const panel = createPanel(text.panel, [{ name: 'features', title: text.modes.features, root: features.root }]);
+  const saved = createSaved(editor, { library, portraits, say: toast.say });
+  const panel = createPanel(text.panel, [
+    { name: 'features', title: text.modes.features, root: features.root },
+    { name: 'saved', title: text.modes.saved, ...saved },
+  ]);
   const about = createAbout(model, chosen.name);
   const theme = createTheme((name) => scene.setTheme(name));
   const address = createAddress(editor, toast.say);
@@ -92,8 +121,7 @@ async function start() {
     },
   });
   editor.onShape((range) => {
-    head.update(face, range);
-    scene.shapeChanged();
+    display.refresh(range);
   });
   canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));
   canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
@@ -107,8 +135,15 @@ async function start() {
     },
     onScreen: (name) => scene.onScreen(head.landmark(name)),
   };
+  autosave.follow(editor);
+  if (restored) address.write();
+  // A link shows another face than the one that was being worked on: that one is not lost.
+  const left = last && !restored && last.code !== face.code && last.code !== medianCode ? last.code : null;
+  const kept = left !== null && library.adopt(text.lastVisit(new Date().toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' })), left);
   if (!chosen.known) toast.say(text.unknownModel);
   else if (refused) toast.say(text.badCode);
+  else if (kept) toast.say(text.lastKept);
+  else if (restored && last?.code !== medianCode) toast.say(text.back);
   document.documentElement.dataset.ready = 'true';
 }
 
