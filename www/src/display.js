@@ -14,6 +14,7 @@ import { distances, heatColours, scaleEnd } from './heat.js';
 export function createDisplay({ face, head, scene, onScale }) {
   /** @type {import('phiz').Face | null} */
   let instead = null;
+  let plain = false;
   /** @type {{ other: import('phiz').Face, at: number } | null} */
   let split = null;
   /** @type {Float32Array | null} */
@@ -21,7 +22,7 @@ export function createDisplay({ face, head, scene, onScale }) {
   const colours = new Float32Array(3 * face.model.vertexCount);
 
   function heat() {
-    if (!reference) return head.paintHeat(null);
+    if (!reference || plain) return head.paintHeat(null);
     const away = distances((instead ?? face).positions, reference);
     const end = scaleEnd(away);
     heatColours(away, end, colours);
@@ -41,7 +42,7 @@ export function createDisplay({ face, head, scene, onScale }) {
         at: sides.at,
         pose(side) {
           head.update(side === 'left' ? sides.other : (instead ?? face));
-          head.heatStrength.value = side === 'right' && reference ? 1 : 0;
+          head.heatStrength.value = side === 'right' && reference && !plain ? 1 : 0;
         },
       },
     );
@@ -49,13 +50,14 @@ export function createDisplay({ face, head, scene, onScale }) {
 
   return {
     refresh,
-    /** Shows another face; null goes back. @param {import('phiz').Face | null} other */
-    show(other) {
+    /**
+     * Shows another face; null goes back.
+     * @param {import('phiz').Face | null} other @param {boolean} [uncoloured]
+     */
+    show(other, uncoloured = false) {
       instead = other;
+      plain = uncoloured && other !== null;
       refresh();
-    },
-    get showsOther() {
-      return instead !== null;
     },
     /**
      * Another face left of a line; null takes it away.
@@ -73,13 +75,14 @@ export function createDisplay({ face, head, scene, onScale }) {
     },
     /**
      * Takes portraits; the stage is as before afterwards.
-     * @param {{ face: import('phiz').Face, into: HTMLCanvasElement }[]} sitters
+     * @param {{ pose: () => import('phiz').Face, into: HTMLCanvasElement }[]} sitters `pose` is
+     *   asked just before the picture, so that one face can sit for all
      */
     portraits(sitters) {
       const marks = [...head.markStrength];
       head.markStrength.fill(0);
       head.heatStrength.value = 0;
-      const done = scene.portraits(sitters.map(({ face: sitter, into }) => ({ pose: () => head.update(sitter), into })));
+      const done = scene.portraits(sitters.map(({ pose, into }) => ({ pose: () => head.update(pose()), into })));
       head.markStrength[0] = marks[0];
       head.markStrength[1] = marks[1];
       refresh();

@@ -1,16 +1,18 @@
 import { createAbout } from './about.js';
 import { createAddress } from './address.js';
 import { createAutosave } from './autosave.js';
+import { createCompare } from './compare.js';
 import { createDisplay } from './display.js';
 import { createDistributions } from './distribution.js';
 import { createEditor } from './editor.js';
 import { element } from './element.js';
 import { Failure, showFailure } from './failure.js';
-import { createFeatures } from './features.js';
+import { createFeatures, featuresOf } from './features.js';
 import { createGlow } from './glow.js';
 import { createHead } from './head.js';
 import { createLibrary } from './library.js';
 import { checkBrowser, loadModel } from './loading.js';
+import { createMix } from './mix.js';
 import { chosenModel } from './models.js';
 import { createPanel } from './panel.js';
 import { createPicking } from './picking.js';
@@ -77,7 +79,7 @@ async function start() {
   const glow = createGlow(head, scene);
   stage.append(createViewpoint(canvas, scene));
 
-  const display = createDisplay({ face, head, scene, onScale: () => {} });
+  const display = createDisplay({ face, head, scene, onScale: (millimetres) => compare.setScale(millimetres) });
   const library = createLibrary(model, chosen.name);
   const portraits = createPortraits(model, display);
 
@@ -87,9 +89,36 @@ async function start() {
     random,
     preview: glow.hover,
   });
+  const picking = createPicking({
+    canvas,
+    camera: scene.camera,
+    head,
+    hover(group) {
+      canvas.style.cursor = group ? 'pointer' : '';
+      glow.hover(group);
+    },
+    pick(group) {
+      panel.choose('features');
+      features.choose(group);
+      glow.flash(group);
+      hint.classList.add('is-done');
+    },
+  });
+  const mix = createMix(editor, {
+    groups: featuresOf(model),
+    library,
+    portraits,
+    display,
+    groupUnder: picking.groupUnder,
+    preview: glow.hover,
+    say: toast.say,
+  });
+  const compare = createCompare(editor, { library, display, stage });
   const saved = createSaved(editor, { library, portraits, say: toast.say });
   const panel = createPanel(text.panel, [
     { name: 'features', title: text.modes.features, root: features.root },
+    { name: 'mix', title: text.modes.mix, ...mix },
+    { name: 'compare', title: text.modes.compare, ...compare },
     { name: 'saved', title: text.modes.saved, ...saved },
   ]);
   const about = createAbout(model, chosen.name);
@@ -105,21 +134,6 @@ async function start() {
   app.append(panel.root);
   document.body.append(about);
 
-  createPicking({
-    canvas,
-    camera: scene.camera,
-    head,
-    hover(group) {
-      canvas.style.cursor = group ? 'pointer' : '';
-      glow.hover(group);
-    },
-    pick(group) {
-      panel.choose('features');
-      features.choose(group);
-      glow.flash(group);
-      hint.classList.add('is-done');
-    },
-  });
   editor.onShape((range) => {
     display.refresh(range);
   });

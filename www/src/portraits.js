@@ -3,8 +3,10 @@ import { element } from './element.js';
 /** The pictures' size, pixels; shown at half of it. */
 const WIDTH = 144;
 const HEIGHT = 176;
-/** How many are taken at a time, between two frames. */
-const BATCH = 3;
+/** How many are taken between two frames: the stage is drawn again after each batch. */
+const BATCH = 4;
+/** How long to wait for a graphics card that was lost, ms. */
+const PATIENCE = 1000;
 
 /**
  * Pictures of faces, taken when they are first wanted.
@@ -13,22 +15,29 @@ const BATCH = 3;
  */
 export function createPortraits(model, display) {
   const sitter = model.face();
-  /** @type {Map<string, HTMLCanvasElement>} */
+  const sheet = element('canvas', { width: WIDTH, height: HEIGHT });
+  /** @type {Map<string, string>} picture by code */
   const taken = new Map();
-  /** @type {Map<string, HTMLCanvasElement[]>} */
+  /** @type {Map<string, HTMLImageElement[]>} */
   const waiting = new Map();
   let scheduled = false;
 
   function work() {
     scheduled = false;
     const codes = [...waiting.keys()].slice(0, BATCH);
-    // One face sits for all: it becomes the next one just before its picture.
-    for (const code of codes) {
-      const picture = element('canvas', { width: WIDTH, height: HEIGHT });
-      sitter.code = code;
-      if (!display.portraits([{ face: sitter, into: picture }])) return void setTimeout(schedule, 1000);
+    const sheets = codes.map((code) => ({
+      code,
+      into: /** @type {HTMLCanvasElement} */ (sheet.cloneNode()),
+      pose() {
+        sitter.code = code;
+        return sitter;
+      },
+    }));
+    if (!display.portraits(sheets)) return void setTimeout(schedule, PATIENCE);
+    for (const { code, into } of sheets) {
+      const picture = into.toDataURL();
       taken.set(code, picture);
-      for (const copy of waiting.get(code) ?? []) copy.getContext('2d')?.drawImage(picture, 0, 0);
+      for (const image of waiting.get(code) ?? []) image.src = picture;
       waiting.delete(code);
     }
     schedule();
@@ -41,18 +50,19 @@ export function createPortraits(model, display) {
 
   return {
     /**
-     * A picture of a face, which may come a moment later.
+     * A picture of a face, which may come a moment later. It says nothing to a reader: what shows
+     * it has the face's name.
      * @param {string} code
      */
     of(code) {
-      const copy = element('canvas', { class: 'portrait', width: WIDTH, height: HEIGHT, 'aria-hidden': 'true' });
+      const image = element('img', { class: 'portrait', alt: '', width: WIDTH / 2, height: HEIGHT / 2, draggable: 'false' });
       const picture = taken.get(code);
-      if (picture) copy.getContext('2d')?.drawImage(picture, 0, 0);
+      if (picture) image.src = picture;
       else {
-        waiting.set(code, [...(waiting.get(code) ?? []), copy]);
+        waiting.set(code, [...(waiting.get(code) ?? []), image]);
         schedule();
       }
-      return copy;
+      return image;
     },
   };
 }

@@ -200,7 +200,7 @@ export function createScene(canvas, subject) {
     backdropUniforms.backdropSize.value.set(width, height);
     portraitCamera.aspect = width / height;
     portraitCamera.updateProjectionMatrix();
-    const reach = (0.92 * subject.height) / (2 * Math.tan((portraitCamera.fov * DEGREE) / 2));
+    const reach = (0.84 * subject.height) / (2 * Math.tan((portraitCamera.fov * DEGREE) / 2));
     portraitCamera.position.setFromSphericalCoords(reach, VIEWS.quarter.phi, 12 * DEGREE).add(controls.target);
     portraitCamera.lookAt(controls.target);
     renderer.setViewport(0, 0, width / ratio, height / ratio);
