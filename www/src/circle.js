@@ -127,7 +127,6 @@ export function createCircle(editor, { portraits, say }) {
           'button',
           {
             type: 'button',
-            class: 'member',
             'aria-label': text.outOfCircle(entry.name),
             title: text.outOfCircle(entry.name),
             onclick: () => {
@@ -137,11 +136,11 @@ export function createCircle(editor, { portraits, say }) {
             },
           },
           portraits.of(entry.code),
-          element('span', { class: 'share' }),
         );
-        node.style.setProperty('--x', String(on[i][0]));
-        node.style.setProperty('--y', String(on[i][1]));
-        return node;
+        const place = element('div', { class: 'member' }, node, element('span', { class: 'share', 'aria-hidden': 'true' }));
+        place.style.setProperty('--x', String(on[i][0]));
+        place.style.setProperty('--y', String(on[i][1]));
+        return place;
       }),
       ...(members.length > 1 ? [puck] : []),
     );

@@ -13,6 +13,8 @@ export function createEditor(model, face) {
   const shapeListeners = new Set();
   /** @type {Set<() => void>} */
   const stepListeners = new Set();
+  /** @type {Set<(why: string) => void>} */
+  const refusalListeners = new Set();
   let steps = 0;
 
   /** @param {readonly [number, number]} [range] */
@@ -40,6 +42,22 @@ export function createEditor(model, face) {
       finish(what);
     }
   }
+  /**
+   * A change that what is locked may make impossible: then the face stays, and everybody who asked
+   * is told why.
+   * @template T
+   * @param {() => T} change
+   * @returns {T | undefined}
+   */
+  function attempt(change) {
+    try {
+      return change();
+    } catch (error) {
+      const why = error instanceof Error ? error.message : String(error);
+      for (const listener of refusalListeners) listener(why);
+      return undefined;
+    }
+  }
   /** The name of a step that never becomes one with the step before. @param {string} what */
   const alone = (what) => `${what} (${(steps += 1)})`;
 
@@ -50,6 +68,8 @@ export function createEditor(model, face) {
     onShape: (listener) => void shapeListeners.add(listener),
     /** @param {() => void} listener */
     onStep: (listener) => void stepListeners.add(listener),
+    /** @param {(why: string) => void} listener */
+    onRefusal: (listener) => void refusalListeners.add(listener),
     get canUndo() {
       return history.canUndo;
     },
@@ -62,7 +82,7 @@ export function createEditor(model, face) {
      */
     move(control, value) {
       history.begin();
-      face.set(control, value);
+      attempt(() => face.set(control, value));
       shapeChanged(face.changed);
     },
     /** @param {number} mm */
@@ -80,33 +100,36 @@ export function createEditor(model, face) {
     moveFrom(state, change) {
       history.begin();
       restore(face, state);
-      change(face);
+      attempt(() => change(face));
       shapeChanged();
     },
     finish,
     /** @param {string} control @param {number} value */
     set(control, value) {
-      step(alone(`set ${control}`), () => face.set(control, value));
+      step(alone(`set ${control}`), () => attempt(() => face.set(control, value)));
     },
     /** @param {string} measure @param {number} mm */
     setMeasure(measure, mm) {
-      step(alone(`set ${measure}`), () => face.setMeasure?.(measure, mm));
+      step(alone(`set ${measure}`), () => attempt(() => face.setMeasure(measure, mm)));
     },
     /** @param {string} control of the meanings: what it changed is undone, the rest stays */
     clear(control) {
-      step(alone(`clear ${control}`), () => face.clear?.(control));
+      step(alone(`clear ${control}`), () => attempt(() => face.clear(control)));
     },
     /** @param {string} [region] */
     reset(region) {
-      step('reset', () => face.reset(region));
+      step('reset', () => attempt(() => face.reset(region)));
     },
-    /** @param {{ seed?: number, spread?: number, regions?: string[] }} options */
+    /**
+     * @param {{ seed?: number, spread?: number, regions?: string[] }} options
+     * @returns {number | undefined} the seed, unless the change was refused
+     */
     randomise(options) {
-      return step(alone('random'), () => face.randomize(options));
+      return step(alone('random'), () => attempt(() => face.randomize(options)));
     },
     /** @param {import('phiz').Face} other @param {number} t @param {string[]} [regions] */
     blend(other, t, regions) {
-      step(alone('blend'), () => face.blend(other, t, regions && { regions }));
+      step(alone('blend'), () => attempt(() => face.blend(other, t, regions && { regions })));
     },
     /**
      * Becomes the face of a code; what is locked stays locked, and changes all the same: it was
@@ -144,8 +167,8 @@ export function createEditor(model, face) {
     /** @param {string} measure */
     toggleMeasureLock(measure) {
       step(alone('lock'), () => {
-        if (face.lockedMeasures?.includes(measure)) face.unlockMeasure?.(measure);
-        else face.lockMeasure?.(measure);
+        if (face.lockedMeasures.includes(measure)) face.unlockMeasure(measure);
+        else face.lockMeasure(measure);
       });
     },
   };

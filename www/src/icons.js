@@ -16,6 +16,7 @@ const PATHS = {
   play: 'M8 5l11 7-11 7Z',
   pause: 'M8 5v14M16 5v14',
   plus: 'M12 5v14M5 12h14',
+  info: 'M12 21a9 9 0 1 1 0-18 9 9 0 0 1 0 18ZM12 11v6M12 7.500h.01',
   close: 'M6 6l12 12M18 6 6 18',
   home: 'M4 9V4h5M20 9V4h-5M4 15v5h5M20 15v5h-5',
 };

@@ -7,11 +7,13 @@ import { createDistributions } from './distribution.js';
 import { createEditor } from './editor.js';
 import { element } from './element.js';
 import { Failure, showFailure } from './failure.js';
+import { createExplanation } from './explain.js';
 import { createFeatures, featuresOf } from './features.js';
 import { createGlow } from './glow.js';
 import { createHead } from './head.js';
 import { createLibrary } from './library.js';
 import { checkBrowser, loadModel } from './loading.js';
+import { createMeanings } from './meanings.js';
 import { createMix } from './mix.js';
 import { chosenModel } from './models.js';
 import { createPanel } from './panel.js';
@@ -24,6 +26,7 @@ import { text } from './text.js';
 import { createTheme } from './theme.js';
 import { createToast } from './toast.js';
 import { createToolbar } from './toolbar.js';
+import { createTour } from './tour.js';
 import { createViewpoint } from './viewpoint.js';
 
 /**
@@ -84,8 +87,9 @@ async function start() {
   const portraits = createPortraits(model, display);
 
   const random = createRandom(editor, toast.say);
+  const distributions = createDistributions(model);
   const features = createFeatures(editor, {
-    distributions: createDistributions(model),
+    distributions,
     random,
     preview: glow.hover,
   });
@@ -113,30 +117,36 @@ async function start() {
     preview: glow.hover,
     say: toast.say,
   });
+  const meanings = createMeanings(editor, { distributions });
   const compare = createCompare(editor, { library, display, stage });
   const saved = createSaved(editor, { library, portraits, say: toast.say });
-  const panel = createPanel(text.panel, [
+  const explanation = createExplanation(editor);
+  const panel = createPanel(text.panel, explanation.about, [
     { name: 'features', title: text.modes.features, root: features.root },
+    ...(meanings.any ? [{ name: 'meanings', title: text.modes.meanings, ...meanings }] : []),
     { name: 'mix', title: text.modes.mix, ...mix },
     { name: 'compare', title: text.modes.compare, ...compare },
     { name: 'saved', title: text.modes.saved, ...saved },
   ]);
-  const about = createAbout(model, chosen.name);
+  const about = createAbout(model, chosen.name, () => tour.start());
   const theme = createTheme((name) => scene.setTheme(name));
   const address = createAddress(editor, toast.say);
   const toolbar = createToolbar(editor, {
     randomise: () => random.randomise(),
     copyLink: address.copy,
     theme: theme.toggle,
-    help: () => about.showModal(),
+    help: about.show,
   });
   app.prepend(toolbar);
   app.append(panel.root);
-  document.body.append(about);
+  const tour = createTour(panel);
+  stage.append(explanation.open, explanation.root, tour.invitation);
+  document.body.append(about.root, ...tour.parts);
 
   editor.onShape((range) => {
     display.refresh(range);
   });
+  editor.onRefusal((why) => toast.say(text.refused(why)));
   canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));
   canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
   head.update(face);

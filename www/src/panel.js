@@ -4,9 +4,10 @@ import { element } from './element.js';
  * The panel: one section at a time, chosen by tabs.
  *
  * @param {string} label
+ * @param {(section: string) => void} changed
  * @param {{ name: string, title: string, root: HTMLElement, shown?: (visible: boolean) => void }[]} sections
  */
-export function createPanel(label, sections) {
+export function createPanel(label, changed, sections) {
   const tabs = sections.map(({ name, title }, i) =>
     element(
       'button',
@@ -44,6 +45,7 @@ export function createPanel(label, sections) {
     });
     before?.shown?.(false);
     sections.find((section) => section.name === name)?.shown?.(true);
+    changed(name);
   }
 
   for (const { name, root } of sections) {

@@ -60,8 +60,9 @@ export function createRandom(editor, say) {
     if (regions) options.regions = regions;
     if (withSeed !== undefined) options.seed = withSeed;
     const used = editor.randomise(options);
+    if (used === undefined) return;
     seed.value = String(used);
-    const locked = editor.face.locked.length;
+    const locked = editor.face.locked.length + (editor.face.lockedMeasures?.length ?? 0);
     say(locked ? text.randomisedRest(used) : text.randomised(used));
   }
 

@@ -142,6 +142,57 @@ export const text = {
   thisShort: 'This',
   difference: 'Diff.',
   otherShort: 'Other',
+  typedLength: (/** @type {string} */ name) => `${name} in mm`,
+  lengthAndRank: (/** @type {number} */ mm, /** @type {string} */ rank) => `${mm.toFixed(1)} mm, ${rank}`,
+  meaningsAbout: 'Each of these sets one length. Type a number, or lock a length and let the rest of the face follow.',
+  lockMeasure: (/** @type {string} */ name) => `Lock the ${name}`,
+  clearMeasure: (/** @type {string} */ name) => `Undo what ${name} did`,
+  refused: (/** @type {string} */ why) => `That cannot be done: ${why}.`,
+  happening: 'What is happening?',
+  closeHappening: 'Close the explanation',
+  /** What the panel's present section does, in a few paragraphs. */
+  explain: /** @type {Record<string, readonly string[]>} */ ({
+    features: [
+      'The model has looked at many faces, one feature at a time, and found the shapes that vary together: first the greatest variation, then the next. Each is an eigenmesh, and each slider adds more or less of one.',
+      'A slider runs from −3 to +3 standard deviations of the population. The hill behind it is the population: where it is high, many people are. The number is the percentile: at the 90th, nine of ten people have less.',
+      'Together the eigenmeshes of a feature hold 95 % of the variety that was found in it. What is left is finer than they can say.',
+      'Around a feature the skin follows, so that no seam shows. How far is the blending distance, under Advanced.',
+    ],
+    meanings: [
+      'Each slider is the direction in which one length of the face varies most purely. Where lengths go together in people, such as the widths of the nose and the mouth, others move a little, too: the dashed marks show where they were.',
+      'A length that is locked stays to the last hundredth of a millimetre. The rest of the face follows as the population would have it.',
+    ],
+    mix: [
+      'A face is a list of numbers, one an eigenmesh. To mix two faces is to go part of the way from the one list to the other, for all of it or for one feature.',
+      'In the circle, each face counts by the inverse square of its distance from the puck. The middle is the average of all.',
+      'The presets are drawn from the model as random faces are. They are nobody.',
+    ],
+    compare: [
+      'Every face has the same points: the tip of the nose is the same point on each. The colour says how far that point has gone, in millimetres.',
+      'The average is the face with no eigenmesh in it at all: the mean of the population. It is no norm. Nobody looks like it.',
+    ],
+    saved: [
+      'What you save stays in this browser, on this device. Nothing is sent anywhere.',
+      'The link in the address holds the whole face. Whoever opens it sees the same face, to the last bit.',
+    ],
+  }),
+  explainMoved: (/** @type {string} */ name, /** @type {string} */ rank, /** @type {number} */ inTen) =>
+    `You moved ${name} to the ${rank} percentile: about ${inTen} of 10 people have less of it.`,
+  invitation: 'New here?',
+  showAround: 'Show me around',
+  tour: 'A look around',
+  next: 'Next',
+  previous: 'Back',
+  done: 'Done',
+  step: (/** @type {number} */ n, /** @type {number} */ of) => `${n} of ${of}`,
+  tourSteps: /** @type {readonly { at: string, mode: string, title: string, words: string }[]} */ ([
+    { at: '.view', mode: 'features', title: 'The face', words: 'Drag to turn it. Click a feature, and its sliders open.' },
+    { at: '.sliders .control', mode: 'features', title: 'Sliders that know people', words: 'The hill shows where people are; the number is how many of a hundred have less. Click it to type. Double-click the slider to go back.' },
+    { at: '.feature-head', mode: 'features', title: 'Random, reset, lock', words: 'Lock what you like and let chance change the rest. “How unusual”, further down, says how far it may go.' },
+    { at: '.tray', mode: 'mix', title: 'Mix', words: 'Drag a face onto a feature of the head, and the head takes that feature over.' },
+    { at: '#compare-with', mode: 'compare', title: 'Compare', words: 'See what you have changed: held, side by side, in colour, and in millimetres.' },
+    { at: '.button.primary', mode: 'features', title: 'Nothing is lost', words: 'Every step can be undone, the face is kept in this browser, and the link holds all of it.' },
+  ]),
   failed: 'The page cannot show a face',
   noWebGL:
     'Your browser does not offer WebGL 2, which draws the face. A current Chrome, Firefox, Edge or Safari has it; if yours is current, graphics acceleration may be switched off in its settings.',
