@@ -129,7 +129,10 @@ async function start() {
     { name: 'saved', title: text.modes.saved, ...saved },
   ]);
   const about = createAbout(model, chosen.name, () => tour.start());
-  const theme = createTheme((name) => scene.setTheme(name));
+  const theme = createTheme((name) => {
+    scene.setTheme(name);
+    portraits.retake();
+  });
   const address = createAddress(editor, toast.say);
   const toolbar = createToolbar(editor, {
     randomise: () => random.randomise(),

@@ -55,7 +55,7 @@ export function createPortraits(model, display) {
      * @param {string} code
      */
     of(code) {
-      const image = element('img', { class: 'portrait', alt: '', width: WIDTH / 2, height: HEIGHT / 2, draggable: 'false' });
+      const image = element('img', { class: 'portrait', 'data-code': code, alt: '', width: WIDTH / 2, height: HEIGHT / 2, draggable: 'false' });
       const picture = taken.get(code);
       if (picture) image.src = picture;
       else {
@@ -63,6 +63,16 @@ export function createPortraits(model, display) {
         schedule();
       }
       return image;
+    },
+    /** Takes those on the page again: the light has changed. */
+    retake() {
+      taken.clear();
+      for (const image of document.querySelectorAll('img.portrait')) {
+        if (!(image instanceof HTMLImageElement)) continue;
+        const code = image.dataset.code ?? '';
+        waiting.set(code, [...(waiting.get(code) ?? []).filter((other) => other !== image), image]);
+      }
+      schedule();
     },
   };
 }

@@ -156,7 +156,7 @@ export const text = {
       'The model has looked at many faces, one feature at a time, and found the shapes that vary together: first the greatest variation, then the next. Each is an eigenmesh, and each slider adds more or less of one.',
       'A slider runs from −3 to +3 standard deviations of the population. The hill behind it is the population: where it is high, many people are. The number is the percentile: at the 90th, nine of ten people have less.',
       'Together the eigenmeshes of a feature hold 95 % of the variety that was found in it. What is left is finer than they can say.',
-      'Around a feature the skin follows, so that no seam shows. How far is the blending distance, under Advanced.',
+      'Around a feature the skin follows, so that no seam shows. How far is the blending distance, at the end of the list.',
     ],
     meanings: [
       'Each slider is the direction in which one length of the face varies most purely. Where lengths go together in people, such as the widths of the nose and the mouth, others move a little, too: the dashed marks show where they were.',
