@@ -7,16 +7,17 @@ import { keep, recall } from './store.js';
 export function createAutosave(modelName) {
   const key = `phiz-face-${modelName}`;
   return {
-    /** @returns {{ code: string, locked: string[] } | null} the face of the last visit */
+    /** @returns {{ code: string, locked: string[], held: string[] } | null} the face of the last visit */
     last() {
       const kept = /** @type {any} */ (recall(key));
       if (!kept || typeof kept.code !== 'string') return null;
-      const locked = Array.isArray(kept.locked) ? kept.locked.filter((/** @type {unknown} */ name) => typeof name === 'string') : [];
-      return { code: kept.code, locked };
+      /** @param {unknown} list */
+      const names = (list) => (Array.isArray(list) ? list.filter((name) => typeof name === 'string') : []);
+      return { code: kept.code, locked: names(kept.locked), held: names(kept.held) };
     },
     /** @param {import('./editor.js').Editor} editor */
     follow({ face, onStep }) {
-      onStep(() => void keep(key, { code: face.code, locked: face.locked }));
+      onStep(() => void keep(key, { code: face.code, locked: face.locked, held: face.lockedMeasures ?? [] }));
     },
   };
 }

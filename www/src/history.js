@@ -38,10 +38,10 @@ export function restore(face, state) {
   if (face.alpha !== state.alpha) face.alpha = state.alpha;
   for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
   for (const region of state.locked) face.lock(region);
-  for (const name of face.lockedMeasures ?? []) if (!state.held.includes(name)) face.unlockMeasure?.(name);
+  // A held measure would bend what is set; it is held again at the length that the face then has.
+  for (const name of [...(face.lockedMeasures ?? [])]) face.unlockMeasure(name);
   face.coefficients = state.coefficients;
-  // A held measure is held at the length that the face has: after the coefficients.
-  for (const name of state.held) face.lockMeasure?.(name);
+  for (const name of state.held) face.lockMeasure(name);
 }
 
 /** @param {import('phiz').Face} face */

@@ -32,7 +32,7 @@ import { createViewpoint } from './viewpoint.js';
 /**
  * The face to begin with: the link's, or the last visit's, or the median.
  * @param {import('phiz').FaceModel} model
- * @param {{ code: string, locked: string[] } | null} last
+ * @param {{ code: string, locked: string[], held: string[] } | null} last
  */
 function firstFace(model, last) {
   const code = location.hash.slice(1);
@@ -47,6 +47,7 @@ function firstFace(model, last) {
     try {
       const face = model.fromCode(last.code);
       for (const region of last.locked) if (model.regions.includes(region)) face.lock(region);
+      for (const { name } of model.measures) if (last.held.includes(name)) face.lockMeasure(name);
       return { face, refused, restored: true };
     } catch {
       // It is of an older model with the same name, and cannot come back.
