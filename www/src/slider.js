@@ -214,10 +214,10 @@ export function createSlider(spec) {
     'div',
     { class: 'control' },
     element('label', { for: spec.id }, spec.label),
-    ...(spec.extra ?? []),
     element('span', { class: 'reading' }, value, number),
     track,
     element('p', { class: 'about', id: `${spec.id}-about` }, spec.about),
+    ...(spec.extra ?? []),
   );
 
   return {
