@@ -249,3 +249,25 @@ export async function moveSlider(page, name, value) {
   await slider.fill(String(value));
   await slider.dispatchEvent('change');
 }
+
+/**
+ * A finger: it goes down at the first point and along the others, and up at the last.
+ * @param {import('playwright-core').BrowserContext} context
+ * @param {import('playwright-core').Page} page
+ */
+export async function fingerOn(context, page) {
+  const session = await context.newCDPSession(page);
+  /** @param {...[number, number]} points */
+  return async (...points) => {
+    const touch = (type, at) =>
+      session.send('Input.dispatchTouchEvent', { type, touchPoints: at ? [{ x: at[0], y: at[1] }] : [] });
+    await touch('touchStart', points[0]);
+    for (let i = 1; i < points.length; i++) {
+      const [from, to] = [points[i - 1], points[i]];
+      for (let s = 1; s <= 6; s++) {
+        await touch('touchMove', [from[0] + ((to[0] - from[0]) * s) / 6, from[1] + ((to[1] - from[1]) * s) / 6]);
+      }
+    }
+    await touch('touchEnd');
+  };
+}

@@ -17,8 +17,9 @@ function entry(name, present) {
  * The page explains itself: eigenmodes, percentiles, and whose faces these are.
  * @param {import('phiz').FaceModel} model
  * @param {string} present the name of the model among those of the page
+ * @param {() => void} tour shows the person around
  */
-export function createAbout(model, present) {
+export function createAbout(model, present, tour) {
   const { about } = model;
   const dialog = element(
     'dialog',
@@ -41,6 +42,18 @@ export function createAbout(model, present) {
           icon('close'),
         ),
       ),
+      element(
+        'button',
+        {
+          type: 'button',
+          class: 'link',
+          onclick: () => {
+            dialog.close();
+            tour();
+          },
+        },
+        text.showAround,
+      ),
       ...text.aboutBody.flatMap(([head, body]) => [element('h3', {}, head), element('p', {}, body)]),
       element('h3', {}, text.population),
       element('p', {}, about.population),
@@ -58,5 +71,5 @@ export function createAbout(model, present) {
       element('p', { class: 'note' }, `${about.title} · ${about.made_by}`),
     ),
   );
-  return dialog;
+  return { root: dialog, show: () => dialog.showModal() };
 }

@@ -1,4 +1,4 @@
-import { createHistory } from './history.js';
+import { createHistory, restore } from './history.js';
 
 /**
  * What can be done to the face. Whatever the way in (slider, key, button, link), a change ends
@@ -13,12 +13,17 @@ export function createEditor(model, face) {
   const shapeListeners = new Set();
   /** @type {Set<() => void>} */
   const stepListeners = new Set();
+  /** @type {Set<(why: string) => void>} */
+  const refusalListeners = new Set();
+  let steps = 0;
 
   /** @param {readonly [number, number]} [range] */
   function shapeChanged(range) {
     for (const listener of shapeListeners) listener(range);
   }
-  function stepDone() {
+  /** @param {string} what */
+  function finish(what) {
+    history.commit(what);
     for (const listener of stepListeners) listener();
   }
 
@@ -30,12 +35,31 @@ export function createEditor(model, face) {
    */
   function step(what, change) {
     history.begin();
-    const result = change();
-    shapeChanged();
-    history.commit(what);
-    stepDone();
-    return result;
+    try {
+      return change();
+    } finally {
+      shapeChanged();
+      finish(what);
+    }
   }
+  /**
+   * A change that what is locked may make impossible: then the face stays, and everybody who asked
+   * is told why.
+   * @template T
+   * @param {() => T} change
+   * @returns {T | undefined}
+   */
+  function attempt(change) {
+    try {
+      return change();
+    } catch (error) {
+      const why = error instanceof Error ? error.message : String(error);
+      for (const listener of refusalListeners) listener(why);
+      return undefined;
+    }
+  }
+  /** The name of a step that never becomes one with the step before. @param {string} what */
+  const alone = (what) => `${what} (${(steps += 1)})`;
 
   return {
     model,
@@ -44,6 +68,8 @@ export function createEditor(model, face) {
     onShape: (listener) => void shapeListeners.add(listener),
     /** @param {() => void} listener */
     onStep: (listener) => void stepListeners.add(listener),
+    /** @param {(why: string) => void} listener */
+    onRefusal: (listener) => void refusalListeners.add(listener),
     get canUndo() {
       return history.canUndo;
     },
@@ -56,7 +82,7 @@ export function createEditor(model, face) {
      */
     move(control, value) {
       history.begin();
-      face.set(control, value);
+      attempt(() => face.set(control, value));
       shapeChanged(face.changed);
     },
     /** @param {number} mm */
@@ -65,26 +91,53 @@ export function createEditor(model, face) {
       face.alpha = mm;
       shapeChanged();
     },
-    /** @param {string} what */
-    finish(what) {
-      history.commit(what);
-      stepDone();
+    /**
+     * Part of a gesture that counts from a state: an amount that goes up and down again ends
+     * where it began.
+     * @param {import('./history.js').State} state
+     * @param {(face: import('phiz').Face) => void} change
+     */
+    moveFrom(state, change) {
+      history.begin();
+      restore(face, state);
+      attempt(() => change(face));
+      shapeChanged();
     },
+    finish,
     /** @param {string} control @param {number} value */
     set(control, value) {
-      step(`set ${control}`, () => face.set(control, value));
+      step(alone(`set ${control}`), () => attempt(() => face.set(control, value)));
+    },
+    /** @param {string} measure @param {number} mm */
+    setMeasure(measure, mm) {
+      step(alone(`set ${measure}`), () => attempt(() => face.setMeasure(measure, mm)));
+    },
+    /** @param {string} control of the meanings: what it changed is undone, the rest stays */
+    clear(control) {
+      step(alone(`clear ${control}`), () => attempt(() => face.clear(control)));
     },
     /** @param {string} [region] */
     reset(region) {
-      step('reset', () => face.reset(region));
+      step('reset', () => attempt(() => face.reset(region)));
     },
-    /** @param {{ seed?: number, spread?: number, regions?: string[] }} options */
+    /**
+     * @param {{ seed?: number, spread?: number, regions?: string[] }} options
+     * @returns {number | undefined} the seed, unless the change was refused
+     */
     randomise(options) {
-      return step(`random ${Math.random()}`, () => face.randomize(options));
+      return step(alone('random'), () => attempt(() => face.randomize(options)));
     },
-    /** @param {string} code */
+    /** @param {import('phiz').Face} other @param {number} t @param {string[]} [regions] */
+    blend(other, t, regions) {
+      step(alone('blend'), () => attempt(() => face.blend(other, t, regions && { regions })));
+    },
+    /**
+     * Becomes the face of a code; what is locked stays locked, and changes all the same: it was
+     * asked for by name.
+     * @param {string} code
+     */
     take(code) {
-      step('link', () => {
+      step(alone('take'), () => {
         face.code = code;
       });
     },
@@ -92,7 +145,7 @@ export function createEditor(model, face) {
       const did = history.undo();
       if (did) {
         shapeChanged();
-        stepDone();
+        finish('');
       }
       return did;
     },
@@ -100,15 +153,23 @@ export function createEditor(model, face) {
       const did = history.redo();
       if (did) {
         shapeChanged();
-        stepDone();
+        finish('');
       }
       return did;
     },
     /** @param {string} region */
     toggleLock(region) {
-      if (face.locked.includes(region)) face.unlock(region);
-      else face.lock(region);
-      stepDone();
+      step(alone('lock'), () => {
+        if (face.locked.includes(region)) face.unlock(region);
+        else face.lock(region);
+      });
+    },
+    /** @param {string} measure */
+    toggleMeasureLock(measure) {
+      step(alone('lock'), () => {
+        if (face.lockedMeasures.includes(measure)) face.unlockMeasure(measure);
+        else face.lockMeasure(measure);
+      });
     },
   };
 }

@@ -100,6 +100,8 @@ export function createHead(model, face) {
   geometry.setAttribute('position', position);
   geometry.setAttribute('normal', normal);
   geometry.setAttribute('mark', mark);
+  const heat = new BufferAttribute(new Float32Array(3 * cornerCount), 3).setUsage(DynamicDrawUsage);
+  geometry.setAttribute('heat', heat);
   geometry.setAttribute('rest', perCorner((v, k) => rest[3 * v + k], 3));
   geometry.setAttribute('restNormal', perCorner((v, k) => restNormals[3 * v + k], 3));
 
@@ -237,6 +239,19 @@ export function createHead(model, face) {
     mark.needsUpdate = true;
   }
 
+  /**
+   * Paints the skin with a colour a vertex in place of its own; null takes it off.
+   * @param {Float32Array | null} colours sRGB in 0 to 1, three a vertex
+   */
+  function paintHeat(colours) {
+    skin.uniforms.heatStrength.value = colours ? 1 : 0;
+    if (!colours) return;
+    for (let i = 0; i < cornerCount; i++) {
+      for (let k = 0; k < 3; k++) heat.array[3 * i + k] = colours[3 * corners[i] + k];
+    }
+    heat.needsUpdate = true;
+  }
+
   /** @param {number} corner */
   function groupAt(corner) {
     return groups[model.regionOf[corners[corner]]];
@@ -248,6 +263,7 @@ export function createHead(model, face) {
     skin: mesh,
     update,
     highlight,
+    paintHeat,
     groupAt,
     /** @param {string} name of a landmark, on the face as it is now */
     landmark(name) {
@@ -255,6 +271,8 @@ export function createHead(model, face) {
       if (!found) throw new Error(`no landmark is called "${name}"`);
       return found;
     },
+    /** Whether the skin shows heat, 0 or 1. */
+    heatStrength: skin.uniforms.heatStrength,
     /** How strongly the two highlights show, 0 to 1. */
     markStrength: skin.uniforms.markStrength.value,
     /** What a portrait shows: from the fading neck to the crown. */

@@ -1,21 +1,47 @@
-// Undo and redo. A face is its coefficients and the blending distance, so a step is two such
-// states; one step a gesture, however many events it had.
+// Undo and redo. What can be undone is the whole of a face: its coefficients, the blending
+// distance and what is locked. A step is two such states; one step a gesture, however many events
+// it had. There is no limit: a step is half a kilobyte.
 
-/** @typedef {{ coefficients: Float32Array, alpha: number }} State */
+/** @typedef {{ coefficients: Float32Array, alpha: number, locked: string[], held: string[] }} State */
 /** @typedef {{ before: State, after: State, what: string, at: number }} Step */
 
-const LIMIT = 300;
 /** Presses of an arrow key closer than this (ms) are one gesture. */
 const TOGETHER = 700;
 
 /** @param {import('phiz').Face} face @returns {State} */
 export function stateOf(face) {
-  return { coefficients: face.coefficients.slice(), alpha: face.alpha };
+  return {
+    coefficients: face.coefficients.slice(),
+    alpha: face.alpha,
+    locked: [...face.locked],
+    held: [...(face.lockedMeasures ?? [])],
+  };
+}
+
+/** @param {readonly string[]} a @param {readonly string[]} b */
+function sameNames(a, b) {
+  return a.length === b.length && a.every((name) => b.includes(name));
 }
 
 /** @param {State} a @param {State} b */
-function same(a, b) {
-  return a.alpha === b.alpha && a.coefficients.every((value, i) => value === b.coefficients[i]);
+export function sameState(a, b) {
+  return (
+    a.alpha === b.alpha &&
+    sameNames(a.locked, b.locked) &&
+    sameNames(a.held, b.held) &&
+    a.coefficients.every((value, i) => value === b.coefficients[i])
+  );
+}
+
+/** @param {import('phiz').Face} face @param {State} state */
+export function restore(face, state) {
+  if (face.alpha !== state.alpha) face.alpha = state.alpha;
+  for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
+  for (const region of state.locked) face.lock(region);
+  // A held measure would bend what is set; it is held again at the length that the face then has.
+  for (const name of [...(face.lockedMeasures ?? [])]) face.unlockMeasure(name);
+  face.coefficients = state.coefficients;
+  for (const name of state.held) face.lockMeasure(name);
 }
 
 /** @param {import('phiz').Face} face */
@@ -26,12 +52,6 @@ export function createHistory(face) {
   const undone = [];
   /** @type {State | null} */
   let before = null;
-
-  /** @param {State} state */
-  function restore(state) {
-    if (face.alpha !== state.alpha) face.alpha = state.alpha;
-    face.coefficients = state.coefficients;
-  }
 
   return {
     get canUndo() {
@@ -52,7 +72,7 @@ export function createHistory(face) {
       if (!before) return;
       const step = { before, after: stateOf(face), what, at: performance.now() };
       before = null;
-      if (same(step.before, step.after)) return;
+      if (sameState(step.before, step.after)) return;
       undone.length = 0;
       const last = done.at(-1);
       if (last && last.what === what && step.at - last.at < TOGETHER) {
@@ -61,14 +81,13 @@ export function createHistory(face) {
         return;
       }
       done.push(step);
-      if (done.length > LIMIT) done.shift();
     },
     /** @returns {boolean} whether there was something to undo */
     undo() {
       const step = done.pop();
       if (!step) return false;
       undone.push(step);
-      restore(step.before);
+      restore(face, step.before);
       return true;
     },
     /** @returns {boolean} whether there was something to redo */
@@ -76,7 +95,7 @@ export function createHistory(face) {
       const step = undone.pop();
       if (!step) return false;
       done.push(step);
-      restore(step.after);
+      restore(face, step.after);
       return true;
     },
   };

@@ -38,6 +38,11 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
     return skin?.face ? head.groupAt(skin.face.a) : null;
   }
 
+  /** The same for a pointer that something else holds. @param {PointerEvent} event */
+  function groupOnHead(event) {
+    return document.elementFromPoint(event.clientX, event.clientY) === canvas ? groupUnder(event) : null;
+  }
+
   canvas.addEventListener('pointermove', (event) => {
     if (event.pointerType === 'touch' || event.buttons) return;
     // One look-up a frame, however many events.
@@ -70,4 +75,6 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
     const group = groupUnder(event);
     if (group) pick(group);
   });
+
+  return { groupUnder: groupOnHead };
 }

@@ -135,6 +135,8 @@ export function createScene(canvas, subject) {
   let frames = 0;
   /** @type {null | { from: Spherical, to: Spherical, start: number }} */
   let flight = null;
+  /** @type {null | { at: number, pose: (side: 'left' | 'right') => void }} */
+  let wipe = null;
 
   function invalidate() {
     if (scheduled) return;
@@ -160,9 +162,62 @@ export function createScene(canvas, subject) {
     // While damping moves the camera, `update` fires `change`, which asks for the next frame.
     controls.update();
     for (const step of beforeFrame) step();
-    renderer.render(scene, camera);
+    if (wipe) drawWiped(wipe);
+    else renderer.render(scene, camera);
     frames += 1;
   }
+
+  /**
+   * Two heads in one picture, each on its side of a line.
+   * @param {NonNullable<typeof wipe>} sides
+   */
+  function drawWiped({ at, pose }) {
+    const { clientWidth, clientHeight } = canvas;
+    const line = Math.round(clientWidth * at);
+    renderer.setScissorTest(true);
+    for (const side of /** @type {const} */ (['left', 'right'])) {
+      pose(side);
+      renderer.shadowMap.needsUpdate = true;
+      if (side === 'left') renderer.setScissor(0, 0, line, clientHeight);
+      else renderer.setScissor(line, 0, clientWidth - line, clientHeight);
+      renderer.render(scene, camera);
+    }
+    renderer.setScissorTest(false);
+  }
+
+  const portraitCamera = new PerspectiveCamera(22, 1, 50, 5000);
+  /**
+   * Small pictures from the front, drawn in a corner of the canvas and copied from there. The
+   * caller poses the head each time, sets it back, and the stage is drawn again at once.
+   * @param {{ pose: () => void, into: HTMLCanvasElement }[]} sitters all of one size
+   * @returns {boolean} false while the graphics card is lost
+   */
+  function portraits(sitters) {
+    if (sitters.length === 0 || renderer.getContext().isContextLost()) return false;
+    const { width, height } = sitters[0].into;
+    const ratio = renderer.getPixelRatio();
+    const stageSize = backdropUniforms.backdropSize.value.clone();
+    backdropUniforms.backdropSize.value.set(width, height);
+    portraitCamera.aspect = width / height;
+    portraitCamera.updateProjectionMatrix();
+    const reach = (0.84 * subject.height) / (2 * Math.tan((portraitCamera.fov * DEGREE) / 2));
+    portraitCamera.position.setFromSphericalCoords(reach, VIEWS.quarter.phi, 12 * DEGREE).add(controls.target);
+    portraitCamera.lookAt(controls.target);
+    renderer.setViewport(0, 0, width / ratio, height / ratio);
+    renderer.setScissor(0, 0, width / ratio, height / ratio);
+    renderer.setScissorTest(true);
+    for (const { pose, into } of sitters) {
+      pose();
+      renderer.shadowMap.needsUpdate = true;
+      renderer.render(scene, portraitCamera);
+      into.getContext('2d')?.drawImage(canvas, 0, canvas.height - height, width, height, 0, 0, width, height);
+    }
+    renderer.setScissorTest(false);
+    renderer.setViewport(0, 0, canvas.clientWidth, canvas.clientHeight);
+    backdropUniforms.backdropSize.value.copy(stageSize);
+    return true;
+  }
+
   controls.addEventListener('change', invalidate);
   controls.addEventListener('start', () => (flight = null));
 
@@ -234,6 +289,20 @@ export function createScene(canvas, subject) {
     invalidate,
     view,
     turn,
+    portraits,
+    /** Draws at once: what the canvas holds is no longer the stage. */
+    redraw() {
+      renderer.shadowMap.needsUpdate = true;
+      draw(performance.now());
+    },
+    /**
+     * Splits the picture; null joins it again.
+     * @param {typeof wipe} sides `at` is the line's place, a fraction of the width
+     */
+    split(sides) {
+      wipe = sides;
+      invalidate();
+    },
     /** Call after the head has changed shape. */
     shapeChanged() {
       renderer.shadowMap.needsUpdate = true;

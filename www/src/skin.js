@@ -36,6 +36,8 @@ const DECLARATIONS = /* glsl */ `
   varying vec3 vRestNormal;
   varying vec3 vShade; // occlusion, ear, fade
   varying vec2 vMark;
+  varying vec3 vHeat;
+  uniform float heatStrength;
   uniform sampler2D poreMap;
   uniform sampler2D faceMap;
   uniform sampler2D browMap;
@@ -158,6 +160,7 @@ export function createSkin({ tone, pores, face, brows, depth }) {
     accent: { value: new Color('#39a79c') },
     markStrength: { value: [0, 0] },
     faceDepth: { value: depth },
+    heatStrength: { value: 0 },
   };
   const material = new MeshPhysicalMaterial({
     color: tone,
@@ -181,7 +184,9 @@ export function createSkin({ tone, pores, face, brows, depth }) {
         varying vec3 vRest;
         varying vec3 vRestNormal;
         varying vec3 vShade;
-        varying vec2 vMark;`,
+        varying vec2 vMark;
+        attribute vec3 heat;
+        varying vec3 vHeat;`,
       )
       .replace(
         '#include <begin_vertex>',
@@ -189,7 +194,8 @@ export function createSkin({ tone, pores, face, brows, depth }) {
         vRest = rest;
         vRestNormal = restNormal;
         vShade = shade;
-        vMark = mark;`,
+        vMark = mark;
+        vHeat = heat;`,
       );
     shader.fragmentShader = shader.fragmentShader
       .replace('#include <common>', `#include <common>\nuniform mat3 normalMatrix;\n${DECLARATIONS}`)
@@ -201,7 +207,13 @@ export function createSkin({ tone, pores, face, brows, depth }) {
       .replace('#include <aomap_fragment>', OCCLUSION)
       .replace(
         '#include <dithering_fragment>',
-        'gl_FragColor = overBackdrop(gl_FragColor.rgb, vShade.z);',
+        /* glsl */ `
+        {
+          // After tone mapping, so that a colour is the colour bar's; a little light keeps the form.
+          float light = dot(gl_FragColor.rgb, vec3(0.3, 0.55, 0.15));
+          gl_FragColor.rgb = mix(gl_FragColor.rgb, vHeat * (0.82 + 0.3 * light), heatStrength);
+        }
+        gl_FragColor = overBackdrop(gl_FragColor.rgb, vShade.z);`,
       );
   };
   return { material, uniforms };

@@ -1,0 +1,160 @@
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+import { launch, moveSlider, open, SCREENSHOTS, serve } from './site.js';
+
+const require = createRequire(new URL('../../www/package.json', import.meta.url));
+const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
+
+/** @type {import('playwright-core').Browser} */
+let browser;
+/** @type {Awaited<ReturnType<typeof serve>>} */
+let site;
+
+before(async () => {
+  site = await serve();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  await site?.close();
+});
+
+/** What axe calls serious or critical, in one line each. */
+const faults = (page) =>
+  page.evaluate(async () => {
+    const { violations } = await window.axe.run(document, {
+      resultTypes: ['violations'],
+      runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'],
+    });
+    return violations
+      .filter(({ impact }) => impact === 'serious' || impact === 'critical')
+      .map(({ id, help, nodes }) => `${id}: ${help}: ${nodes.slice(0, 4).map(({ html, any }) => `${html.slice(0, 120)} ${any[0]?.message ?? ''}`).join(' | ')}`);
+  });
+const overflow = (page) => page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+const sections = (page) => page.getByRole('tab').allTextContents();
+
+/** Looks at every section with axe, and at what opens over the page. */
+async function inspect(page, what) {
+  /** @type {string[]} */
+  const found = [];
+  const look = async (/** @type {string} */ where) => {
+    for (const fault of await faults(page)) found.push(`${what}, ${where}: ${fault}`);
+    if ((await overflow(page)) > 0) found.push(`${what}, ${where}: too wide by ${await overflow(page)} px`);
+  };
+  for (const name of await sections(page)) {
+    await page.getByRole('tab', { name, exact: true }).click();
+    if (name === 'Mix') {
+      for (const face of ['Preset 1', 'Preset 2']) {
+        await page.locator('.tray').getByRole('button', { name: face, exact: true }).click();
+        await page.getByRole('button', { name: 'Into the circle' }).click();
+      }
+    }
+    if (name === 'Compare') {
+      await page.getByLabel('Side by side').check();
+      await page.getByLabel('Distance as colour').check();
+    }
+    await look(name);
+    await page.screenshot({ path: join(SCREENSHOTS, `${what}-${name.toLowerCase()}.png`) });
+    if (name === 'Compare') {
+      await page.getByLabel('Side by side').uncheck();
+      await page.getByLabel('Distance as colour').uncheck();
+    }
+  }
+  await page.getByRole('button', { name: 'What is happening?' }).click();
+  await look('explanation');
+  await page.keyboard.press('Escape');
+  await page.getByRole('button', { name: 'What is this?' }).click();
+  await look('about');
+  await page.keyboard.press('Escape');
+  return found;
+}
+
+describe('for everybody', () => {
+  for (const [name, options] of /** @type {const} */ ([
+    ['desktop', { viewport: { width: 1280, height: 800 }, colorScheme: 'light' }],
+    ['phone', { viewport: { width: 320, height: 640 }, hasTouch: true, isMobile: true, colorScheme: 'dark' }],
+  ])) {
+    test(`axe finds nothing serious on a ${name}, light and dark, and nothing is too wide`, async () => {
+      const { context, page, complaints } = await open(browser, site, { ...options, reducedMotion: 'reduce' });
+      await page.evaluate(AXE);
+      assert.ok((await sections(page)).length >= 4);
+      const found = await inspect(page, `${name}-${options.colorScheme}`);
+      await page.getByRole('button', { name: 'Light or dark' }).click();
+      found.push(...(await inspect(page, `${name}-other`)));
+      assert.deepEqual(found, []);
+      assert.deepEqual(complaints, []);
+      await context.close();
+    });
+  }
+
+  test('the tour goes round by keyboard and is offered once; the explanation follows what is done', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.evaluate(AXE);
+    await page.getByRole('button', { name: 'Show me around' }).focus();
+    await page.keyboard.press('Enter');
+    const card = page.getByRole('dialog');
+    const titles = [];
+    for (;;) {
+      titles.push(await card.getByRole('heading').textContent());
+      const box = await card.boundingBox();
+      const view = page.viewportSize();
+      assert.ok(box && view && box.x >= 0 && box.y >= 0 && box.x + box.width <= view.width && box.y + box.height <= view.height);
+      if (titles.length === 1) assert.deepEqual(await faults(page), []);
+      const last = (await card.getByRole('button', { name: 'Done' }).count()) > 0;
+      await page.keyboard.press('Enter');
+      if (last) break;
+      assert.ok(titles.length < 12, 'the tour never ends');
+    }
+    assert.equal(new Set(titles).size, 6);
+    assert.ok(await card.isHidden());
+    assert.equal(await page.getByRole('button', { name: 'Show me around' }).isVisible(), false);
+    await page.reload();
+    await page.waitForFunction(() => document.documentElement.dataset.ready === 'true');
+    assert.equal(await page.getByRole('button', { name: 'Show me around' }).isVisible(), false);
+
+    await page.getByRole('button', { name: 'What is happening?' }).click();
+    const aside = page.getByRole('complementary', { name: 'What is happening?' });
+    assert.match((await aside.textContent()) ?? '', /eigenmesh[\s\S]*95 %/);
+    await moveSlider(page, 'nose 1', 0.9);
+    assert.match((await aside.textContent()) ?? '', /moved nose 1 to the 90th percentile: about 9 of 10/);
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    assert.match((await aside.textContent()) ?? '', /It is no norm/);
+    await aside.getByRole('button').click();
+    assert.ok(await aside.isHidden());
+
+    // The way through the page by Tab: everything that can be reached shows where it is.
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await page.evaluate(() => document.querySelector('.bar button')?.focus());
+    const seen = new Set();
+    for (let i = 0; i < 40; i++) {
+      await page.keyboard.press('Tab');
+      const at = await page.evaluate(() => {
+        const here = document.activeElement;
+        if (!here || here === document.body) return null;
+        const mark = here.matches('.track input') ? here.parentElement.querySelector('.thumb') : here;
+        const { outlineStyle, outlineWidth } = getComputedStyle(mark);
+        return { name: here.id || here.getAttribute('aria-label') || here.textContent, shows: outlineStyle !== 'none' && parseFloat(outlineWidth) >= 2 };
+      });
+      if (!at) break;
+      assert.ok(at.shows, `nothing shows that ${at.name} has the focus`);
+      seen.add(at.name);
+    }
+    for (const name of ['control-nose-1', 'Lock the nose']) assert.ok(seen.has(name), `Tab never reaches ${name}`);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('fits a screen of 3840 by 2160', async () => {
+    // Half a device pixel a CSS pixel: the layout is the same, the software renderer has a quarter.
+    const viewport = { width: 3840, height: 2160 };
+    const { context, page } = await open(browser, site, { viewport, deviceScaleFactor: 0.5, reducedMotion: 'reduce' });
+    assert.ok((await overflow(page)) <= 0);
+    const [stage, panel] = [await page.locator('.stage').boundingBox(), await page.locator('.panel').boundingBox()];
+    assert.ok(stage && panel && stage.width > 0.8 * viewport.width && panel.x + panel.width <= viewport.width);
+    assert.equal(await page.evaluate(() => getComputedStyle(document.documentElement).fontSize), '20px');
+    await context.close();
+  });
+});

@@ -1,0 +1,284 @@
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+import { differing, fingerOn, landmarkOnScreen, launch, moveSlider, open, picture, SCREENSHOTS, serve, settled } from './site.js';
+
+/** @type {import('playwright-core').Browser} */
+let browser;
+/** @type {Awaited<ReturnType<typeof serve>>} */
+let site;
+
+before(async () => {
+  site = await serve();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  await site?.close();
+});
+
+const codeOf = (page) => page.evaluate(() => window.designer.face.code);
+const coefficients = (page) => page.evaluate(() => [...window.designer.face.coefficients]);
+/** The coefficients of one feature, by asking which of them its reset changes. */
+const partOf = (page, group) =>
+  page.evaluate((region) => {
+    const { model } = window.designer;
+    const face = model.face();
+    const median = face.coefficients;
+    face.coefficients = median.map((c) => c + 1);
+    face.reset(region);
+    const found = [...face.coefficients.keys()].filter((i) => face.coefficients[i] === median[i]);
+    face.free();
+    return found;
+  }, group);
+const faceIn = (page, name) => page.locator('.tray').getByRole('button', { name, exact: true });
+/** What a face of the tray is, found by taking it over and undoing that. */
+const codeOfPreset = async (page, name) => {
+  await faceIn(page, name).click();
+  await page.getByRole('button', { name: 'Take over' }).click();
+  const code = await codeOf(page);
+  await page.getByRole('button', { name: 'Undo', exact: true }).click();
+  await faceIn(page, name).click();
+  return code;
+};
+
+describe('mixing', () => {
+  test('a face dragged onto a feature lends it, and only it; what is locked stays', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    const nose = await partOf(page, 'nose');
+    const median = await coefficients(page);
+    const nostril = await landmarkOnScreen(page, 'ibug_30');
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    assert.equal(await page.locator('.tray-face').count(), 12);
+    await settled(page);
+    const before = await picture(page, 'mix-before');
+
+    const carry = async (name, to) => {
+      const box = await faceIn(page, name).boundingBox();
+      assert.ok(box);
+      await page.mouse.move(box.x + box.width / 2, box.y + 30);
+      await page.mouse.down();
+      await page.mouse.move(to.x + 30, to.y, { steps: 3 });
+      await page.mouse.move(to.x, to.y);
+      assert.ok(await page.locator('.drag-face').isVisible());
+      await page.mouse.up();
+      assert.equal(await page.locator('.drag-face').count(), 0);
+    };
+    await carry('Preset 3', nostril);
+    const taken = await coefficients(page);
+    taken.forEach((value, i) => assert.equal(value !== median[i], nose.includes(i), `coefficient ${i}`));
+    await page.mouse.move(5, 5);
+    const shown = await picture(page, 'mix-nose');
+    const box = await page.locator('canvas').boundingBox();
+    assert.ok(box);
+    const at = (nostril.y - box.y) / box.height;
+    assert.ok(differing(before, shown, [0.3, at - 0.12, 0.7, at + 0.08]) > 150);
+    assert.equal(differing(before, shown, [0, 0, 1, 0.2]), 0, 'the crown changed');
+
+    // Beside the head it is dropped, and nothing happens; a locked feature refuses.
+    await carry('Preset 5', { x: box.x + 12, y: box.y + 200 });
+    assert.deepEqual(await coefficients(page), taken);
+    await page.evaluate(() => window.designer.face.lock('nose'));
+    await carry('Preset 5', nostril);
+    assert.deepEqual(await coefficients(page), taken);
+    assert.match((await page.locator('.toast').textContent()) ?? '', /nose is locked/);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('by keyboard: a feature taken over, an amount up and down, the circle, undo', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await moveSlider(page, 'nose 1', 0.9);
+    const start = await coefficients(page);
+    const mouth = await partOf(page, 'mouth');
+    await page.getByRole('tab', { name: 'Features' }).focus();
+    await page.keyboard.press('ArrowRight');
+    const [three, five] = [await codeOfPreset(page, 'Preset 3'), await codeOfPreset(page, 'Preset 5')];
+    assert.deepEqual(await coefficients(page), start);
+    const of = (code) =>
+      page.evaluate((c) => {
+        const face = window.designer.model.fromCode(c);
+        const found = [...face.coefficients];
+        face.free();
+        return found;
+      }, code);
+    const goal = await of(three);
+
+    await faceIn(page, 'Preset 3').focus();
+    await page.keyboard.press('Enter');
+    await page.getByLabel('Where').selectOption('Mouth');
+    const amount = page.getByRole('slider', { name: 'How much', exact: true });
+    await amount.focus();
+    await page.keyboard.press('End');
+    // A face holds coefficients in steps of 1/65536.
+    const near = (a, b, what) => a.forEach((v, i) => assert.ok(Math.abs(v - b[i]) < 2e-5, `${what}: coefficient ${i}: ${v}, not ${b[i]}`));
+    near(await coefficients(page), start.map((v, i) => (mouth.includes(i) ? goal[i] : v)), 'all of the mouth');
+    await page.keyboard.press('5');
+    await page.keyboard.press('0');
+    await page.keyboard.press('Enter');
+    near(await coefficients(page), start.map((v, i) => (mouth.includes(i) ? (v + goal[i]) / 2 : v)), 'half');
+    await amount.focus();
+    await page.keyboard.press('Home');
+    assert.deepEqual(await coefficients(page), start, 'down again is where it began');
+
+    // Two faces in the circle: on one of them it is that face, in the middle the mean of both.
+    await page.getByRole('button', { name: 'Into the circle' }).click();
+    await faceIn(page, 'Preset 5').click();
+    await page.getByRole('button', { name: 'Into the circle' }).click();
+    const other = await of(five);
+    const puck = page.getByRole('slider', { name: 'Mixture' });
+    await puck.focus();
+    await page.keyboard.press('Home');
+    near(await coefficients(page), goal.map((v, i) => (v + other[i]) / 2), 'the middle');
+    for (let i = 0; i < 4; i++) await page.keyboard.press('Shift+ArrowUp');
+    near(await coefficients(page), goal, 'on the first');
+    assert.match((await puck.getAttribute('aria-valuetext')) ?? '', /Preset 3 100 %, Preset 5 0 %/);
+    const ring = await page.locator('.ring').boundingBox();
+    assert.ok(ring);
+    await page.locator('.ring').scrollIntoViewIfNeeded();
+    await puck.dragTo(page.locator('.ring'), { targetPosition: { x: ring.width / 2, y: ring.height * 0.8 } });
+    const share = ((await puck.getAttribute('aria-valuetext')) ?? '').match(/Preset 5 (\d+) %/)?.[1];
+    assert.ok(Number(share) > 80, `the puck is near the second face: ${share} %`);
+    await page.getByRole('button', { name: 'Take Preset 3 out of the circle' }).click();
+    assert.equal(await page.locator('.member').count(), 1);
+    await page.screenshot({ path: join(SCREENSHOTS, 'mix.png') });
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('the way between two faces is shown, not taken, until it is kept', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    const mine = await codeOf(page);
+    const four = await codeOfPreset(page, 'Preset 4');
+    await page.getByLabel('To', { exact: true }).selectOption('Preset 4');
+    await settled(page);
+    const still = await picture(page, 'morph-0');
+    const way = page.getByRole('slider', { name: 'On the way', exact: true });
+    await way.fill('100');
+    const there = await picture(page, 'morph-100');
+    assert.ok(differing(still, there) > 0.03 * still.width * still.height);
+    assert.equal(await codeOf(page), mine);
+    await page.getByRole('button', { name: 'Stop' }).click();
+    assert.equal(differing(still, await picture(page, 'morph-stopped')), 0);
+
+    await page.getByRole('button', { name: 'Play' }).click();
+    await page.waitForFunction(() => /** @type {HTMLInputElement} */ (document.getElementById('morph-at')).valueAsNumber > 20);
+    await page.getByRole('button', { name: 'Pause' }).click();
+    const at = await way.inputValue();
+    const frames = await page.evaluate(() => window.designer.frames);
+    assert.ok(frames > 0);
+    await settled(page);
+    assert.equal(await way.inputValue(), at, 'it plays on while paused');
+    await way.fill('100');
+    await page.getByRole('button', { name: 'Keep this face' }).click();
+    assert.equal(await codeOf(page), four);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.equal(await codeOf(page), mine);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('under a finger a face goes up onto the head, and the tray scrolls sideways', async () => {
+    const { context, page } = await open(browser, site, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+    const mouth = await partOf(page, 'mouth');
+    const median = await coefficients(page);
+    const lip = await landmarkOnScreen(page, 'ibug_57');
+    await page.getByRole('tab', { name: 'Mix' }).tap();
+    await settled(page);
+    const finger = await fingerOn(context, page);
+    const box = await faceIn(page, 'Preset 2').boundingBox();
+    assert.ok(box);
+    await finger([box.x + 30, box.y + 40], [box.x + 30, lip.y + 60], [lip.x, lip.y]);
+    const taken = await coefficients(page);
+    taken.forEach((value, i) => assert.equal(value !== median[i], mouth.includes(i), `coefficient ${i}`));
+    await finger([box.x + 30, box.y + 40], [box.x - 40, box.y + 40]);
+    await page.waitForFunction(() => (document.querySelector('.tray')?.scrollLeft ?? 0) > 20);
+    assert.deepEqual(await coefficients(page), taken);
+    await context.close();
+  });
+});
+
+describe('comparing', () => {
+  test('held, split, in colours and in numbers', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    const start = await picture(page, 'compare-start');
+    const box = await page.locator('canvas').boundingBox();
+    const nose = await landmarkOnScreen(page, 'ibug_30');
+    assert.ok(box);
+    await moveSlider(page, 'nose 1', 0.98);
+    const width = await page.evaluate(() => window.designer.face.measure('nose width'));
+    const own = await picture(page, 'compare-own');
+    await page.getByRole('tab', { name: 'Compare' }).click();
+
+    const hold = page.getByRole('button', { name: 'Hold to see it' });
+    await hold.hover();
+    await page.mouse.down();
+    assert.equal(differing(start, await picture(page, 'compare-held')), 0);
+    await page.mouse.up();
+    assert.equal(differing(own, await picture(page, 'compare-let-go')), 0);
+    await hold.focus();
+    await page.keyboard.down('Space');
+    assert.equal(differing(start, await picture(page, 'compare-held-by-key')), 0);
+    await page.keyboard.up('Space');
+
+    // Left of the line the start, right of it the face; each as it is alone, up to the line.
+    await page.getByLabel('Side by side').check();
+    await settled(page);
+    await page.locator('.divider').evaluate((line) => (line.style.opacity = '0'));
+    const middle = await picture(page, 'compare-split');
+    assert.equal(differing(start, middle, [0, 0.1, 0.49, 1]), 0);
+    assert.equal(differing(own, middle, [0.51, 0.1, 1, 1]), 0);
+    assert.ok(differing(own, middle, [0, 0.1, 0.49, 1]) > 50);
+    const line = page.getByRole('slider', { name: 'Line between the two faces' });
+    await line.focus();
+    await page.keyboard.press('Home');
+    assert.equal(differing(own, await picture(page, 'compare-split-left'), [0.05, 0.1, 1, 1]), 0);
+    const handle = await line.boundingBox();
+    assert.ok(handle);
+    await page.mouse.move(handle.x + 22, handle.y + 120);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 0.96 * box.width, handle.y + 120, { steps: 3 });
+    await page.mouse.up();
+    assert.equal(differing(start, await picture(page, 'compare-split-right'), [0, 0.1, 0.94, 1]), 0);
+    await page.getByLabel('Side by side').uncheck();
+
+    // Colours: the crown has not moved and has the scale's first colour; the nose has others.
+    await page.getByLabel('Distance as colour').check();
+    const warm = await picture(page, 'compare-heat');
+    const pixel = (x, y) => {
+      const o = 3 * (Math.round(y) * warm.width + Math.round(x));
+      return [...warm.rgb.subarray(o, o + 3)];
+    };
+    const crown = pixel(0.5 * warm.width, 0.22 * warm.height);
+    assert.ok(crown[2] > crown[1] + 30 && crown[0] < 110, `the crown is ${crown}`);
+    let far = 0;
+    for (let y = -40; y < 30; y++) {
+      for (let x = -40; x < 40; x++) {
+        const [r, g, b] = pixel(nose.x - box.x + x, nose.y - box.y + y);
+        if (g > b + 20 && g > 90 && g >= r - 20) far++;
+      }
+    }
+    assert.ok(far > 100, `only ${far} pixels around the nose are far`);
+    assert.match((await page.locator('.colour-bar').textContent()) ?? '', /The start.*0.*≥ [\d.]+ mm/);
+    await page.screenshot({ path: join(SCREENSHOTS, 'compare.png') });
+
+    const row = page.locator('.lengths tr').filter({ hasText: /^nose width/ });
+    const [here, there, apart] = await row.locator('td').allTextContents();
+    assert.equal(here, width.toFixed(1));
+    const median = await page.evaluate(() => window.designer.model.face().measure('nose width'));
+    assert.equal(there, median.toFixed(1));
+    const printed = Number(apart.replace('−', '-'));
+    assert.ok(Math.abs(printed - (width - median)) <= 0.051, `${apart} for ${width - median}`);
+
+    // From now on: no difference anywhere.
+    await page.getByRole('button', { name: 'Let the start be the face as it is now' }).click();
+    assert.ok((await page.locator('.lengths td:last-child').allTextContents()).every((d) => d === '0.0'));
+    await page.getByLabel('Compare with').selectOption('Preset 6');
+    assert.ok((await page.locator('.lengths td.differs').count()) > 8);
+    await page.getByRole('button', { name: 'Take the colours off' }).click();
+    assert.equal(await page.getByLabel('Distance as colour').isChecked(), false);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+});

@@ -1,0 +1,165 @@
+import assert from 'node:assert/strict';
+import { after, before, describe, test } from 'node:test';
+import { fingerOn, launch, moveSlider, open, serve } from './site.js';
+
+/** @type {import('playwright-core').Browser} */
+let browser;
+/** @type {Awaited<ReturnType<typeof serve>>} */
+let site;
+
+before(async () => {
+  site = await serve();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  await site?.close();
+});
+
+const valueOf = (page, name) => page.evaluate((control) => window.designer.face.get(control), name);
+const sliderOf = (page, name) => page.getByRole('slider', { name, exact: true });
+const rowOf = (page, name) => page.locator('.control').filter({ has: sliderOf(page, name) });
+/** Where the thumb is drawn, 0 at the slider's left end and 1 at its right. */
+const thumbAt = async (page, name) => {
+  const track = await rowOf(page, name).locator('.track').boundingBox();
+  const thumb = await rowOf(page, name).locator('.thumb').boundingBox();
+  assert.ok(track && thumb);
+  return (thumb.x - track.x) / (track.width - thumb.width);
+};
+
+describe('a slider', () => {
+  test('is laid out by the size of the change, takes the pointer, keys and numbers, and resets', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    const value = () => valueOf(page, 'nose 1');
+    const slider = sliderOf(page, 'nose 1');
+
+    // Equal steps of the thumb are equal steps of the coefficient: 2.5 % of people are further
+    // than two standard deviations, and there the thumb is five sixths of the way.
+    const coefficient = () =>
+      page.evaluate(() => {
+        const { model, face } = window.designer;
+        const median = model.face();
+        const low = face.coefficients;
+        const at = low.findIndex((c, i) => c !== median.coefficients[i]);
+        median.free();
+        return low[at];
+      });
+    for (const percentile of [0.05, 0.3, 0.975]) {
+      await moveSlider(page, 'nose 1', percentile);
+      const sigmas = await coefficient();
+      // A pixel of the track is 0.02 standard deviations; the read-out's table has steps of 2 %.
+      const drawn = 6 * (await thumbAt(page, 'nose 1')) - 3;
+      assert.ok(Math.abs(drawn - sigmas) < 0.06, `${percentile}: thumb at ${drawn}, face at ${sigmas}`);
+    }
+    const bell = await rowOf(page, 'nose 1').locator('.bell path').getAttribute('d');
+    assert.ok((bell ?? '').split('L').length > 40, 'no density behind the track');
+
+    // A drag, seen by what else it moves; the marks go with it.
+    await moveSlider(page, 'nose 1', 0.5);
+    const box = await slider.boundingBox();
+    assert.ok(box);
+    const y = box.y + box.height - 9;
+    await page.mouse.move(box.x + box.width / 2, y);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 0.72 * box.width, y, { steps: 4 });
+    assert.ok(await rowOf(page, 'nose 1').locator('.ghost').isVisible());
+    assert.equal(await rowOf(page, 'nose 2').locator('.ghost').isVisible(), false, 'modes do not move each other');
+    assert.match((await page.locator('.measures .change').allTextContents()).join(' '), /[+−]\d/);
+    await page.mouse.up();
+    assert.equal(await rowOf(page, 'nose 1').locator('.ghost').isVisible(), false);
+    assert.equal((await page.locator('.measures .change').allTextContents()).join(''), '');
+    assert.ok(Math.abs((await thumbAt(page, 'nose 1')) - 0.72) < 0.03);
+
+    // Typed: click the number.
+    await rowOf(page, 'nose 1').getByRole('button').click();
+    const typed = page.getByRole('spinbutton', { name: 'Percentile of nose 1' });
+    await typed.fill('91.5');
+    await typed.press('Enter');
+    assert.ok(Math.abs((await value()) - 0.915) < 1e-4);
+    await page.keyboard.press('Enter');
+    await typed.fill('3');
+    await typed.press('Escape');
+    assert.ok(Math.abs((await value()) - 0.915) < 1e-4, 'Escape changes nothing');
+    // A number that is out of reach goes to the limit; nonsense changes nothing.
+    await slider.focus();
+    await page.keyboard.press('Enter');
+    await typed.fill('400');
+    await typed.press('Enter');
+    assert.equal(await value(), 1);
+
+    // Keys: a hundredth, with Shift a tenth; a digit opens the number; Delete resets.
+    await slider.focus();
+    await page.keyboard.press('Shift+ArrowLeft');
+    await page.keyboard.press('ArrowLeft');
+    assert.ok(Math.abs((await value()) - 0.89) < 1e-3);
+    await page.keyboard.press('4');
+    await page.keyboard.press('2');
+    await page.keyboard.press('Enter');
+    assert.ok(Math.abs((await value()) - 0.42) < 1e-4);
+    await slider.focus();
+    await page.keyboard.press('Delete');
+    assert.ok(Math.abs((await value()) - 0.5) < 1e-4);
+
+    // All of it can be undone, one after the other.
+    const undo = page.getByRole('button', { name: 'Undo', exact: true });
+    let undone = 0;
+    while (await undo.isEnabled()) {
+      await undo.click();
+      undone += 1;
+      assert.ok(undone < 40, 'undo never ends');
+    }
+    assert.equal(await page.evaluate(() => window.designer.face.code), await page.evaluate(() => window.designer.model.face().code));
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('under a finger moves sideways, and lets the page scroll', async () => {
+    const { context, page } = await open(browser, site, {
+      viewport: { width: 390, height: 844 },
+      hasTouch: true,
+      isMobile: true,
+    });
+    const touch = await fingerOn(context, page);
+    const box = await sliderOf(page, 'nose 1').boundingBox();
+    assert.ok(box);
+    const y = box.y + box.height / 2;
+    await touch([box.x + box.width / 2, y], [box.x + 0.8 * box.width, y]);
+    assert.ok((await valueOf(page, 'nose 1')) > 0.9);
+    const kept = await valueOf(page, 'nose 1');
+    await touch([box.x + 0.2 * box.width, y], [box.x + 0.2 * box.width, y - 150]);
+    await page.waitForFunction(() => (document.querySelector('.scroll')?.scrollTop ?? 0) > 40);
+    assert.equal(await valueOf(page, 'nose 1'), kept, 'scrolling moved a slider');
+    await context.close();
+  });
+
+  test('random faces keep what is locked, and are as unusual as asked for', async () => {
+    const { context, page } = await open(browser, site);
+    const away = () =>
+      page.evaluate(() => {
+        const { face } = window.designer;
+        const c = face.coefficients;
+        return Math.sqrt(c.reduce((sum, v) => sum + v * v, 0) / c.length);
+      });
+    const random = page.getByRole('button', { name: 'Random face', exact: true });
+    await sliderOf(page, 'How unusual').fill('0.2');
+    await random.click();
+    const near = await away();
+    await sliderOf(page, 'How unusual').fill('1.6');
+    await random.click();
+    const far = await away();
+    // Of 115 coefficients the root mean square is the spread within some 7 % (one sigma).
+    assert.ok(near < 0.3 && far > 1.1, `${near} and ${far} standard deviations`);
+    // A lock can be undone like anything else.
+    await page.getByRole('button', { name: 'Lock the nose' }).click();
+    assert.deepEqual(await page.evaluate(() => window.designer.face.locked), ['nose']);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await page.evaluate(() => window.designer.face.locked), []);
+    await page.getByRole('button', { name: 'Redo', exact: true }).click();
+    const nose = await valueOf(page, 'nose 3');
+    const mouth = await valueOf(page, 'mouth 1');
+    await random.click();
+    assert.equal(await valueOf(page, 'nose 3'), nose);
+    assert.notEqual(await valueOf(page, 'mouth 1'), mouth);
+    await context.close();
+  });
+});

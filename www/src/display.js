@@ -1,0 +1,95 @@
+import { distances, heatColours, scaleEnd } from './heat.js';
+
+/**
+ * What the stage shows: the face, or for a while another one; both, split by a line; its distance
+ * from another as colours. The face itself is never touched.
+ *
+ * @param {{
+ *   face: import('phiz').Face,
+ *   head: ReturnType<typeof import('./head.js').createHead>,
+ *   scene: ReturnType<typeof import('./scene.js').createScene>,
+ *   onScale: (millimetres: number) => void,
+ * }} parts `onScale` is told where the colours end
+ */
+export function createDisplay({ face, head, scene, onScale }) {
+  /** @type {import('phiz').Face | null} */
+  let instead = null;
+  let plain = false;
+  /** @type {{ other: import('phiz').Face, at: number } | null} */
+  let split = null;
+  /** @type {Float32Array | null} */
+  let reference = null;
+  const colours = new Float32Array(3 * face.model.vertexCount);
+
+  function heat() {
+    if (!reference || plain) return head.paintHeat(null);
+    const away = distances((instead ?? face).positions, reference);
+    const end = scaleEnd(away);
+    heatColours(away, end, colours);
+    head.paintHeat(colours);
+    onScale(end);
+  }
+  /** @param {readonly [number, number]} [range] */
+  function refresh(range) {
+    head.update(instead ?? face, split ? undefined : range);
+    heat();
+    scene.shapeChanged();
+  }
+  function applySplit() {
+    const sides = split;
+    scene.split(
+      sides && {
+        at: sides.at,
+        pose(side) {
+          head.update(side === 'left' ? sides.other : (instead ?? face));
+          head.heatStrength.value = side === 'right' && reference && !plain ? 1 : 0;
+        },
+      },
+    );
+  }
+
+  return {
+    refresh,
+    /**
+     * Shows another face; null goes back.
+     * @param {import('phiz').Face | null} other @param {boolean} [uncoloured]
+     */
+    show(other, uncoloured = false) {
+      instead = other;
+      plain = uncoloured && other !== null;
+      refresh();
+    },
+    /**
+     * Another face left of a line; null takes it away.
+     * @param {import('phiz').Face | null} other @param {number} [at] the line's place, 0 to 1
+     */
+    split(other, at = 0.5) {
+      split = other && { other, at };
+      applySplit();
+      refresh();
+    },
+    /** Colours the distance from a face; null stops. @param {import('phiz').Face | null} other */
+    heat(other) {
+      reference = other && other.positions.slice();
+      refresh();
+    },
+    /**
+     * Takes portraits; the stage is as before afterwards.
+     * @param {{ pose: () => import('phiz').Face, into: HTMLCanvasElement }[]} sitters `pose` is
+     *   asked just before the picture, so that one face can sit for all
+     */
+    portraits(sitters) {
+      const marks = [...head.markStrength];
+      head.markStrength.fill(0);
+      head.heatStrength.value = 0;
+      const done = scene.portraits(sitters.map(({ pose, into }) => ({ pose: () => head.update(pose()), into })));
+      head.markStrength[0] = marks[0];
+      head.markStrength[1] = marks[1];
+      refresh();
+      scene.redraw();
+      return done;
+    },
+  };
+}
+
+/** @typedef {ReturnType<typeof createDisplay>} Display */

@@ -1,0 +1,74 @@
+import { element } from './element.js';
+import { icon } from './icons.js';
+import { ordinal, text } from './text.js';
+
+/**
+ * Says beside the face what is happening: what the present section does, and what was just done.
+ * @param {import('./editor.js').Editor} editor
+ */
+export function createExplanation({ face, model, onStep }) {
+  let section = '';
+  let seen = new Map(model.controls.map(({ name }) => [name, face.get(name)]));
+  const moved = element('p', { class: 'moved', 'aria-live': 'polite' });
+  const words = element('div', {});
+  const open = element(
+    'button',
+    {
+      type: 'button',
+      class: 'tool explain-open',
+      'aria-label': text.happening,
+      'aria-expanded': 'false',
+      'aria-controls': 'explanation',
+      title: text.happening,
+      onclick: () => toggle(root.hidden !== false),
+    },
+    icon('info'),
+  );
+  const root = element(
+    'aside',
+    {
+      id: 'explanation',
+      class: 'explanation',
+      hidden: true,
+      'aria-label': text.happening,
+      onkeydown: (/** @type {KeyboardEvent} */ event) => event.key === 'Escape' && toggle(false),
+    },
+    element(
+      'header',
+      {},
+      element('h2', {}, text.happening),
+      element('button', { type: 'button', class: 'tool', 'aria-label': text.closeHappening, onclick: () => toggle(false) }, icon('close')),
+    ),
+    moved,
+    words,
+  );
+  /** @param {boolean} now */
+  function toggle(now) {
+    root.hidden = !now;
+    open.setAttribute('aria-expanded', String(now));
+    if (now) root.querySelector('button')?.focus();
+    else open.focus();
+  }
+
+  onStep(() => {
+    const now = new Map(model.controls.map(({ name }) => [name, face.get(name)]));
+    const changed = [...now].filter(([name, value]) => Math.abs(value - (seen.get(name) ?? value)) > 0.005);
+    seen = now;
+    moved.textContent = '';
+    if (changed.length === 1) {
+      const [name, value] = changed[0];
+      moved.textContent = text.explainMoved(name, ordinal(value), Math.round(10 * value));
+    }
+  });
+
+  return {
+    root,
+    open,
+    /** @param {string} name of the panel's section */
+    about(name) {
+      if (name === section) return;
+      section = name;
+      words.replaceChildren(...(text.explain[name] ?? []).map((paragraph) => element('p', {}, paragraph)));
+    },
+  };
+}

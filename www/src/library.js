@@ -1,0 +1,96 @@
+import { keep, recall } from './store.js';
+import { text } from './text.js';
+
+/** The seeds of the faces that everybody finds in the tray. */
+const SEEDS = [3, 7, 12, 19, 24, 31, 42, 58, 63, 77, 85, 96];
+
+/** @typedef {{ id: string, name: string, code: string, own: boolean }} Entry */
+
+/**
+ * The faces to choose from: a dozen sampled from the model, and the person's own, which the
+ * browser keeps.
+ *
+ * @param {import('phiz').FaceModel} model
+ * @param {string} modelName
+ */
+export function createLibrary(model, modelName) {
+  const key = `phiz-faces-${modelName}`;
+  const sampled = model.face();
+  /** @type {Entry[]} */
+  const presets = SEEDS.map((seed, i) => {
+    sampled.reset();
+    sampled.randomize({ seed });
+    return { id: `preset-${i + 1}`, name: text.preset(i + 1), code: sampled.code, own: false };
+  });
+  sampled.free();
+
+  /** @param {unknown} code */
+  function isFace(code) {
+    try {
+      model.fromCode(String(code)).free();
+      return true;
+    } catch {
+      return false;
+    }
+  }
+  /** @returns {Entry[]} what is kept and can be read */
+  function read() {
+    const kept = recall(key);
+    if (!Array.isArray(kept)) return [];
+    return kept
+      .filter((entry) => entry && typeof entry.name === 'string' && isFace(entry.code))
+      .map((entry) => ({ id: String(entry.id), name: entry.name, code: entry.code, own: true }));
+  }
+  let own = read();
+  /** @type {Set<() => void>} */
+  const listeners = new Set();
+
+  /** @param {Entry[]} entries @returns {boolean} whether the browser keeps them */
+  function write(entries) {
+    own = entries;
+    const kept = keep(key, own.map(({ id, name, code }) => ({ id, name, code })));
+    for (const listener of listeners) listener();
+    return kept;
+  }
+  // Another tab of the same page may save, too.
+  window.addEventListener('storage', (event) => {
+    if (event.key !== key) return;
+    own = read();
+    for (const listener of listeners) listener();
+  });
+
+  return {
+    /** @param {() => void} listener */
+    onChange: (listener) => void listeners.add(listener),
+    get own() {
+      return own;
+    },
+    get all() {
+      return [...own, ...presets];
+    },
+    presets,
+    /** @param {string} id */
+    find: (id) => [...own, ...presets].find((entry) => entry.id === id),
+    /**
+     * @param {string} name @param {string} code @param {string} [id] of a face that was deleted
+     * @returns {boolean} whether the browser keeps it
+     */
+    add: (name, code, id = `own-${Date.now().toString(36)}-${Math.random().toString(36).slice(2, 7)}`) =>
+      write([{ id, name, code, own: true }, ...own]),
+    /**
+     * Adds a face that is not there yet, if it is one of this model.
+     * @param {string} name @param {string} code
+     * @returns {boolean} whether it was added
+     */
+    adopt(name, code) {
+      if ([...own, ...presets].some((entry) => entry.code === code) || !isFace(code)) return false;
+      return write([{ id: `own-${Date.now().toString(36)}`, name, code, own: true }, ...own]);
+    },
+    /** @param {string} id @param {string} name */
+    rename: (id, name) => write(own.map((entry) => (entry.id === id ? { ...entry, name } : entry))),
+    /** @param {string} id */
+    remove: (id) => write(own.filter((entry) => entry.id !== id)),
+  };
+}
+
+/** @typedef {ReturnType<typeof createLibrary>} Library */

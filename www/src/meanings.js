@@ -1,0 +1,114 @@
+import { element } from './element.js';
+import { icon } from './icons.js';
+import { groupOfMeasure } from './measures.js';
+import { createSlider } from './slider.js';
+import { ordinal, text, titleOf } from './text.js';
+
+/** Lengths that a face may be asked for, mm; whether it can have them is the model's to say. */
+const LENGTHS = /** @type {const} */ ([0.1, 400]);
+
+/**
+ * The controls that mean a length: its slider, its number, its lock.
+ *
+ * @param {import('./editor.js').Editor} editor
+ * @param {{ distributions: (control: string) => import('./distribution.js').Distribution }} parts
+ */
+export function createMeanings(editor, { distributions }) {
+  const { model, face } = editor;
+  let visible = false;
+  /** Where the sliders stood when one of them was taken up. @type {number[] | null} */
+  let before = null;
+
+  /** @type {{ name: string, measure: string, slider: import('./slider.js').Slider, lock: HTMLButtonElement }[]} */
+  const rows = [];
+  /** @param {import('phiz').Control} control @param {string} measure */
+  function row({ name, description, limits }, measure) {
+    /** @param {Parameters<typeof icon>[0]} sign @param {string} words @param {() => void} onclick */
+    const tool = (sign, words, onclick) =>
+      element('button', { type: 'button', class: 'tool small', 'aria-label': words, title: words, onclick }, icon(sign));
+    const lock = tool('unlock', text.lockMeasure(measure), () => editor.toggleMeasureLock(measure));
+    const clear = tool('reset', text.clearMeasure(name), () => editor.clear(name));
+    const slider = createSlider({
+      name,
+      label: name,
+      id: `meaning-${name.replaceAll(/\W+/g, '-')}`,
+      about: description,
+      title: text.resetControl,
+      limits,
+      step: 0.001,
+      key: 0.01,
+      neutral: 0.5,
+      distribution: distributions(name),
+      words: (value) => text.lengthAndRank(face.measure(measure), ordinal(value)),
+      typed: {
+        label: text.typedLength(measure),
+        unit: 'mm',
+        min: LENGTHS[0],
+        max: LENGTHS[1],
+        step: 0.1,
+        show: () => Number(face.measure(measure).toFixed(1)),
+        take: (mm) => editor.setMeasure(measure, mm),
+      },
+      move: (value) => editor.move(name, value),
+      hold: () => {
+        before = rows.map((entry) => face.get(entry.name));
+      },
+      finish: () => {
+        before = null;
+        editor.finish(`move ${name}`);
+      },
+      extra: [element('span', { class: 'row-tools' }, clear, lock)],
+    });
+    rows.push({ name, measure, slider, lock });
+    return slider.root;
+  }
+
+  function refresh() {
+    if (!visible) return;
+    const held = face.lockedMeasures;
+    rows.forEach(({ name, measure, slider, lock }, i) => {
+      const value = face.get(name);
+      slider.show(value);
+      const was = before?.[i];
+      slider.ghost(was !== undefined && Math.abs(was - value) > 0.005 ? was : null);
+      const isHeld = held.includes(measure);
+      if (lock.getAttribute('aria-pressed') !== String(isHeld)) {
+        lock.setAttribute('aria-pressed', String(isHeld));
+        lock.replaceChildren(icon(isHeld ? 'lock' : 'unlock'));
+      }
+    });
+  }
+  editor.onShape(refresh);
+  editor.onStep(refresh);
+
+  const scroll = element('div', { class: 'scroll' }, element('p', { class: 'note' }, text.meaningsAbout));
+  let built = false;
+  function build() {
+    built = true;
+    /** @type {Map<string, HTMLElement>} */
+    const parts = new Map();
+    for (const control of model.controls) {
+      if (!control.measure) continue;
+      const group = groupOfMeasure(control.measure);
+      let part = parts.get(group);
+      if (!part) {
+        part = element('section', { class: 'part' }, element('h3', {}, titleOf(group)));
+        parts.set(group, part);
+        scroll.append(part);
+      }
+      part.append(row(control, control.measure));
+    }
+  }
+
+  return {
+    /** Whether the model has such controls. */
+    any: model.controls.some(({ measure }) => measure),
+    root: element('div', {}, scroll),
+    /** @param {boolean} now */
+    shown(now) {
+      visible = now;
+      if (now && !built) build();
+      refresh();
+    },
+  };
+}

@@ -1,0 +1,17 @@
+import { element } from './element.js';
+
+/** A sentence that goes away by itself. */
+export function createToast() {
+  const root = element('p', { class: 'toast', role: 'status' });
+  let timer = 0;
+  return {
+    root,
+    /** @param {string} sentence */
+    say(sentence) {
+      root.textContent = sentence;
+      root.classList.add('is-shown');
+      clearTimeout(timer);
+      timer = window.setTimeout(() => root.classList.remove('is-shown'), 4200);
+    },
+  };
+}
