@@ -1,5 +1,6 @@
 //! `phiz-fit`: the offline program.
 
+mod basis;
 mod evaluate;
 mod landmarks;
 mod register;
@@ -49,6 +50,8 @@ enum Verb {
     Train(TrainArgs),
     /// Measure what a population is like and how well a model of it describes other faces.
     Validate(validate::ValidateArgs),
+    /// Learn a sparse basis of local components from registered faces.
+    Basis(basis::BasisArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
     /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
@@ -151,6 +154,7 @@ fn main() -> ExitCode {
         Verb::Simulate(args) => simulate::run(&args),
         Verb::Train(args) => train(&args),
         Verb::Validate(args) => validate::run(&args),
+        Verb::Basis(args) => basis::run(&args),
         Verb::Inspect(args) => inspect(&args),
         Verb::Pictures(args) => draw(&args),
     };

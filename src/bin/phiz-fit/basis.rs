@@ -1,0 +1,303 @@
+//! `phiz-fit basis`.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use glam::DVec3;
+use phiz::fit::align::{procrustes, vertex_areas};
+use phiz::fit::files::write_atomically;
+use phiz::fit::sparse::compare::{BASES, Curve, Trial};
+use phiz::fit::sparse::{
+    self, Kind, Problem, Settings, SparseBasis, face_parts, head_parts, with_mirror_images,
+};
+use phiz::fit::template::Template;
+use phiz::fit::{FitError, FitResult, ply};
+
+#[derive(Args)]
+pub struct BasisArgs {
+    /// The generic head.
+    #[arg(long, value_name = "FILE")]
+    template: PathBuf,
+    /// The folder of registered faces (PLY).
+    #[arg(long, value_name = "DIR")]
+    faces: PathBuf,
+    /// Where components may be.
+    #[arg(long, value_enum, default_value_t = Where::Region)]
+    kind: Where,
+    /// What is modelled.
+    #[arg(long, value_enum, default_value_t = Area::Face)]
+    area: Area,
+    /// How many components.
+    #[arg(long, default_value_t = 65)]
+    components: usize,
+    /// Learn from the faces as they are, without the mirror image of each.
+    #[arg(long)]
+    one_sided: bool,
+    /// Iterations at most.
+    #[arg(long, default_value_t = Settings::default().iterations)]
+    iterations: usize,
+    /// Stop when the objective changes by less than this part over five iterations.
+    #[arg(long, default_value_t = Settings::default().tolerance)]
+    tolerance: f64,
+    /// Alternate between weights and components as published, without trying to go farther at
+    /// once.
+    #[arg(long)]
+    plain: bool,
+    /// Write weights and displacements for one standard deviation each, instead of for a largest
+    /// weight of 1.
+    #[arg(long)]
+    sigmas: bool,
+    /// Write what is optimised into this folder too, for another program: `problem.json` says what
+    /// is in the other files.
+    #[arg(long, value_name = "DIR")]
+    save_problem: Option<PathBuf>,
+    /// Compare bases instead: learn each from this many of the faces, chosen at random, and
+    /// measure it on others. Prints mean errors over the splits, and writes all of them.
+    #[arg(long, value_name = "COUNT")]
+    compare: Option<usize>,
+    /// On how many others.
+    #[arg(
+        long,
+        default_value_t = 100,
+        requires = "compare",
+        value_name = "COUNT"
+    )]
+    test: usize,
+    /// How many splits of the faces into the two.
+    #[arg(long, default_value_t = 5, requires = "compare", value_name = "COUNT")]
+    splits: u64,
+    /// The first split's seed; the next has the next one.
+    #[arg(long, default_value_t = 1, requires = "compare")]
+    seed: u64,
+    /// The basis (or the comparison) to write, as JSON.
+    #[arg(short, value_name = "FILE")]
+    output: PathBuf,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Where {
+    /// In a part of the face and a band around it.
+    Region,
+    /// Around a centre, wherever faces vary.
+    Distance,
+    /// Everywhere: principal components, to compare with.
+    Pca,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Area {
+    /// The skin of the face.
+    Face,
+    /// The whole head, with eyeballs and cavities.
+    Head,
+}
+
+pub fn run(args: &BasisArgs) -> FitResult<()> {
+    let template = super::read_template(&args.template)?;
+    let faces = super::step("reading faces", || ply::read_faces(&args.faces, &template))?;
+    let mut faces: Vec<_> = faces.into_iter().map(|(_, face)| face).collect();
+    if let Some(train) = args.compare {
+        return compare(args, &template, &faces, train);
+    }
+    let triangles = template.triangles();
+    let parts = face_parts(&template)?;
+    if !args.one_sided {
+        faces = with_mirror_images(&faces, &template.topology.mirror);
+    }
+    // The pose is that of the face, whatever is modelled: a basis of the head is one of the face.
+    let mut face: Vec<u32> = parts.iter().flat_map(|p| &p.vertices).copied().collect();
+    face.sort_unstable();
+    let areas = vertex_areas(&template.positions, &triangles);
+    procrustes(&mut faces, &template.positions, &face, &areas);
+    let regions = match args.area {
+        Area::Face => parts,
+        Area::Head => head_parts(&template)?,
+    };
+    let kind = match args.kind {
+        Where::Region => Kind::REGIONS,
+        Where::Distance => Kind::DISTANCE,
+        Where::Pca => {
+            let basis = sparse::principal(&faces, &regions, args.components)?;
+            return write(args, &basis, None);
+        }
+    };
+    let settings = Settings {
+        components: args.components,
+        kind,
+        iterations: args.iterations,
+        tolerance: args.tolerance,
+        bold: !args.plain,
+        ..Settings::default()
+    };
+    if let Some(folder) = &args.save_problem {
+        let problem = sparse::problem(&faces, &triangles, &regions, &settings)?;
+        save(folder, &problem, &settings)?;
+    }
+    let style = ProgressStyle::with_template("{bar:30} {pos} of at most {len}, objective {msg}");
+    let bar = ProgressBar::new(args.iterations as u64);
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let told = |iteration: usize, objective: f64| {
+        bar.set_position(iteration as u64);
+        bar.set_message(format!("{objective:.6e}"));
+    };
+    let learned = sparse::learn(&faces, &triangles, &regions, &settings, told);
+    bar.finish_and_clear();
+    let (basis, report) = learned?;
+    let last = report.objective.len() - 1;
+    println!(
+        "objective {:.6e} mm^2 after {last} iterations, from {:.6e}; {:.3} s for the start, {:.3} s \
+         for the iterations",
+        report.objective[last], report.objective[0], report.seconds[0], report.seconds[1]
+    );
+    if !report.converged {
+        eprintln!(
+            "phiz-fit: warning: the objective still changes, or ADMM's residual of {:.1e} is over \
+             its limit",
+            report.residual
+        );
+    }
+    write(args, &basis, Some(&report))
+}
+
+/// The numbers of components that are compared.
+const COMPARED: [usize; 7] = [5, 15, 25, 35, 45, 55, 65];
+
+fn compare(
+    args: &BasisArgs,
+    template: &Template,
+    faces: &[Vec<DVec3>],
+    train: usize,
+) -> FitResult<()> {
+    let settings = Settings {
+        iterations: args.iterations,
+        tolerance: args.tolerance,
+        bold: !args.plain,
+        ..Settings::default()
+    };
+    let bar = ProgressBar::new(args.splits * (COMPARED.len() * BASES.len()) as u64);
+    let style = ProgressStyle::with_template("{bar:30} {pos} of {len} bases, {eta} left");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let mut all: Vec<Vec<Curve>> = Vec::new();
+    for split in 0..args.splits {
+        let trial = Trial {
+            train,
+            test: args.test,
+            seed: args.seed + split,
+            components: COMPARED.to_vec(),
+        };
+        let kinds = [Kind::REGIONS, Kind::DISTANCE];
+        all.push(sparse::compare::compare(
+            template,
+            faces,
+            &trial,
+            &settings,
+            kinds,
+            || bar.inc(1),
+        )?);
+    }
+    bar.finish_and_clear();
+    let path = &args.output;
+    let bytes = serde_json::to_vec_pretty(&all).map_err(|e| FitError::file(path, e))?;
+    write_atomically(path, &bytes)?;
+    println!(
+        "Mean error on {} faces after learning from {train}, mm, mean of {} splits",
+        args.test, args.splits
+    );
+    let cells = |values: &[f64]| -> String { values.iter().map(|v| format!("{v:8.3}")).collect() };
+    let counts: String = COMPARED.iter().map(|k| format!("{k:8}")).collect();
+    println!("{:24}{counts}", "components");
+    for (basis, name) in BASES.iter().enumerate() {
+        for (what, of) in [
+            ("", (|c: &Curve| &c.test) as fn(&Curve) -> &Vec<f64>),
+            (" (seen)", |c: &Curve| &c.train),
+        ] {
+            let mean: Vec<f64> = (0..COMPARED.len())
+                .map(|i| all.iter().map(|s| of(&s[basis])[i]).sum::<f64>() / all.len() as f64)
+                .collect();
+            println!("{:24}{}", format!("{name}{what}"), cells(&mean));
+        }
+    }
+    let open = all.iter().flatten().flat_map(|c| &c.converged);
+    let open = open.filter(|converged| !**converged).count();
+    if open > 0 {
+        eprintln!(
+            "phiz-fit: warning: {open} bases were not at rest after {} iterations",
+            args.iterations
+        );
+    }
+    Ok(())
+}
+
+/// Writes a basis and says what is in it.
+fn write(args: &BasisArgs, basis: &SparseBasis, report: Option<&sparse::Report>) -> FitResult<()> {
+    let scaled;
+    let basis = match args.sigmas {
+        true => {
+            scaled = basis.clone().in_sigmas();
+            &scaled
+        }
+        false => basis,
+    };
+    let json = serde_json::json!({ "basis": basis, "report": report });
+    let path = &args.output;
+    let bytes = serde_json::to_vec(&json).map_err(|e| FitError::file(path, e))?;
+    write_atomically(path, &bytes)?;
+    let mut names: Vec<&str> = Vec::new();
+    for component in &basis.components {
+        let name = component.region.as_deref().unwrap_or("anywhere");
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    for name in names {
+        let own = basis.components.iter();
+        let own = own.filter(|c| c.region.as_deref().unwrap_or("anywhere") == name);
+        let sizes: Vec<usize> = own.map(|c| c.support.len()).collect();
+        println!(
+            "{name:10} {:3} components, which move {} vertices on average",
+            sizes.len(),
+            sizes.iter().sum::<usize>() / sizes.len()
+        );
+    }
+    println!(
+        "{}: {} components of {} vertices",
+        path.display(),
+        basis.components.len(),
+        basis.vertices.len()
+    );
+    Ok(())
+}
+
+/// Files of little-endian f64, row-major, and their sizes.
+fn save(folder: &Path, problem: &Problem, settings: &Settings) -> FitResult<()> {
+    std::fs::create_dir_all(folder).map_err(|e| FitError::file(folder, e))?;
+    for (name, matrix) in [
+        ("samples", &problem.samples),
+        ("lambda", &problem.lambda),
+        ("components", &problem.components),
+        ("weights", &problem.weights),
+    ] {
+        let bytes: Vec<u8> = matrix
+            .iter()
+            .flatten()
+            .flat_map(|x| x.to_le_bytes())
+            .collect();
+        write_atomically(&folder.join(format!("{name}.f64")), &bytes)?;
+    }
+    let header = serde_json::json!({
+        "faces": problem.samples.len(), "vertices": problem.vertices.len(),
+        "components": problem.components.len(), "iterations": settings.iterations,
+        "steps": settings.steps,
+        "files": {
+            "samples.f64": "faces x 3 vertices: displacements from the mean, mm",
+            "lambda.f64": "components x vertices: the penalty; infinite is nowhere",
+            "components.f64": "components x 3 vertices: the start, mm at a weight of 1",
+            "weights.f64": "faces x components: the start",
+        },
+    });
+    let path = folder.join("problem.json");
+    let bytes = serde_json::to_vec_pretty(&header).map_err(|e| FitError::file(&path, e))?;
+    write_atomically(&path, &bytes)
+}
