@@ -6,8 +6,9 @@
 mod base_mesh;
 #[path = "common/ict.rs"]
 mod ict;
+#[path = "common/james.rs"]
+mod james;
 
-use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use glam::{DMat3, DVec3};
@@ -30,19 +31,9 @@ fn head() -> Option<&'static (Template, Detector)> {
     .as_ref()
 }
 
-/// The scan `james` (`james.obj`, `james_ibug68.txt`), in the folder that `PHIZ_JAMES` names or
-/// beside the checkout.
+/// A real scan and its 68 points.
 fn james() -> Option<(Scan, Vec<DVec3>)> {
-    let folder = std::env::var_os("PHIZ_JAMES").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/james"),
-        PathBuf::from,
-    );
-    if !folder.join("james.obj").is_file() {
-        let ci = std::env::var_os("CI").is_some_and(|ci| ci == "true");
-        assert!(!ci, "no james.obj in {}", folder.display());
-        println!("skipped: no james.obj in {}", folder.display());
-        return None;
-    }
+    let folder = james::james()?;
     let scan = Scan::read(&folder.join("james.obj"), None).expect("reads");
     let text = std::fs::read_to_string(folder.join("james_ibug68.txt")).expect("reads");
     let numbers: Vec<f64> = text

@@ -3,15 +3,19 @@
 
 #[path = "common/base_mesh.rs"]
 mod base_mesh;
+mod common;
+#[path = "common/heads.rs"]
+mod heads;
 
 use std::sync::LazyLock;
 use std::time::Instant;
 
 use glam::DVec3;
 use phiz::blob::pack;
-use phiz::fit::crease::seams;
+use phiz::fit::cage::Cage;
+use phiz::fit::crease::{Seam, seams};
 use phiz::fit::learn::{Learned, Settings, learn};
-use phiz::fit::pca::Pca;
+use phiz::fit::prior::ShapePrior;
 use phiz::fit::template::Template;
 use phiz::fit::validate::rounding;
 use phiz::fit::{generic_head, population};
@@ -52,6 +56,31 @@ fn wide(positions: &[glam::Vec3]) -> Vec<DVec3> {
     positions.iter().map(|p| p.as_dvec3()).collect()
 }
 
+/// A seam may be this much sharper than the same place of whole faces.
+const SHARPER: f64 = 1.2;
+
+/// Of the variance of whole faces, the part that seams are compared with.
+const WHOLE: f64 = 0.95;
+
+/// Whether any seam's `ratio` is too large; prints all of them.
+fn too_sharp(seams: &[Seam], ratio: fn(&Seam) -> f64) -> bool {
+    for seam in seams {
+        println!(
+            "{:9} within {:2} mm: modes at 2 sigma {:5.1} deg, whole {:5.1}; random {:5.1}, whole \
+             {:5.1}; {:.2} x; sharpest at {:.0?}",
+            seam.feature,
+            seam.width,
+            seam.modes,
+            seam.whole_modes,
+            seam.random,
+            seam.whole_random,
+            ratio(seam),
+            seam.sharpest.to_array()
+        );
+    }
+    seams.iter().any(|seam| ratio(seam) > SHARPER)
+}
+
 /// Region borders bend the surface no more than a PCA of whole faces does there: for every
 /// region, each mode at +-2 sigma, and random faces, measured as the largest change of a dihedral
 /// angle within the blending distance, and one and a half of it, of the border.
@@ -66,41 +95,42 @@ fn seams_are_as_clean_as_whole_faces() {
         return;
     };
     let mean = wide(&model.parts().mean);
-    let samples: Vec<Vec<f64>> = learned
-        .aligned
-        .iter()
-        .map(|face| {
-            face.iter()
-                .zip(&mean)
-                .flat_map(|(p, m)| (*p - *m).to_array())
-                .collect()
-        })
-        .collect();
-    let whole = Pca::learn(samples, 0.95).unwrap();
-    let modes: Vec<Vec<DVec3>> = (whole.modes.iter().zip(&whole.sigmas))
-        .map(|(mode, sigma)| {
-            mode.chunks_exact(3)
-                .map(|d| DVec3::from_slice(d) * *sigma)
-                .collect()
-        })
-        .collect();
-    let mut failed = false;
-    for seam in seams(template, model, &modes).unwrap() {
-        println!(
-            "{:9} within {:2} mm: modes at 2 sigma {:5.1} deg, whole {:5.1}; random {:5.1}, whole \
-             {:5.1}; {:.2} x; sharpest at {:.0?}",
-            seam.feature,
-            seam.width,
-            seam.modes,
-            seam.whole_modes,
-            seam.random,
-            seam.whole_random,
-            seam.ratio(),
-            seam.sharpest.to_array()
-        );
-        failed |= seam.ratio() > 1.2;
-    }
-    assert!(!failed, "a seam is sharper than 1.2 x a whole-face PCA");
+    let whole = ShapePrior::of(&learned.aligned, &mean, WHOLE, usize::MAX).unwrap();
+    let found = seams(template, model, &whole.modes, &|face| face).unwrap();
+    assert!(!too_sharp(&found, Seam::ratio));
+}
+
+/// The committed default model. Its blob does not keep the faces that it was learned from; whole
+/// faces of the same people are what the generic head comes with, but written on the base mesh.
+/// So the model's faces are measured as the base mesh has them too.
+///
+/// Only random faces are compared. A region gathers in a few modes what whole faces share out over
+/// many, so one of its modes at 2 sigma bends farther than any one of theirs.
+#[test]
+fn random_faces_of_the_default_model_have_seams_as_clean_as_whole_faces() {
+    let Some(template) = heads::template() else {
+        return;
+    };
+    let all = &template.prior.as_ref().expect("it comes with people").modes;
+    let variance = |mode: &Vec<DVec3>| mode.iter().map(|d| d.length_squared()).sum::<f64>();
+    let total: f64 = all.iter().map(variance).sum();
+    let mut sum = 0.0;
+    let leading = all.iter().take_while(|mode| {
+        let before = sum;
+        sum += variance(mode);
+        before < WHOLE * total
+    });
+    let whole: Vec<Vec<DVec3>> = leading.cloned().collect();
+    let model = common::head_model();
+    let mean = wide(&model.parts().mean);
+    let cage = Cage::new(template).unwrap();
+    let found = seams(template, model, &whole, &|face| {
+        let moved: Vec<DVec3> = face.iter().zip(&mean).map(|(p, m)| *p - *m).collect();
+        let moved = cage.apply(&cage.fit(&moved));
+        mean.iter().zip(moved).map(|(m, d)| *m + d).collect()
+    })
+    .unwrap();
+    assert!(!too_sharp(&found, |seam| seam.random / seam.whole_random));
 }
 
 /// What a file of the model keeps, after packing and unpacking: random faces within the error that

@@ -3,35 +3,16 @@
 
 #[path = "common/base_mesh.rs"]
 mod base_mesh;
-
-use std::path::{Path, PathBuf};
+#[path = "common/james.rs"]
+mod james;
 
 use glam::DVec3;
 use phiz::fit::generic_head;
 use phiz::fit::scan::{Scan, Texture, check, landmarks};
 
-/// The folder with `james.obj`, from `PHIZ_JAMES` or beside the checkout. The scan is not ours to
-/// commit; where there is none the test says so, and in CI that is a failure.
-fn james() -> Option<PathBuf> {
-    let folder = std::env::var_os("PHIZ_JAMES").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/james"),
-        PathBuf::from,
-    );
-    if folder.join("james.obj").is_file() {
-        return Some(folder);
-    }
-    let why = format!(
-        "skipped: no james.obj in {}; set PHIZ_JAMES",
-        folder.display()
-    );
-    assert!(std::env::var_os("CI").is_none(), "{why}");
-    println!("{why}");
-    None
-}
-
 #[test]
 fn a_real_scan_is_read_with_its_image_and_points() {
-    let (Some(folder), Some(base)) = (james(), base_mesh::folder()) else {
+    let (Some(folder), Some(base)) = (james::james(), base_mesh::folder()) else {
         return;
     };
     let template = generic_head::build(&base).expect("builds");

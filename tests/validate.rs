@@ -23,9 +23,12 @@ use phiz::fit::validate::reconstruct::{Areas, FEATURES, Subspace};
 use phiz::fit::validate::{Population, Report, STEPS, page, validate};
 use rayon::prelude::*;
 
+/// A template, faces of it, and who they are.
+type Labelled = (Template, Vec<Vec<Vec3>>, Vec<Labels>);
+
 /// A population of a dozen faces, with its labels.
-fn dozen() -> Option<&'static (Template, Vec<Vec<Vec3>>, Vec<Labels>)> {
-    static DOZEN: OnceLock<Option<(Template, Vec<Vec<Vec3>>, Vec<Labels>)>> = OnceLock::new();
+fn dozen() -> Option<&'static Labelled> {
+    static DOZEN: OnceLock<Option<Labelled>> = OnceLock::new();
     DOZEN
         .get_or_init(|| {
             let folder = base_mesh::folder()?;

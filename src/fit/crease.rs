@@ -104,15 +104,21 @@ impl Seam {
 }
 
 /// Random faces of each kind: the median of an odd number is one of them.
-const RANDOM_FACES: usize = 31;
+const RANDOM_FACES: usize = 101;
 
 /// Looks at the seams of every feature of a model of `template`, within the blending distance of
 /// the border and within one and a half of it. `whole` are the modes of a PCA of whole faces of the
-/// same population: displacements of all vertices, mm a sigma.
+/// same population: displacements of all vertices, mm a sigma. The model's faces are looked at as
+/// `seen` gives them, for whole faces that are known only on a coarser mesh.
 ///
 /// # Errors
 /// When the template has no skin, or the model has other coefficients than its blocks say.
-pub fn seams(template: &Template, model: &FaceModel, whole: &[Vec<DVec3>]) -> FitResult<Vec<Seam>> {
+pub fn seams(
+    template: &Template,
+    model: &FaceModel,
+    whole: &[Vec<DVec3>],
+    seen: &(dyn Fn(Vec<DVec3>) -> Vec<DVec3> + Sync),
+) -> FitResult<Vec<Seam>> {
     let mean: Vec<DVec3> = model.parts().mean.iter().map(|p| p.as_dvec3()).collect();
     let triangles = template.triangles();
     let graph = Geodesic::new(&mean, &triangles);
@@ -122,7 +128,9 @@ pub fn seams(template: &Template, model: &FaceModel, whole: &[Vec<DVec3>]) -> Fi
         let mut face = model.face();
         let coefficients: Vec<f32> = coefficients.iter().map(|&c| c as f32).collect();
         face.set_coefficients(&coefficients)?;
-        Ok(face.positions().iter().map(|p| p.as_dvec3()).collect())
+        Ok(seen(
+            face.positions().iter().map(|p| p.as_dvec3()).collect(),
+        ))
     };
     let whole_face = |coefficients: &[f64]| -> Vec<DVec3> {
         let mut face = mean.clone();

@@ -47,28 +47,38 @@ impl ShapePrior {
         let mean: Vec<DVec3> = (0..mean.len())
             .map(|v| (mean[v] + flip(mean[mirror[v] as usize])) / 2.0)
             .collect();
-        let samples: Vec<Vec<f64>> = both
+        let prior = Self::of(&both, &mean, TAU, MODES)?;
+        Ok((mean, prior))
+    }
+
+    /// The principal components of whole faces (in one pose; their displacements from `mean`): the
+    /// fewest that hold `tau` of the variance, but not more than `most`.
+    ///
+    /// # Errors
+    /// Those of [`Pca::learn`].
+    pub fn of(faces: &[Vec<DVec3>], mean: &[DVec3], tau: f64, most: usize) -> FitResult<Self> {
+        let samples: Vec<Vec<f64>> = faces
             .par_iter()
             .map(|face| {
                 face.iter()
-                    .zip(&mean)
+                    .zip(mean)
                     .flat_map(|(p, m)| (*p - *m).to_array())
                     .collect()
             })
             .collect();
-        let pca = Pca::learn(samples, TAU)?;
+        let pca = Pca::learn(samples, tau)?;
         let modes = pca
             .modes
             .par_iter()
             .zip(&pca.sigmas)
-            .take(MODES)
+            .take(most)
             .map(|(mode, sigma)| {
                 mode.chunks_exact(3)
                     .map(|d| DVec3::from_slice(d) * *sigma)
                     .collect()
             })
             .collect();
-        Ok((mean, Self { modes }))
+        Ok(Self { modes })
     }
 
     /// A face: the rest pose and the modes, each times its coefficient in standard deviations.

@@ -3,10 +3,28 @@
 //!
 //! The scan is brought into the template's frame by the landmarks. With a prior, its coefficients
 //! are fitted first ([`statistical`]); without one the landmarks warp the head
-//! ([`warp`](crate::fit::warp)), and [`space`] is bent until the surface agrees too. Then an elastic [`sheet`] is drawn onto the scan, stiff at first
-//! and softer level by level, by [`correspondence`]s to closest points of the scan. Last, vertices
-//! that have a point on the scan are set on it ([`embed`]), lips that went through each other are
-//! parted ([`lips`]), folds evened out, and the eyeballs carried along. [`batch`] does a folder.
+//! ([`warp`](crate::fit::warp)), and [`space`] is bent until the surface agrees too. Then an
+//! elastic [`sheet`] is drawn onto the scan, stiff at first and softer level by level, by
+//! [`correspondence`]s to closest points of the scan. Last, vertices that have a point on the scan
+//! are set on it ([`embed`]), lips that went through each other are parted ([`lips`]), folds evened
+//! out, and the eyeballs carried along. [`batch`] does a folder.
+//!
+//! # What drift is left
+//!
+//! Mean drift on the face ([`evaluate`](mod@crate::fit::evaluate)) of 300 people without noise is
+//! 0.54 mm. Regressed on the people's true coefficients, 88 % of its variance is explained in
+//! people who were left out; without that part the mean is 0.17 mm. So what is left is hardly noise:
+//! it is a slide that goes with shape, and a prior learned from such registrations repeats it. It
+//! grows with the distance to the nearest landmark: 0.23 mm within 1.5 mm, 0.40 at 3 to 6, 0.67 at
+//! 10 to 15, 0.89 at 20 to 30, 1.6 beyond (a fiftieth of the face). What was tried against it, and
+//! did not help:
+//! - a prior from 716 people in place of 200: 0.545 in place of 0.554 on twelve people, for three
+//!   and a half times the work;
+//! - bending space round the prior's fit by what is left at the landmarks, or at landmarks and
+//!   surface: 0.555 in place of 0.550;
+//! - matching curvature, normals, strain or bending: all of them vary more over people at the true
+//!   spots than where vertices land (10 mm and more from landmarks: strain by 4 %, normals by 6 to
+//!   8 %, curvature by 14 to 19 %, bending by 26 %), so less of them is not less drift.
 
 pub mod batch;
 pub mod correspondence;
@@ -334,7 +352,6 @@ impl<'a> Registrar<'a> {
                     targets: moves.clone(),
                     normals: facing,
                     weights: vec![0.0; base.len()],
-                    along: 0.0,
                     points: points
                         .iter()
                         .map(|&(l, p)| {

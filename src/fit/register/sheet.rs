@@ -51,8 +51,6 @@ pub struct Pull {
     pub normals: Vec<DVec3>,
     /// How much each vertex is pulled, 0 to 1, times its area.
     pub weights: Vec<f64>,
-    /// The part of the pull that also acts along the surface, 0 to 1.
-    pub along: f64,
     /// Points of the sheet (their place in its list), where they ought to move, and how much they
     /// are pulled, in mm^2 of surface.
     pub points: Vec<(usize, DVec3, f64)>,
@@ -176,10 +174,7 @@ impl Sheet {
                     let row = self.bending.row(i).iter();
                     let bent: DVec3 = row.map(|&(j, b)| u[j as usize] * b).sum();
                     let w = pull.weights[i] * self.areas[i];
-                    let along = u[i] * (w * pull.along);
-                    bent * weight
-                        + along
-                        + pull.normals[i] * (w * (1.0 - pull.along) * pull.normals[i].dot(u[i]))
+                    bent * weight + pull.normals[i] * (w * pull.normals[i].dot(u[i]))
                 })
                 .collect();
             for &(p, _, w) in &pull.points {
@@ -195,8 +190,7 @@ impl Sheet {
             .map(|i| {
                 let w = pull.weights[i] * self.areas[i];
                 let normal = pull.normals[i];
-                pull.targets[i] * (w * pull.along)
-                    + normal * (w * (1.0 - pull.along) * normal.dot(pull.targets[i]))
+                normal * (w * normal.dot(pull.targets[i]))
             })
             .collect();
         for &(p, target, w) in &pull.points {

@@ -4,6 +4,11 @@
 //! ([`warp`](crate::fit::warp)) is, but the surface pulls at it too: at some vertices only the
 //! displacement along the scan's normal is known. An affine change of the head costs nothing
 //! here, while a sheet would rather slide than be stretched over a wider skull.
+//!
+//! The kernel -r was not only chosen for that: of r^p it drifts least. With p of 0.5, 1, 1.5, 2
+//! and 3 the mean drift on the face of twelve people (no prior, 95 exact landmarks) is 0.613,
+//! 0.593, 0.607, 0.647 and 0.728 mm. Kernels that make shear cheaper or dearer than compression,
+//! -r (1 + b x x'/r^2) with b of -0.3, 0.3 and 0.7, give 0.617, 0.615 and 0.690.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;

@@ -275,7 +275,7 @@ pub fn principal(
             moved.flat_map(|d| d.to_array()).collect()
         })
         .collect();
-    let pca = Pca::learn(&samples, 1.0)?;
+    let pca = Pca::learn(samples, 1.0)?;
     if components > pca.modes.len() {
         return Err(FitError::Input(format!(
             "{components} components are more than the {} ways in which the faces vary",

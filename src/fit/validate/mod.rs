@@ -258,7 +258,7 @@ pub fn validate<'a>(
     let specificity = specificity(&learned, &model, &whole_modes, &areas.skin)?;
     done("seams");
     let kept = whole.modes_for(settings.tau)?;
-    let seams = seams(template, &model, &whole_modes[..kept])?;
+    let seams = seams(template, &model, &whole_modes[..kept], &|face| face)?;
     let Learned {
         parts,
         blocks,
