@@ -34,6 +34,11 @@ export interface Control {
   readonly limits: readonly [number, number];
   /** A sentence for people. */
   readonly description: string;
+  /**
+   * The name of the measure that a semantic control (`nose width`) reads and sets, so that its
+   * value can be shown in mm; null for the modes of a feature.
+   */
+  readonly measure: string | null;
 }
 
 /** A named range of triangles: `skin`, `left eyeball` ... */
@@ -53,10 +58,10 @@ export interface Landmark {
   readonly stencil: readonly (readonly [number, number])[];
 }
 
-/** A length or an angle that can be read from any face. */
+/** A length that can be read from any face. */
 export interface Measure {
   readonly name: string;
-  /** `mm`. */
+  /** Its unit: `mm`. */
   readonly unit: string;
   readonly description: string;
 }
@@ -175,6 +180,25 @@ export class Face {
   readonly locked: string[];
   /** A measure of the present face, in the measure's unit. */
   measure(name: string): number;
+  /**
+   * Gives a measure a value in its unit, to 0.01 mm: by its semantic control, however far beyond
+   * the control's limits, or where it has none by the most probable change of what is not locked.
+   * @throws Error when no measure has that name or the face cannot have that length.
+   */
+  setMeasure(name: string, value: number): void;
+  /**
+   * Undoes what one control did and touches no other.
+   * @throws Error when no control has that name.
+   */
+  clear(control: string): void;
+  /**
+   * Holds a measure where it is, to 0.0001 mm: when something else changes the face, the rest
+   * follows as the population would have it. Setting the measure itself still moves it. A change
+   * that makes holding impossible throws and leaves the face as it was.
+   */
+  lockMeasure(name: string): void;
+  unlockMeasure(name: string): void;
+  readonly lockedMeasures: string[];
   /** Brings a vertex to a point (mm) by the most probable change of the face. */
   drag(vertex: number, target: ArrayLike<number>): void;
 
