@@ -150,11 +150,24 @@ pub fn measures(template: &Template) -> FitResult<(Vec<Landmark>, Vec<Measure>)>
         }
         landmarks.push(Landmark {
             name: name.into(),
-            stencil: closest(&template.positions, &triangles, place),
+            stencil: on_grid(closest(&template.positions, &triangles, place)),
         });
     }
     let measures = on(&landmarks, &MEASURES)?;
     Ok((landmarks, measures))
+}
+
+/// Weights in units of 1/65536, which a header's JSON keeps to the last bit; the largest takes what
+/// rounding leaves.
+fn on_grid(mut stencil: Vec<(u32, f64)>) -> Vec<(u32, f64)> {
+    for (_, weight) in &mut stencil {
+        *weight = (*weight * 65_536.0).round() / 65_536.0;
+    }
+    let left = 1.0 - stencil.iter().map(|s| s.1).sum::<f64>();
+    if let Some(largest) = stencil.iter_mut().max_by(|a, b| a.1.total_cmp(&b.1)) {
+        largest.1 += left;
+    }
+    stencil
 }
 
 /// Definitions on a model's landmarks.
