@@ -1,6 +1,6 @@
 //! Named places on a head: landmarks, parts and measures.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// A named triangle group (`skin`, `mouth cavity`, `left eyeball` ...).
@@ -31,26 +31,174 @@ impl Landmark {
             .map(|&(vertex, weight)| positions[vertex as usize] * weight as f32)
             .sum()
     }
+
+    /// As [`Landmark::position`], summed in f64.
+    pub fn place(&self, positions: &[Vec3]) -> DVec3 {
+        let each = self.stencil.iter();
+        each.map(|&(v, weight)| positions[v as usize].as_dvec3() * weight)
+            .sum()
+    }
 }
 
-/// A length on the face: the distance between two landmarks, in mm.
+/// Something that can be measured on every face, in mm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measure {
     /// What anthropometry calls it, such as `nose width`.
     pub name: String,
     /// Where it is measured, in words.
     pub description: String,
-    /// Index of the one landmark.
-    pub from: u32,
-    /// Index of the other.
-    pub to: u32,
+    /// What is measured.
+    #[serde(flatten)]
+    pub quantity: Quantity,
+}
+
+/// What a measure measures. In a file the fields' names tell one from the other, and a
+/// [`Quantity::Distance`] is what files had before there were others.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Quantity {
+    /// The distance between two landmarks, mm.
+    Distance {
+        /// Index of the one landmark.
+        from: u32,
+        /// Index of the other.
+        to: u32,
+    },
+    /// How far the mean of some landmarks lies from the mean of others along an axis of the head,
+    /// mm; negative on the other side.
+    Offset {
+        /// Along which axis.
+        axis: Axis,
+        /// Indices of the landmarks.
+        of: Vec<u32>,
+        /// Indices of those that it is counted from.
+        over: Vec<u32>,
+    },
+    /// The mean of several, such as left and right.
+    Mean {
+        /// What is averaged.
+        mean: Vec<Quantity>,
+    },
+    /// The geometric mean of several: a size, of lengths across each other.
+    GeometricMean {
+        /// What is averaged; a negative one counts as 0.
+        geometric_mean: Vec<Quantity>,
+    },
+}
+
+/// An axis of the head.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// To the subject's left.
+    X,
+    /// Up.
+    Y,
+    /// Out of the face.
+    Z,
+}
+
+impl Axis {
+    /// The unit vector.
+    pub fn direction(self) -> DVec3 {
+        match self {
+            Axis::X => DVec3::X,
+            Axis::Y => DVec3::Y,
+            Axis::Z => DVec3::Z,
+        }
+    }
+}
+
+/// How a measure changes with each landmark that it depends on: `(landmark, mm a mm)`. A landmark
+/// may come more than once; its changes add up.
+pub type Gradient = Vec<(u32, DVec3)>;
+
+/// Quantities of quantities: a size of means is two levels.
+const MOST_LEVELS: usize = 3;
+
+impl Quantity {
+    /// Its value where `place` says where a landmark is (mm), and how it changes with them.
+    pub fn measure(&self, place: &impl Fn(u32) -> DVec3) -> (f64, Gradient) {
+        let mean_place = |some: &[u32]| -> DVec3 {
+            some.iter().map(|&l| place(l)).sum::<DVec3>() / some.len() as f64
+        };
+        match self {
+            Quantity::Distance { from, to } => {
+                let across = place(*to) - place(*from);
+                let along = across.normalize_or_zero();
+                (across.length(), vec![(*from, -along), (*to, along)])
+            }
+            Quantity::Offset { axis, of, over } => {
+                let axis = axis.direction();
+                let each = |some: &[u32], sign: f64| {
+                    let share = axis * (sign / some.len() as f64);
+                    some.iter().map(|&l| (l, share)).collect::<Gradient>()
+                };
+                let value = (mean_place(of) - mean_place(over)).dot(axis);
+                (value, [each(of, 1.0), each(over, -1.0)].concat())
+            }
+            Quantity::Mean { mean } => {
+                let share = 1.0 / mean.len() as f64;
+                let mut sum = (0.0, Gradient::new());
+                for (value, gradient) in mean.iter().map(|q| q.measure(place)) {
+                    sum.0 += share * value;
+                    sum.1.extend(gradient.iter().map(|&(l, g)| (l, g * share)));
+                }
+                sum
+            }
+            Quantity::GeometricMean { geometric_mean } => {
+                let each: Vec<_> = geometric_mean.iter().map(|q| q.measure(place)).collect();
+                let power = 1.0 / each.len() as f64;
+                let value: f64 = each.iter().map(|(v, _)| v.max(0.0).powf(power)).product();
+                let mut gradient = Gradient::new();
+                for (v, own) in each.iter().filter(|(v, _)| *v > 0.0) {
+                    gradient.extend(own.iter().map(|&(l, g)| (l, g * (value * power / v))));
+                }
+                (value, gradient)
+            }
+        }
+    }
+
+    /// The distances and offsets that it is made of.
+    pub fn terms(&self) -> Vec<&Quantity> {
+        match self {
+            Quantity::Distance { .. } | Quantity::Offset { .. } => vec![self],
+            Quantity::Mean { mean: parts }
+            | Quantity::GeometricMean {
+                geometric_mean: parts,
+            } => parts.iter().flat_map(Quantity::terms).collect(),
+        }
+    }
+
+    /// Whether it can be measured where there are so many landmarks.
+    pub(crate) fn is_sound(&self, landmarks: usize) -> bool {
+        self.is_sound_to(landmarks, MOST_LEVELS)
+    }
+
+    fn is_sound_to(&self, landmarks: usize, levels: usize) -> bool {
+        let there =
+            |some: &[u32]| !some.is_empty() && some.iter().all(|&l| (l as usize) < landmarks);
+        match self {
+            Quantity::Distance { from, to } => there(&[*from, *to]),
+            Quantity::Offset { of, over, .. } => there(of) && there(over),
+            Quantity::Mean { mean: parts }
+            | Quantity::GeometricMean {
+                geometric_mean: parts,
+            } => {
+                let below = |q: &Quantity| q.is_sound_to(landmarks, levels - 1);
+                levels > 0 && !parts.is_empty() && parts.iter().all(below)
+            }
+        }
+    }
 }
 
 impl Measure {
+    /// The unit of all measures.
+    pub const UNIT: &'static str = "mm";
+
     /// The measure of a face with these vertex positions, in mm.
-    pub fn of(&self, landmarks: &[Landmark], positions: &[Vec3]) -> f32 {
-        let from = landmarks[self.from as usize].position(positions);
-        let to = landmarks[self.to as usize].position(positions);
-        from.distance(to)
+    pub fn of(&self, landmarks: &[Landmark], positions: &[Vec3]) -> f64 {
+        let place = |l: u32| landmarks[l as usize].place(positions);
+        self.quantity.measure(&place).0
     }
 }

@@ -6,8 +6,9 @@ mod common;
 
 use std::sync::LazyLock;
 
-use common::{exercise, sheet, sheet_blob, sheet_model, with_header};
+use common::{edited_sheet, exercise, sheet, sheet_blob, sheet_model, with_header};
 use glam::Vec3;
+use phiz::anatomy::{Axis, Quantity};
 use phiz::blob::{VERSION, pack, seal, unpack};
 use phiz::{Error, FaceModel};
 use proptest::prelude::*;
@@ -31,6 +32,97 @@ fn refused(bytes: &[u8]) -> String {
 #[test]
 fn what_is_written_is_read() {
     assert_eq!(*sheet_model().parts(), sheet());
+}
+
+#[test]
+fn local_blocks_and_semantic_controls_are_read_as_they_were_written() {
+    let parts = edited_sheet();
+    let model = FaceModel::parse(&parts.write().unwrap()).unwrap();
+    assert_eq!(*model.parts(), parts);
+    assert_eq!(parts.population() + 1, parts.coefficients());
+    exercise(&model);
+}
+
+#[test]
+fn unsound_local_blocks_and_semantic_controls_are_refused() {
+    let check = |what: &str, change: &dyn Fn(&mut phiz::model::ModelParts)| {
+        let mut parts = edited_sheet();
+        change(&mut parts);
+        let read = parts.write().and_then(|bytes| FaceModel::parse(&bytes));
+        assert!(matches!(read, Err(Error::Blob(_))), "{what} was taken");
+    };
+    let last = |p: &mut phiz::model::ModelParts, change: &dyn Fn(&mut phiz::model::Control)| {
+        change(p.controls.last_mut().expect("it has controls"))
+    };
+    check("a block local to none", &|p| {
+        p.blocks[3].local_to = Some("ear".into())
+    });
+    check("a block local to itself", &|p| {
+        p.blocks[3].local_to = Some("local mouth".into())
+    });
+    check("a population after a local block", &|p| {
+        p.blocks[1].local_to = Some("nose".into());
+    });
+    check("a local block with a surround", &|p| {
+        p.blocks[3].surround = p.blocks[1].surround.clone()
+    });
+    check("a support out of order", &|p| {
+        p.blocks[3].support.swap(0, 1)
+    });
+    check("a vertex that is not there", &|p| {
+        *p.blocks[3].support.last_mut().expect("it moves some") = 99
+    });
+    check("a measure that is not there", &|p| {
+        last(p, &|c| c.measure = Some(2))
+    });
+    check("a semantic control that moves nothing", &|p| {
+        last(p, &|c| c.direction.clear())
+    });
+    check("a semantic control that reads coefficients", &|p| {
+        last(p, &|c| c.reading = vec![(0, 1.0)])
+    });
+    check("a direction beyond all coefficients", &|p| {
+        last(p, &|c| c.direction[0].0 = 10)
+    });
+    check("an offset of no landmarks", &|p| {
+        p.measures[1].quantity = Quantity::Offset {
+            axis: Axis::X,
+            of: vec![],
+            over: vec![0],
+        }
+    });
+    check("an offset of landmarks that are not there", &|p| {
+        p.measures[1].quantity = Quantity::Offset {
+            axis: Axis::X,
+            of: vec![0],
+            over: vec![3],
+        }
+    });
+    check("a mean of nothing", &|p| {
+        p.measures[1].quantity = Quantity::Mean { mean: vec![] }
+    });
+    check("a mean of a mean of a mean of a mean", &|p| {
+        for _ in 0..3 {
+            let inner = p.measures[1].quantity.clone();
+            p.measures[1].quantity = Quantity::Mean { mean: vec![inner] };
+        }
+    });
+}
+
+/// Flipped bits of the edited sheet, behind a right checksum.
+#[test]
+fn damage_to_local_blocks_is_refused_or_harmless() {
+    let blob = edited_sheet().write().unwrap();
+    for bit in (0..blob.len() * 8).step_by(7) {
+        let mut bytes = blob.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        seal(&mut bytes);
+        if let Ok(model) = FaceModel::parse(&bytes)
+            && bit % 10 == 0
+        {
+            exercise(&model);
+        }
+    }
 }
 
 #[test]

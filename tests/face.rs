@@ -138,6 +138,11 @@ fn a_fresh_face_is_the_median_person() {
         let face = model.face();
         for control in &model.parts().controls {
             let value = face.get(&control.name).unwrap();
+            if control.measure.is_some() {
+                // The median person need not have the median of every measure.
+                assert!((value - 0.5).abs() < 0.1, "{} is at {value}", control.name);
+                continue;
+            }
             // A coefficient is off its wish by half a step of the grid, 1/131072 sigma, and the
             // steepest table passes under 4 percentiles a hundredth of a sigma.
             assert!((value - 0.5).abs() < 1e-4, "{} is at {value}", control.name);

@@ -212,7 +212,8 @@ fn random_faces_look_like_the_training_faces_in_size() {
             .iter()
             .map(|row| {
                 let mut face = model.face();
-                let c: Vec<f32> = row.iter().map(|&c| c as f32).collect();
+                let mut c: Vec<f32> = row.iter().map(|&c| c as f32).collect();
+                c.resize(model.parts().coefficients(), 0.0); // no edits
                 face.set_coefficients(&c).unwrap();
                 width(name, &face)
             })

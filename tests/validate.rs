@@ -225,10 +225,9 @@ fn the_committed_model_has_the_reported_error() {
     let mean = wide(&model.parts().mean);
     let areas = Areas::new(template).unwrap();
     let weights = vertex_areas(&template.positions, &template.triangles());
-    let count = model.parts().coefficients();
-    let modes: Vec<Vec<DVec3>> = (0..count)
+    let modes: Vec<Vec<DVec3>> = (0..model.parts().population())
         .map(|k| {
-            let mut c = vec![0.0; count];
+            let mut c = vec![0.0; model.parts().coefficients()];
             c[k] = 1.0;
             let mut face = model.face();
             face.set_coefficients(&c).unwrap();

@@ -1,8 +1,10 @@
 //! A face: a model and coefficients; everything else of it is computed.
 
 mod code;
+mod measured;
 mod probable;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use glam::Vec3;
@@ -38,6 +40,8 @@ pub struct Face {
     /// Coefficients in units of 1/65536 sigma.
     state: Vec<i32>,
     locked: Vec<bool>,
+    /// Measures that are held, and the length of each, mm.
+    held: BTreeMap<usize, f64>,
     alpha: f32,
     /// Fall-off of each surround target at the present alpha, a block after another.
     fades: Vec<Vec<f32>>,
@@ -69,6 +73,7 @@ impl Face {
         let mut face = Self {
             state: model.derived.median.clone(),
             locked: vec![false; parts.blocks.len()],
+            held: BTreeMap::new(),
             alpha: parts.blending.alpha,
             fades: Vec::new(),
             displacements: parts
@@ -141,48 +146,59 @@ impl Face {
     /// When no control has that name.
     pub fn get(&self, control: &str) -> Result<f64> {
         let control = self.model.control(control)?;
-        Ok(f64::from(
-            control.percentile(control.read(&self.coefficients())),
-        ))
+        let reading = match control.measure {
+            Some(measure) => self.measured(measure as usize) as f32,
+            None => control.read(&self.coefficients()),
+        };
+        Ok(f64::from(control.percentile(reading)))
     }
 
     /// Moves a control to a percentile, 0..=1.
     ///
     /// # Errors
-    /// When no control has that name, or the value is outside 0..=1.
+    /// When no control has that name, the value is outside 0..=1, or the control's measure or one
+    /// that is held cannot be had; the face then stays as it was.
     pub fn set(&mut self, control: &str, value: f64) -> Result<()> {
-        let control = self.model.control(control)?;
-        let mut coefficients = self.coefficients();
+        let control = self.model.control(control)?.clone();
         let wanted = control.quantile(value)?;
+        if let Some(measure) = control.measure {
+            return self.set_along(&control, measure as usize, f64::from(wanted));
+        }
+        let before = self.before();
+        let mut coefficients = self.coefficients();
         let amount = (wanted - control.read(&coefficients)) / control.gain();
         for &(i, change) in &control.direction {
             coefficients[i as usize] += amount * change;
         }
-        self.change(&coefficients)
+        self.change(&coefficients)?;
+        self.hold_beside(&control, before)
     }
 
-    /// Puts a region, or everything, back to the median person. Locked regions stay.
+    /// Puts a region, or everything, back to the median person. Locked regions stay, and what is
+    /// held is held.
     ///
     /// # Errors
-    /// When no region has that name.
+    /// When no region has that name, or a held measure cannot be held.
     pub fn reset(&mut self, region: Option<&str>) -> Result<()> {
         let mut state = self.state.clone();
-        let only = region.map(|name| self.model.block(name)).transpose()?;
+        let only = region.map(|name| self.model.region(name)).transpose()?;
         for (b, block) in self.model.parts().blocks.iter().enumerate() {
-            if only.is_none_or(|o| o == b) && !self.locked[b] {
+            if only.as_ref().is_none_or(|only| only[b]) && !self.locked[b] {
                 let own = block.coefficients();
                 state[own.clone()].copy_from_slice(&self.model.derived.median[own]);
             }
         }
+        let before = self.before();
         self.replace(state);
-        Ok(())
+        self.hold(&[self.free(None)?], before)
     }
 
     /// Moves the face, or the named regions of it, towards `other`: 0 leaves it, 1 takes it over.
-    /// Locked regions stay.
+    /// Locked regions stay, and what is held is held.
     ///
     /// # Errors
-    /// When the faces are of two models, a region is unknown or `t` is not in 0..=1.
+    /// When the faces are of two models, a region is unknown, `t` is not in 0..=1, or a held measure
+    /// cannot be held.
     pub fn blend(&mut self, other: &Face, t: f64, regions: Option<&[String]>) -> Result<()> {
         if other.model.derived.fingerprint != self.model.derived.fingerprint {
             return Err(Error::Mismatch(
@@ -196,24 +212,28 @@ impl Face {
                 got: t,
             });
         }
-        let free = self.free(regions)?;
+        let (free, edits) = (self.free(regions)?, self.edits(regions)?);
+        let before = self.before();
         let mut state = self.state.clone();
-        for i in free {
+        for &i in free.iter().chain(&edits) {
             let (from, to) = (f64::from(self.state[i]), f64::from(other.state[i]));
             state[i] = (from + (to - from) * t).round() as i32;
         }
         self.replace(state);
-        Ok(())
+        self.hold(&[free, self.free(None)?], before)
     }
 
     /// Draws a face from the population and returns the seed that was used.
     ///
     /// The coefficients are drawn from the joint normal distribution with the population's
     /// correlations, *given* those of locked regions and of regions that are not named: the rest
-    /// fits what is kept. Each coefficient stays within 3 sigmas.
+    /// fits what is kept. Each coefficient stays within 3 sigmas. Edits by semantic controls are
+    /// undone in what is drawn. Held measures are held as the population would have it: to first
+    /// order the draw is then also given their lengths (Matheron's rule).
     ///
     /// # Errors
-    /// When a region is unknown, the spread is not in 0..=3, or the system has no randomness.
+    /// When a region is unknown, the spread is not in 0..=3, the system has no randomness, or a held
+    /// measure cannot be held.
     pub fn randomize(&mut self, options: &Randomize) -> Result<u64> {
         let spread = options.spread.unwrap_or(1.0);
         if !(0.0..=3.0).contains(&spread) {
@@ -231,25 +251,31 @@ impl Face {
                 getrandom::u64().map_err(|e| Error::Mismatch(format!("no randomness: {e}")))? >> 11
             }
         };
+        let before = self.before();
         let mut random = Random::new(seed);
-        let drawn: Vec<f64> = (0..self.state.len())
+        let drawn: Vec<f64> = (0..self.model.parts().population())
             .map(|_| random.normal() * spread)
             .collect();
         let drawn = self.model.conditional_sample(&drawn, &self.sigmas(), &free);
         let mut coefficients = self.coefficients();
-        for i in free {
+        for &i in &free {
             coefficients[i] = (drawn[i] as f32).clamp(-LIMIT, LIMIT);
         }
+        for i in self.edits(options.regions.as_deref())? {
+            coefficients[i] = 0.0;
+        }
         self.change(&coefficients)?;
+        self.hold(&[free, self.free(None)?], before)?;
         Ok(seed)
     }
 
     /// Moves a vertex to `target` (mm) by the most probable change of the coefficients that are
     /// not locked. Each coefficient stays within 3 sigmas (or where it was, if farther out), so a
-    /// target that no person of the population reaches is approached, not met.
+    /// target that no person of the population reaches is approached, not met. So is one that asks
+    /// for other held measures.
     ///
     /// # Errors
-    /// When there is no such vertex or the target is not finite.
+    /// When there is no such vertex, the target is not finite, or a held measure cannot be held.
     pub fn drag(&mut self, vertex: u32, target: Vec3) -> Result<()> {
         let Some(&position) = self.positions.get(vertex as usize) else {
             return Err(Error::Unknown {
@@ -270,12 +296,14 @@ impl Face {
             (target - position).as_dvec3(),
             &free,
         );
+        let before = self.before();
         let mut coefficients = self.coefficients();
         for (&i, change) in free.iter().zip(change) {
             let limit = LIMIT.max(coefficients[i].abs());
             coefficients[i] = (coefficients[i] + change as f32).clamp(-limit, limit);
         }
-        self.change(&coefficients)
+        self.change(&coefficients)?;
+        self.hold(&[free], before)
     }
 
     /// Keeps a region's coefficients as they are in [`Face::randomize`], [`Face::blend`],
@@ -284,8 +312,7 @@ impl Face {
     /// # Errors
     /// When no region has that name.
     pub fn lock(&mut self, region: &str) -> Result<()> {
-        self.locked[self.model.block(region)?] = true;
-        Ok(())
+        self.set_lock(region, true)
     }
 
     /// Undoes [`Face::lock`].
@@ -293,7 +320,13 @@ impl Face {
     /// # Errors
     /// When no region has that name.
     pub fn unlock(&mut self, region: &str) -> Result<()> {
-        self.locked[self.model.block(region)?] = false;
+        self.set_lock(region, false)
+    }
+
+    fn set_lock(&mut self, region: &str, locked: bool) -> Result<()> {
+        let own = self.model.region(region)?;
+        let all = self.locked.iter_mut().zip(own);
+        all.filter(|(_, own)| *own).for_each(|(l, _)| *l = locked);
         Ok(())
     }
 
@@ -303,22 +336,8 @@ impl Face {
         blocks
             .iter()
             .zip(&self.locked)
-            .filter(|b| *b.1)
+            .filter(|b| *b.1 && b.0.local_to.is_none())
             .map(|b| b.0.name.as_str())
-    }
-
-    /// A measure of the face, mm.
-    ///
-    /// # Errors
-    /// When no measure has that name.
-    pub fn measure(&self, name: &str) -> Result<f64> {
-        let parts = self.model.parts();
-        let measure = parts.measures.iter().find(|m| m.name == name);
-        let measure = measure.ok_or_else(|| Error::Unknown {
-            kind: "measure",
-            name: name.to_owned(),
-        })?;
-        Ok(f64::from(measure.of(&parts.landmarks, &self.positions)))
     }
 
     /// The fall-off distance of blending, mm.
@@ -346,15 +365,27 @@ impl Face {
         Ok(())
     }
 
-    /// The coefficients that a change may touch: those of the named regions that are not locked.
+    /// The coefficients that a change of the person may touch: those of the named regions (all,
+    /// when absent) that are not locked, but for edits.
     fn free(&self, regions: Option<&[String]>) -> Result<Vec<usize>> {
+        self.unlocked(regions, false)
+    }
+
+    /// The edits that are in the named regions (all, when absent) that are not locked: the
+    /// coefficients of local blocks.
+    fn edits(&self, regions: Option<&[String]>) -> Result<Vec<usize>> {
+        self.unlocked(regions, true)
+    }
+
+    fn unlocked(&self, regions: Option<&[String]>, local: bool) -> Result<Vec<usize>> {
         let blocks = &self.model.parts().blocks;
         let mut named = vec![regions.is_none(); blocks.len()];
         for region in regions.unwrap_or_default() {
-            named[self.model.block(region)?] = true;
+            let own = self.model.region(region)?;
+            named.iter_mut().zip(own).for_each(|(n, own)| *n |= own);
         }
         Ok((0..blocks.len())
-            .filter(|&b| named[b] && !self.locked[b])
+            .filter(|&b| named[b] && !self.locked[b] && blocks[b].local_to.is_some() == local)
             .flat_map(|b| blocks[b].coefficients())
             .collect())
     }
@@ -437,6 +468,11 @@ impl Face {
         let (start, end) = (range.start as usize, range.end as usize);
         self.positions[start..end].copy_from_slice(&parts.mean[start..end]);
         for (block, displacements) in parts.blocks.iter().zip(&self.displacements) {
+            // Most faces have no edits.
+            if block.local_to.is_some() && self.state[block.coefficients()].iter().all(|&c| c == 0)
+            {
+                continue;
+            }
             let (support, targets) = displacements.split_at(block.support.len());
             add(&mut self.positions, &block.support, support, &range);
             if let Some(surround) = &block.surround {

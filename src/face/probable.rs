@@ -38,12 +38,7 @@ impl FaceModel {
         wanted: DVec3,
         free: &[usize],
     ) -> Vec<f64> {
-        let held = complement(free, jacobian.len());
-        let correlation = &self.derived.correlation;
-        let mut covariance = correlation.select_rows(free).select_columns(free);
-        if let Some(gain) = self.regression(free, &held) {
-            covariance -= gain * correlation.select_rows(&held).select_columns(free);
-        }
+        let covariance = self.conditional_covariance(free);
         let j = DMatrix::from_fn(3, free.len(), |axis, i| f64::from(jacobian[free[i]][axis]));
         let spread = &covariance * j.transpose();
         let gram = Matrix3::from_iterator((&j * &spread).iter().copied());
@@ -63,9 +58,30 @@ impl FaceModel {
         }
     }
 
+    /// The covariance of the free coefficients given the others. Those of local blocks, of which
+    /// the population knows nothing, count as independent.
+    pub(crate) fn conditional_covariance(&self, free: &[usize]) -> DMatrix<f64> {
+        let population = self.parts().population();
+        let correlation = &self.derived.correlation;
+        let people: Vec<usize> = free.iter().copied().filter(|&i| i < population).collect();
+        let mut among = correlation.select_rows(&people).select_columns(&people);
+        let held = complement(&people, population);
+        if let Some(gain) = self.regression(&people, &held) {
+            among -= gain * correlation.select_rows(&held).select_columns(&people);
+        }
+        let place = |i: usize| people.iter().position(|&p| p == i);
+        let places: Vec<Option<usize>> = free.iter().map(|&i| place(i)).collect();
+        DMatrix::from_fn(free.len(), free.len(), |a, b| {
+            match (places[a], places[b]) {
+                (Some(a), Some(b)) => among[(a, b)],
+                _ => f64::from(u8::from(a == b)),
+            }
+        })
+    }
+
     /// R_fh R_hh^-1, by which the free coefficients follow the held ones; `None` if none is held.
     fn regression(&self, free: &[usize], held: &[usize]) -> Option<DMatrix<f64>> {
-        if held.is_empty() {
+        if held.is_empty() || free.is_empty() {
             return None;
         }
         let correlation = &self.derived.correlation;

@@ -14,7 +14,7 @@
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
-//!   [`sparse`] learns a basis of local components;
+//!   [`sparse`] learns a basis of local components, and [`semantic`] makes named controls of it;
 //! - evidence: [`validate`](mod@validate) writes the report on a population and its model;
 //! - pictures: a scan's image comes to the generic head as its [`texture`];
 //!   [`render`](mod@render) draws without a GPU, lengths in the colours of the [`colour_bar`],
@@ -52,6 +52,7 @@ pub mod register;
 pub mod render;
 pub mod resample;
 pub mod scan;
+pub mod semantic;
 pub mod simulate;
 pub mod smooth;
 pub mod sparse;

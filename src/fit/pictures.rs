@@ -107,6 +107,7 @@ pub fn of_model(model: &FaceModel, folder: &Path) -> FitResult<()> {
         let columns = rows.len() / 3;
         Image::grid(&rows, columns)?.save(&folder.join(format!("modes-{}.png", feature.name)))?;
     }
+    semantic(model, folder)?;
     let faces = (1..=12)
         .map(|seed| {
             let mut face = model.face();
@@ -363,6 +364,54 @@ fn distances(
         .filter(|(v, _)| covered[*v])
         .collect()
 }
+
+/// `semantic.png`: every semantic control at -2 and +2 standard deviations of its measure, four
+/// controls a row in the order of the model (semantic reshaping, Figs. 7 and 8), and
+/// `pinocchio.png`: the nose ever longer (Fig. 9).
+fn semantic(model: &FaceModel, folder: &Path) -> FitResult<()> {
+    let parts = model.parts();
+    let mut cells = Vec::new();
+    for control in &parts.controls {
+        let Some(measure) = control.measure.map(|m| &parts.measures[m as usize]) else {
+            continue;
+        };
+        let height = match control.group.as_str() {
+            "eyes" => 0.0,
+            "forehead" => 20.0,
+            _ => -35.0,
+        };
+        // What lies before or behind something else is seen from the side.
+        let ahead = ["length", "protrusion", "convexity"];
+        let deep = ahead.iter().any(|word| measure.name.ends_with(word)) && control.group != "eyes";
+        let yaw = if deep { 60.0 } else { 0.0 };
+        let camera = Camera::around(DVec3::new(0.0, height, -30.0), 700.0, yaw, 2.0);
+        let limit = f64::from(crate::model::LIMIT);
+        let (least, most) = (control.quantile(0.0)?, control.quantile(1.0)?);
+        let (least, most) = (f64::from(least), f64::from(most));
+        for sigmas in [-2.0, 2.0] {
+            let mut face = model.face();
+            let mm = (least + most) / 2.0 + sigmas * (most - least) / (2.0 * limit);
+            face.set_measure(&measure.name, mm)?;
+            cells.push(draw(&face, &Options::new(230, 260, camera)));
+        }
+    }
+    if cells.is_empty() {
+        return Ok(());
+    }
+    Image::grid(&cells, 8)?.save(&folder.join("semantic.png"))?;
+    let camera = Camera::around(DVec3::new(20.0, -25.0, -20.0), 900.0, 55.0, 2.0);
+    let grown = [0.0, 8.0, 20.0, 45.0].map(|longer| -> FitResult<Image> {
+        let mut face = model.face();
+        let length = face.measure(PINOCCHIO)?;
+        face.set_measure(PINOCCHIO, length + longer)?;
+        Ok(draw(&face, &Options::new(420, 460, camera)))
+    });
+    let grown = grown.into_iter().collect::<FitResult<Vec<_>>>()?;
+    Image::grid(&grown, 4)?.save(&folder.join("pinocchio.png"))
+}
+
+/// The measure of which a liar has ever more.
+const PINOCCHIO: &str = "nose length";
 
 /// A face in the model's colours.
 fn draw(face: &Face, options: &Options) -> Image {

@@ -23,11 +23,21 @@ pub struct Block {
     pub sigmas: Vec<f32>,
     /// The place of its first coefficient in the face's vector.
     pub first_coefficient: usize,
-    /// How the vertices around follow; `None` for a block that moves every vertex.
+    /// How the vertices around follow; `None` for a block that moves every vertex, and for a local
+    /// one, whose modes end by themselves.
     pub surround: Option<Surround>,
+    /// A local block holds edits on top of a person: the name of the block whose region they are
+    /// part of. Its coefficients are zero for all people of the population. `None` for the blocks
+    /// that describe people, which come first.
+    pub local_to: Option<String>,
 }
 
 impl Block {
+    /// The region by which a face locks, blends and resets the block.
+    pub fn region(&self) -> &str {
+        self.local_to.as_deref().unwrap_or(&self.name)
+    }
+
     /// The block's coefficients in the face's vector.
     pub fn coefficients(&self) -> std::ops::Range<usize> {
         self.first_coefficient..self.first_coefficient + self.sigmas.len()

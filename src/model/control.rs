@@ -4,8 +4,9 @@ use crate::{Error, Result};
 
 /// A named slider.
 ///
-/// A control has no state. Its value is *read* from the face, a linear function of the
-/// coefficients put through the quantile table, and moving it adds a multiple of its direction.
+/// A control has no state. Its value is *read* from the face and put through the quantile table,
+/// and moving it adds a multiple of its direction. What is read is a linear function of the
+/// coefficients, or, of a semantic control, a measure of the face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Control {
     /// Its name, unlike every other.
@@ -17,15 +18,19 @@ pub struct Control {
     /// The coefficients that it changes, increasing: `(coefficient, change for one unit of
     /// reading)`.
     pub direction: Vec<(u32, f32)>,
-    /// The linear read-out: `(coefficient, weight)`, coefficients increasing.
+    /// The linear read-out: `(coefficient, weight)`, coefficients increasing. Empty for a semantic
+    /// control.
     pub reading: Vec<(u32, f32)>,
+    /// What a semantic control reads and sets: an index into the model's measures. Its quantiles
+    /// are mm.
+    pub measure: Option<u32>,
     /// The read-out at equally spaced percentiles from 0 to 1, strictly increasing: the empirical
     /// distribution over the population, with the limits (+-3 sigma) at the two ends.
     pub quantiles: Vec<f32>,
 }
 
 impl Control {
-    /// The read-out's value for a vector of coefficients (sigmas).
+    /// The linear read-out's value for a vector of coefficients (sigmas).
     pub fn read(&self, coefficients: &[f32]) -> f32 {
         self.reading
             .iter()

@@ -42,6 +42,9 @@ pub(crate) struct BlockHeader {
     /// How many vertices the block moves by itself.
     pub support: u32,
     pub surround: Option<SurroundHeader>,
+    /// The block whose region it edits, if it is a local one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub local_to: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -59,6 +62,9 @@ pub(crate) struct ControlHeader {
     pub description: String,
     pub direction: Vec<(u32, f32)>,
     pub reading: Vec<(u32, f32)>,
+    /// The measure that a semantic control sets, an index into `measures`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measure: Option<u32>,
 }
 
 /// The fall-off distance of blending, in mm.

@@ -2,9 +2,9 @@
 //!
 //! # Sections of a model blob
 //!
-//! N vertices, M texture corners, T triangles, B blocks, C coefficients in all, P controls with Q
-//! quantiles each; block `b` has S support vertices, K modes, R surround targets and G parts among
-//! these that follow as one.
+//! N vertices, M texture corners, T triangles, B blocks, C coefficients of the population (those of
+//! all blocks that are not local), P controls with Q quantiles each; block `b` has S support
+//! vertices, K modes, R surround targets and G parts among these that follow as one.
 //!
 //! | section | type | length | what |
 //! |---|---|---|---|
@@ -15,9 +15,9 @@
 //! | `regions` | u8 | N | index into the header's `regions` |
 //! | `colours` | u8 | 3 N | sRGB |
 //! | `mean` | planes | 3 N | mean face, predicted over the vertices: all x, all y, all z, in units of [`COORDINATES`] |
-//! | `correlation` | planes | C (C - 1) / 2 | correlation of the coefficients in the population, in units of [`CORRELATIONS`]: row by row, up to the diagonal |
+//! | `correlation` | planes | C (C - 1) / 2 | their correlation in the population, in units of [`CORRELATIONS`]: row by row, up to the diagonal |
 //! | `quantiles` | f32 | P Q | read-out at equally spaced percentiles, a control after another |
-//! | `support.b` | planes | S | vertices, increasing, each as its difference from the one before; absent for a block without surround (all N) |
+//! | `support.b` | planes | S | vertices, increasing, each as its difference from the one before; absent for a block without surround that is not local (all N) |
 //! | `modes.b` | planes | 3 S K | displacement for one sigma in units of the header's `step`, predicted over the support: a mode after another, of each all x, all y, all z |
 //! | `sigmas.b` | f32 | K | standard deviations, mm |
 //! | `targets.b` | planes | R | surround vertices, as `support.b` |
@@ -91,11 +91,11 @@ pub struct ModelParts {
     pub blocks: Vec<Block>,
     /// The controls; each has the same number of quantiles.
     pub controls: Vec<Control>,
-    /// Correlation of the coefficients in the population, row by row.
+    /// Correlation of the population's coefficients ([`ModelParts::population`]), row by row.
     pub correlation: Vec<f32>,
     /// Named points.
     pub landmarks: Vec<Landmark>,
-    /// Named lengths.
+    /// What can be measured.
     pub measures: Vec<Measure>,
     /// The fall-off distance.
     pub blending: Blending,
@@ -139,10 +139,10 @@ impl FaceModel {
     }
 
     fn new(parts: ModelParts, checksum: u64) -> Result<Self> {
-        let count = parts.coefficients();
+        let population = parts.population();
         let correlation = DMatrix::from_row_iterator(
-            count,
-            count,
+            population,
+            population,
             parts.correlation.iter().map(|&r| f64::from(r)),
         );
         let Some(cholesky) = correlation.clone().cholesky() else {
@@ -163,8 +163,8 @@ impl FaceModel {
             .collect();
         let every = 0..parts.mean.len() as u32;
         let whole = parts.topology.patch(every, &triangles, &adjacency);
-        let mut median = vec![0.0_f32; count];
-        for control in &parts.controls {
+        let mut median = vec![0.0_f32; parts.coefficients()];
+        for control in parts.controls.iter().filter(|c| c.measure.is_none()) {
             let amount = (control.median() - control.read(&median)) / control.gain();
             for &(i, change) in &control.direction {
                 median[i as usize] += amount * change;
@@ -218,12 +218,18 @@ impl FaceModel {
         })
     }
 
-    pub(crate) fn block(&self, name: &str) -> Result<usize> {
-        let found = self.parts.blocks.iter().position(|b| b.name == name);
-        found.ok_or_else(|| Error::Unknown {
-            kind: "region",
-            name: name.to_owned(),
-        })
+    /// Which blocks a region is made of: the one of that name and its local ones.
+    pub(crate) fn region(&self, name: &str) -> Result<Vec<bool>> {
+        let own: Vec<bool> = (self.parts.blocks.iter())
+            .map(|block| block.region() == name)
+            .collect();
+        match own.contains(&true) {
+            true => Ok(own),
+            false => Err(Error::Unknown {
+                kind: "region",
+                name: name.to_owned(),
+            }),
+        }
     }
 }
 
@@ -231,6 +237,12 @@ impl ModelParts {
     /// How many coefficients a face has.
     pub fn coefficients(&self) -> usize {
         self.blocks.iter().map(|b| b.sigmas.len()).sum()
+    }
+
+    /// How many of them describe people: those of all blocks that are not local, which come first.
+    pub fn population(&self) -> usize {
+        let people = self.blocks.iter().filter(|b| b.local_to.is_none());
+        people.map(|b| b.sigmas.len()).sum()
     }
 
     /// The bytes of the model's blob; [`pack`](crate::blob::pack) makes a file of them.
@@ -269,6 +281,7 @@ impl ModelParts {
                     description: c.description.clone(),
                     direction: c.direction.clone(),
                     reading: c.reading.clone(),
+                    measure: c.measure,
                 })
                 .collect(),
             blending: self.blending,
@@ -280,7 +293,7 @@ impl ModelParts {
             .map(|x| COORDINATES.index(x.into()))
             .collect();
         blob.planes("mean", &walk.residuals(&mean, 3));
-        let total = self.coefficients();
+        let total = self.population();
         let below = (0..total).flat_map(|i| &self.correlation[i * total..i * total + i]);
         let below: Vec<i32> = below.map(|&r| CORRELATIONS.index(r.into())).collect();
         blob.planes("correlation", &below);
@@ -309,8 +322,10 @@ impl ModelParts {
                 &own.residuals(&modes, 3 * block.sigmas.len()),
             );
             blob.section(&format!("sigmas.{b}"), &block.sigmas);
-            if let Some(surround) = &block.surround {
+            if block.surround.is_some() || block.local_to.is_some() {
                 blob.planes(&format!("support.{b}"), &differences(&block.support));
+            }
+            if let Some(surround) = &block.surround {
                 blob.planes(&format!("targets.{b}"), &differences(&surround.targets));
                 let distances = surround.distances.iter();
                 let distances: Vec<i32> = distances.map(|&d| DISTANCES.index(d.into())).collect();
@@ -336,7 +351,7 @@ impl ModelParts {
             regions,
             ..
         } = &self.topology;
-        let (n, total) = (self.mean.len(), self.coefficients());
+        let (n, total) = (self.mean.len(), self.population());
         let below = |numbers: &[u32], end: usize| numbers.iter().all(|&i| (i as usize) < end);
         if regions.len() != n || uv_vertices.len() != uvs.len() || uvs.len() < n {
             return bad("its topology is of another number of vertices".into());
@@ -411,10 +426,26 @@ impl ModelParts {
             if blocks.iter().any(|other: &Block| other.name == block.name) {
                 return bad(format!("two blocks are called {:?}", block.name));
             }
+            let local = |block: &Block| block.local_to.is_some();
+            if !local(&block) && blocks.last().is_some_and(local) {
+                return bad(format!("block {:?} follows a local one", block.name));
+            }
+            let edited = |region: &String| {
+                let mut others = blocks.iter().filter(|other| !local(other));
+                others.any(|other| other.name == *region)
+            };
+            if !block.local_to.as_ref().is_none_or(edited) {
+                return bad(format!("block {:?} is local to none", block.name));
+            }
             blocks.push(block);
         }
-        let correlation = read_correlation(blob, total)?;
-        let controls = read_controls(blob, header.controls, header.quantiles, total)?;
+        let people = blocks.iter().filter(|b| b.local_to.is_none());
+        let correlation = read_correlation(blob, people.map(|b| b.sigmas.len()).sum())?;
+        let limits = Limits {
+            coefficients: total,
+            measures: header.measures.len(),
+        };
+        let controls = read_controls(blob, header.controls, header.quantiles, limits)?;
         for landmark in &header.landmarks {
             let sum: f64 = landmark.stencil.iter().map(|s| s.1).sum();
             let sound = landmark
@@ -426,11 +457,8 @@ impl ModelParts {
             }
         }
         let landmarks = header.landmarks.len();
-        if let Some(m) = header
-            .measures
-            .iter()
-            .find(|m| m.from as usize >= landmarks || m.to as usize >= landmarks)
-        {
+        let mut measures = header.measures.iter();
+        if let Some(m) = measures.find(|m| !m.quantity.is_sound(landmarks)) {
             return bad(format!("measure {:?} has no landmarks", m.name));
         }
         let Blending {
@@ -474,6 +502,7 @@ fn block_header(block: &Block, topology: &Topology) -> BlockHeader {
             targets: s.targets.len() as u32,
             rigid: s.rigid.len() as u32,
         }),
+        local_to: block.local_to.clone(),
     }
 }
 
@@ -546,9 +575,12 @@ fn read_block(
             None => return bad(format!("no region is called {name:?}")),
         }
     }
-    let support: Vec<u32> = match header.surround {
-        Some(_) => vertices(blob, &format!("support.{b}"), header.support, n)?,
-        None => (0..n as u32).collect(),
+    if header.local_to.is_some() && header.surround.is_some() {
+        return bad("it is local and has a surround".into());
+    }
+    let support: Vec<u32> = match header.surround.is_some() || header.local_to.is_some() {
+        true => vertices(blob, &format!("support.{b}"), header.support, n)?,
+        false => (0..n as u32).collect(),
     };
     if support.is_empty() || support.len() != header.support as usize {
         return bad(format!("a support of {} vertices", header.support));
@@ -595,6 +627,7 @@ fn read_block(
         sigmas,
         first_coefficient,
         surround,
+        local_to: header.local_to,
     })
 }
 
@@ -608,11 +641,17 @@ fn read_rigid(blob: &Blob, name: &str, count: u32) -> Result<Vec<Rigid>> {
     Ok(rigid.collect())
 }
 
+/// How many there are of what controls name by number.
+struct Limits {
+    coefficients: usize,
+    measures: usize,
+}
+
 fn read_controls(
     blob: &Blob,
     headers: Vec<ControlHeader>,
     quantiles: u32,
-    coefficients: usize,
+    limits: Limits,
 ) -> Result<Vec<Control>> {
     let q = quantiles as usize;
     if !(2..=4096).contains(&q) || headers.len() > 4096 {
@@ -626,7 +665,7 @@ fn read_controls(
     for (header, quantiles) in headers.into_iter().zip(table.chunks_exact(q)) {
         let bad = |why: &str| Err(Error::Blob(format!("control {:?}: {why}", header.name)));
         let terms = || header.direction.iter().chain(&header.reading);
-        if terms().any(|t| t.0 as usize >= coefficients || !(t.1.abs() <= 1e6)) {
+        if terms().any(|t| t.0 as usize >= limits.coefficients || !(t.1.abs() <= 1e6)) {
             return bad("its coefficients are not the model's");
         }
         let in_order = |terms: &[(u32, f32)]| terms.windows(2).all(|w| w[0].0 < w[1].0);
@@ -646,9 +685,17 @@ fn read_controls(
             description: header.description.clone(),
             direction: header.direction.clone(),
             reading: header.reading.clone(),
+            measure: header.measure,
         };
-        if !(control.gain().abs() >= 1e-6) {
-            return bad("it does not move its own read-out");
+        match control.measure {
+            None if !(control.gain().abs() >= 1e-6) => {
+                return bad("it does not move its own read-out");
+            }
+            Some(m) if m as usize >= limits.measures => return bad("its measure is not there"),
+            Some(_) if !control.reading.is_empty() || control.direction.is_empty() => {
+                return bad("it has a measure and reads coefficients, or moves none");
+            }
+            _ => {}
         }
         controls.push(control);
     }

@@ -29,6 +29,8 @@ struct ControlInfo<'a> {
     description: &'a str,
     unit: &'static str,
     limits: [f64; 2],
+    /// The name of the measure that a semantic control sets.
+    measure: Option<&'a str>,
 }
 
 #[derive(Serialize)]
@@ -43,7 +45,7 @@ impl<'a> From<&'a Measure> for MeasureInfo<'a> {
         Self {
             name: &measure.name,
             description: &measure.description,
-            unit: "mm",
+            unit: Measure::UNIT,
         }
     }
 }
@@ -51,7 +53,7 @@ impl<'a> From<&'a Measure> for MeasureInfo<'a> {
 #[derive(Serialize)]
 struct Info<'a> {
     about: &'a About,
-    /// The blocks' names: what can be locked, blended and reset.
+    /// The names of the blocks that are not local: what can be locked, blended and reset.
     regions: Vec<&'a str>,
     /// The names of the numbers in `region_of`.
     #[serde(rename = "regionNames")]
@@ -92,12 +94,15 @@ impl FaceModel {
                 description: &c.description,
                 unit: "percentile",
                 limits: [0.0, 1.0],
+                measure: (c.measure).map(|m| parts.measures[m as usize].name.as_str()),
             })
             .collect();
         let regions = &parts.topology.region_names;
         to_js(&Info {
             about: &parts.about,
-            regions: parts.blocks.iter().map(|b| b.name.as_str()).collect(),
+            regions: (parts.blocks.iter().filter(|b| b.local_to.is_none()))
+                .map(|b| b.name.as_str())
+                .collect(),
             region_names: regions,
             region_groups: (0..regions.len() as u8)
                 .map(|r| parts.blocks.iter().position(|b| b.regions.contains(&r)))
@@ -267,6 +272,31 @@ impl Face {
     /// A measure, mm.
     pub fn measure(&self, name: &str) -> Result<f64, JsError> {
         self.face.measure(name).map_err(error)
+    }
+
+    /// Gives a measure a length, mm.
+    pub fn set_measure(&mut self, name: &str, mm: f64) -> Result<(), JsError> {
+        self.face.set_measure(name, mm).map_err(error)
+    }
+
+    /// Undoes what a control did.
+    pub fn clear(&mut self, control: &str) -> Result<(), JsError> {
+        self.face.clear(control).map_err(error)
+    }
+
+    /// Holds a measure where it is.
+    pub fn lock_measure(&mut self, name: &str) -> Result<(), JsError> {
+        self.face.lock_measure(name).map_err(error)
+    }
+
+    /// Undoes `lock_measure`.
+    pub fn unlock_measure(&mut self, name: &str) -> Result<(), JsError> {
+        self.face.unlock_measure(name).map_err(error)
+    }
+
+    /// The measures that are held.
+    pub fn locked_measures(&self) -> Vec<String> {
+        self.face.locked_measures().map(str::to_owned).collect()
     }
 
     /// Moves a vertex to a place (mm) by the most probable change.

@@ -4,7 +4,7 @@
 
 use glam::Vec3;
 use phiz::FaceModel;
-use phiz::anatomy::{Landmark, Measure, Part};
+use phiz::anatomy::{Axis, Landmark, Measure, Part, Quantity};
 use phiz::mesh::Topology;
 use phiz::model::{About, Blending, Block, Control, Licence, ModelParts, Rigid, Surround};
 use phiz::quantise::{COORDINATES, CORRELATIONS, DISTANCES, FINEST_STEP, Quantised, TEXTURE};
@@ -174,14 +174,63 @@ pub fn sheet() -> ModelParts {
         measures: vec![Measure {
             name: "mouth width".into(),
             description: "From corner to corner.".into(),
-            from: 1,
-            to: 2,
+            quantity: Quantity::Distance { from: 1, to: 2 },
         }],
         blending: Blending {
             alpha: 12.0,
             limits: [2.0, 40.0],
         },
     }
+}
+
+/// The sheet with an edit: a local block that widens the mouth, and a semantic control for it.
+pub fn edited_sheet() -> ModelParts {
+    let mut parts = sheet();
+    let mouth = &parts.blocks[1];
+    // Two millimetres of the mouth's fifty for a coefficient of 1.
+    let values: Vec<f64> = (mouth.support.iter())
+        .flat_map(|&v| [f64::from(parts.mean[v as usize].x) / 25.0, 0.0, 0.0])
+        .collect();
+    let local = Block {
+        name: "local mouth".into(),
+        regions: mouth.regions.clone(),
+        support: mouth.support.clone(),
+        modes: Quantised::new(&values, FINEST_STEP),
+        sigmas: vec![2.0],
+        first_coefficient: COEFFICIENTS,
+        surround: None,
+        local_to: Some("mouth".into()),
+    };
+    parts.blocks.push(local);
+    parts.controls.push(Control {
+        name: "mouth width".into(),
+        group: "mouth".into(),
+        description: "wider mouth".into(),
+        direction: vec![(COEFFICIENTS as u32, 1.0)],
+        reading: vec![],
+        measure: Some(0),
+        quantiles: (0..=20).map(|i| 44.0 + 0.6 * i as f32).collect(),
+    });
+    parts.measures.push(Measure {
+        name: "lips".into(),
+        description: "A bit of everything.".into(),
+        quantity: Quantity::GeometricMean {
+            geometric_mean: vec![
+                Quantity::Distance { from: 1, to: 2 },
+                Quantity::Mean {
+                    mean: vec![
+                        Quantity::Offset {
+                            axis: Axis::Y,
+                            of: vec![0],
+                            over: vec![1, 2],
+                        },
+                        Quantity::Distance { from: 0, to: 1 },
+                    ],
+                },
+            ],
+        },
+    });
+    parts
 }
 
 fn block(topology: &Topology, mean: &[Vec3], region: u8, modes: usize, first: usize) -> Block {
@@ -230,6 +279,7 @@ fn block(topology: &Topology, mean: &[Vec3], region: u8, modes: usize, first: us
         sigmas: (0..modes).map(|k| 5.0 / (k + 1) as f32).collect(),
         first_coefficient: first,
         surround,
+        local_to: None,
     }
 }
 
@@ -242,6 +292,7 @@ fn control(name: &str, group: &str, coefficients: &[usize]) -> Control {
         description: String::new(),
         direction: coefficients.iter().map(|&i| (i as u32, 1.0)).collect(),
         reading: coefficients.iter().map(|&i| (i as u32, share)).collect(),
+        measure: None,
         // -3 to 3, denser below: 21 percentiles of a population with a long upper tail.
         quantiles: (0..=20)
             .map(|i| {
@@ -319,6 +370,32 @@ pub fn exercise(model: &FaceModel) {
                 .expect("it is there")
                 .is_finite()
         );
+    }
+    for measure in &parts.measures {
+        let now = face.measure(&measure.name).expect("it is there");
+        // What the face cannot have is an error, not a panic; so is what cannot be held.
+        for mm in [now + 0.5, -1e9, f64::NAN] {
+            if face.set_measure(&measure.name, mm).is_ok() {
+                let met = face.measure(&measure.name).expect("it is there");
+                assert!((met - mm).abs() <= 0.01, "{met} mm, not {mm}");
+            }
+            finite(&face);
+        }
+        face.lock_measure(&measure.name).expect("it is there");
+        let options = phiz::Randomize {
+            seed: Some(5),
+            ..Default::default()
+        };
+        let held = face.measure(&measure.name).expect("it is there");
+        if face.randomize(&options).is_ok() {
+            let now = face.measure(&measure.name).expect("it is there");
+            assert!((now - held).abs() <= 1e-4, "{now} mm, held at {held}");
+        }
+        face.unlock_measure(&measure.name).expect("it is there");
+        finite(&face);
+    }
+    if let Some(control) = parts.controls.last() {
+        face.clear(&control.name).expect("it is there");
     }
     let again = model.from_code(&face.code()).expect("its own code");
     assert_eq!(again.positions(), face.positions());

@@ -311,6 +311,25 @@ export class Face {
   measure(name) {
     return this.#live.measure(name);
   }
+  /** @param {string} name @param {number} value */
+  setMeasure(name, value) {
+    this.#live.set_measure(name, value);
+  }
+  /** @param {string} control */
+  clear(control) {
+    this.#live.clear(control);
+  }
+  /** @param {string} name */
+  lockMeasure(name) {
+    this.#live.lock_measure(name);
+  }
+  /** @param {string} name */
+  unlockMeasure(name) {
+    this.#live.unlock_measure(name);
+  }
+  get lockedMeasures() {
+    return this.#live.locked_measures();
+  }
   /** @param {number} vertex @param {ArrayLike<number>} target */
   drag(vertex, target) {
     this.#live.drag(vertex, target[0], target[1], target[2]);

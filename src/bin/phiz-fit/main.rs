@@ -12,7 +12,7 @@ mod validate;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::ProgressBar;
 
 use phiz::blob::pack;
@@ -21,6 +21,7 @@ use phiz::fit::ict::Ict;
 use phiz::fit::learn::{Learned, Settings, learn};
 use phiz::fit::people::People;
 use phiz::fit::register::batch;
+use phiz::fit::semantic::{Method, Table};
 use phiz::fit::template::Template;
 use phiz::fit::{FitError, FitResult, generic_head, pictures, ply, population};
 use phiz::model::About;
@@ -123,9 +124,32 @@ struct TrainArgs {
     /// The part of the variance that the modes of a region keep.
     #[arg(long, default_value_t = 0.95)]
     tau: f64,
+    /// How the directions of semantic controls are found.
+    #[arg(long, value_enum, default_value_t = Directions::Constrained)]
+    semantic: Directions,
     /// The model to write.
     #[arg(short, value_name = "FILE")]
     output: PathBuf,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Directions {
+    /// Regression on the components' weights, made orthogonal one after another.
+    Regression,
+    /// The mean change with one measure while the others stay.
+    InverseCovariance,
+    /// The most probable change that moves one measure and no other.
+    Constrained,
+}
+
+impl From<Directions> for Method {
+    fn from(directions: Directions) -> Self {
+        match directions {
+            Directions::Regression => Method::Regression,
+            Directions::InverseCovariance => Method::InverseCovariance,
+            Directions::Constrained => Method::Constrained,
+        }
+    }
 }
 
 #[derive(Args)]
@@ -252,6 +276,7 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     let about = about(&args.faces)?;
     let settings = Settings {
         tau: args.tau,
+        semantic: args.semantic.into(),
         ..Settings::default()
     };
     let learned = step("learning", || learn(&template, faces, about, &settings))?;
@@ -290,6 +315,35 @@ fn summary(learned: &Learned) -> String {
             100.0 * block.variance,
             100.0 * block.kept_by_smoothing
         );
+    }
+    learned
+        .tables
+        .iter()
+        .for_each(|table| text += &cross_talk(table));
+    text
+}
+
+/// A table of cross-talk as text: what +1 of each control does to all measures, in hundredths of a
+/// standard deviation.
+fn cross_talk(table: &Table) -> String {
+    let (worst, control, measure) = table.worst();
+    let mut text = format!(
+        "semantic controls by {:?}: {}; of other measures than their own they change {:.3} standard \
+         deviations RMS",
+        table.method,
+        table.controls.len(),
+        table.rms()
+    );
+    if let (Some(control), Some(measure)) =
+        (table.controls.get(control), table.controls.get(measure))
+    {
+        text += &format!(", at most {worst:.2} ({control}: {measure})");
+    }
+    text.push('\n');
+    for (i, row) in table.moved[0].1.iter().enumerate() {
+        let cells: String = row.iter().map(|x| format!("{:4.0}", 100.0 * x)).collect();
+        let (name, length, sigma) = (&table.controls[i], table.lengths[i], table.sigmas[i]);
+        text += &format!("  {name:27}{cells}  {sigma:.2} mm, unusual by {length:.1}\n");
     }
     text
 }

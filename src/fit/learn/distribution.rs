@@ -27,6 +27,7 @@ pub(super) fn controls(blocks: &[Block], coefficients: &[Vec<f64>]) -> Vec<Contr
             description: String::new(),
             direction: vec![(i as u32, 1.0)],
             reading: vec![(i as u32, 1.0)],
+            measure: None,
             quantiles: quantiles(coefficients.iter().map(|row| row[i]).collect()),
             group,
         })
@@ -35,7 +36,7 @@ pub(super) fn controls(blocks: &[Block], coefficients: &[Vec<f64>]) -> Vec<Contr
 
 /// The empirical quantiles at equally spaced percentiles (linear between order statistics), with
 /// the limits at both ends and a least gap between neighbours.
-pub(super) fn quantiles(mut values: Vec<f64>) -> Vec<f32> {
+pub(crate) fn quantiles(mut values: Vec<f64>) -> Vec<f32> {
     values.sort_by(f64::total_cmp);
     let last = QUANTILES - 1;
     let limit = f64::from(LIMIT);

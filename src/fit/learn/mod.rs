@@ -13,10 +13,12 @@ use super::geodesic::Geodesic;
 use super::gram::chunks;
 use super::measures::measures;
 use super::pca::Spectrum;
+use super::semantic::{self, Method, Table};
 use super::template::Template;
 use super::{FitError, FitResult};
 use crate::model::{About, Blending, Block, ModelParts};
 use crate::quantise::{BLOCK_ERROR, COORDINATES, Quantised};
+pub(crate) use distribution::quantiles;
 use distribution::{controls, correlation};
 use feature::{Feature, Ground, loose_parts};
 
@@ -36,6 +38,8 @@ pub struct Settings {
     pub tau: f64,
     /// Blending distance and its limits.
     pub blending: Blending,
+    /// How semantic controls are found.
+    pub semantic: Method,
 }
 
 impl Default for Settings {
@@ -46,6 +50,7 @@ impl Default for Settings {
                 alpha: 10.0,
                 limits: [3.0, 15.0],
             },
+            semantic: Method::Constrained,
         }
     }
 }
@@ -61,9 +66,11 @@ pub struct Learned {
     pub alignment: f64,
     /// The training faces in the model's pose, mm.
     pub aligned: Vec<Vec<DVec3>>,
-    /// Coefficients of the training faces, sigmas.
+    /// Coefficients of the training faces, sigmas: those of the population, for they have no edits.
     pub coefficients: Vec<Vec<f64>>,
-    /// The modes before they were rounded, one a coefficient: displacements of all vertices, those
+    /// What semantic controls do to each other's measures, a table a method.
+    pub tables: Vec<Table>,
+    /// The population's modes before they were rounded, one a coefficient: displacements of all vertices, those
     /// of the surround at the model's blending distance, mm a sigma.
     pub modes: Vec<Vec<DVec3>>,
 }
@@ -101,7 +108,7 @@ pub fn learn(
 ) -> FitResult<Learned> {
     let learner = Learner::new(template, faces, settings.blending)?;
     let bases = learner.bases(settings.tau)?;
-    learner.model(bases, about)
+    learner.model(bases, about, settings.semantic)
 }
 
 /// An aligned population, from which models of any tau are made.
@@ -224,6 +231,7 @@ impl<'a> Learner<'a> {
                 first_coefficient: modes.len(),
                 support: feature.support.clone(),
                 surround: Some(feature.surround.clone()),
+                local_to: None,
             });
             modes.extend(kept.whole);
         }
@@ -247,6 +255,7 @@ impl<'a> Learner<'a> {
             sigmas: head.sigmas.iter().map(|&s| s as f32).collect(),
             first_coefficient: modes.len(),
             surround: None,
+            local_to: None,
         });
         modes.extend(head.modes.iter().zip(&head.sigmas).map(|(mode, &sigma)| {
             let moved = mode.chunks_exact(3).map(DVec3::from_slice);
@@ -286,11 +295,11 @@ impl<'a> Learner<'a> {
             .collect()
     }
 
-    /// The model with these bases.
+    /// The model with these bases, and with semantic controls.
     ///
     /// # Errors
-    /// When the template lacks a landmark that a measure needs.
-    pub fn model(self, bases: Bases, about: About) -> FitResult<Learned> {
+    /// When the template lacks a landmark that a measure needs, and as [`semantic::learn`].
+    pub fn model(self, bases: Bases, about: About, method: Method) -> FitResult<Learned> {
         let alignment = rms(self.alignment().into_iter());
         let Bases {
             reports,
@@ -299,6 +308,7 @@ impl<'a> Learner<'a> {
             blocks,
         } = bases;
         // The features' coefficients have mean zero, so their part of the mean face is none.
+        let (landmarks, measures) = measures(self.template)?;
         let mut parts = ModelParts {
             about: About {
                 faces: self.aligned.len() as u32,
@@ -309,17 +319,21 @@ impl<'a> Learner<'a> {
             controls: controls(&blocks, &coefficients),
             blocks,
             correlation: correlation(&coefficients),
-            landmarks: self.template.landmarks.clone(),
-            measures: measures(self.template)?,
+            landmarks,
+            measures,
             blending: self.blending,
         };
         describe(&mut parts)?;
+        let found = semantic::learn(self.template, &self.aligned, &parts, method)?;
+        parts.blocks.extend(found.blocks);
+        parts.controls.extend(found.controls);
         Ok(Learned {
             parts,
             blocks: reports,
             alignment,
             aligned: self.aligned,
             coefficients,
+            tables: found.tables,
             modes,
         })
     }

@@ -238,7 +238,7 @@ pub fn validate<'a>(
         .collect::<FitResult<Vec<_>>>()?;
     let bases = learner.bases(settings.tau)?;
     let count = bases.modes.len();
-    let learned = learner.model(bases, about)?;
+    let learned = learner.model(bases, about, settings.semantic)?;
     let file = pack(&learned.parts.write()?)?;
     let model = FaceModel::parse(&file)?;
 
@@ -248,6 +248,7 @@ pub fn validate<'a>(
         .parts()
         .controls
         .iter()
+        .filter(|c| c.measure.is_none())
         .map(|c| c.name.clone())
         .collect();
     let normality = normality(&controls, &learned.coefficients);

@@ -1,0 +1,381 @@
+//! Measures that are set and held: the coefficients that give a face some lengths.
+//!
+//! Landmarks move linearly with the coefficients and measures do nearly, so a few steps of Newton's
+//! method find them; among all changes that do, the one of least Mahalanobis length is taken, as
+//! the population would.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use nalgebra::{DMatrix, DVector};
+
+use super::{FARTHEST, Face, GRID};
+use crate::model::Control;
+use crate::{Error, Result};
+
+/// A held measure is off by no more than this, mm. Positions of 100 mm are f32 with a step of
+/// 0.000008 mm.
+const HELD: f64 = 1e-4;
+/// A measure that is set is met to this, mm.
+const MET: f64 = 0.01;
+/// Measures are so nearly linear that three steps are the rule.
+const STEPS: usize = 30;
+/// A step that makes things worse is halved so many times before there is no way.
+const HALVINGS: usize = 20;
+
+/// What may change to meet a measure.
+enum Unknowns {
+    /// One number: an amount of a control's direction.
+    Along(Control),
+    /// These coefficients, as the population would have it.
+    Coefficients(Vec<usize>),
+}
+
+/// A face as it was.
+pub(super) struct Before {
+    state: Vec<i32>,
+    held: BTreeMap<usize, f64>,
+}
+
+/// Landmarks as a linear function of some unknowns.
+struct Landmarks {
+    start: BTreeMap<u32, DVec3>,
+    /// How each moves with each unknown.
+    rates: BTreeMap<u32, Vec<DVec3>>,
+}
+
+impl Landmarks {
+    fn place(&self, landmark: u32, unknowns: &DVector<f64>) -> DVec3 {
+        let moved = self.rates[&landmark].iter().zip(unknowns.iter());
+        self.start[&landmark] + moved.map(|(rate, y)| *rate * *y).sum::<DVec3>()
+    }
+}
+
+impl Face {
+    /// A measure of the face, mm.
+    ///
+    /// # Errors
+    /// When no measure has that name.
+    pub fn measure(&self, name: &str) -> Result<f64> {
+        Ok(self.measured(self.measure_index(name)?))
+    }
+
+    /// Gives a measure a length in mm, to 0.01 mm. Where a semantic control has that measure it is
+    /// moved, however far beyond its limits; otherwise it is the most probable change of the
+    /// regions that are not locked.
+    ///
+    /// # Errors
+    /// When no measure has that name, or the face cannot have that length; it then stays as it was.
+    pub fn set_measure(&mut self, name: &str, mm: f64) -> Result<()> {
+        let measure = self.measure_index(name)?;
+        let controls = &self.model.parts().controls;
+        let control = controls.iter().find(|c| c.measure == Some(measure as u32));
+        match control.cloned() {
+            Some(control) => self.set_along(&control, measure, mm),
+            None => {
+                let free = self.free(None)?;
+                let before = self.before();
+                self.changed = 0..0;
+                self.solve(&[(measure, mm)], Unknowns::Coefficients(free), MET)?;
+                self.keep(measure, &[], before)
+            }
+        }
+    }
+
+    /// Undoes what a control did: its coefficients are those of the median person again, for a
+    /// semantic control none. No other control is touched.
+    ///
+    /// # Errors
+    /// When no control has that name, or a held measure cannot be held without it.
+    pub fn clear(&mut self, control: &str) -> Result<()> {
+        let control = self.model.control(control)?.clone();
+        let before = self.before();
+        let mut state = self.state.clone();
+        for &(i, _) in &control.direction {
+            state[i as usize] = self.model.derived.median[i as usize];
+        }
+        self.replace(state);
+        self.hold_beside(&control, before)
+    }
+
+    /// Holds a measure where it is, to 0.0001 mm: whatever changes the face, what is free follows
+    /// as the population would have it. Setting the measure itself moves it still.
+    ///
+    /// # Errors
+    /// When no measure has that name.
+    pub fn lock_measure(&mut self, name: &str) -> Result<()> {
+        let measure = self.measure_index(name)?;
+        self.held.insert(measure, self.measured(measure));
+        Ok(())
+    }
+
+    /// Undoes [`Face::lock_measure`].
+    ///
+    /// # Errors
+    /// When no measure has that name.
+    pub fn unlock_measure(&mut self, name: &str) -> Result<()> {
+        let measure = self.measure_index(name)?;
+        self.held.remove(&measure);
+        Ok(())
+    }
+
+    /// The names of the measures that are held.
+    pub fn locked_measures(&self) -> impl Iterator<Item = &str> {
+        let measures = &self.model.parts().measures;
+        self.held.keys().map(|&m| measures[m].name.as_str())
+    }
+
+    fn measure_index(&self, name: &str) -> Result<usize> {
+        let found = (self.model.parts().measures.iter()).position(|m| m.name == name);
+        found.ok_or_else(|| Error::Unknown {
+            kind: "measure",
+            name: name.to_owned(),
+        })
+    }
+
+    pub(super) fn measured(&self, measure: usize) -> f64 {
+        let parts = self.model.parts();
+        parts.measures[measure].of(&parts.landmarks, &self.positions)
+    }
+
+    /// Moves a semantic control until its measure has a length.
+    pub(super) fn set_along(&mut self, control: &Control, measure: usize, mm: f64) -> Result<()> {
+        let before = self.before();
+        self.changed = 0..0;
+        self.solve(&[(measure, mm)], Unknowns::Along(control.clone()), MET)?;
+        let own: Vec<usize> = control.direction.iter().map(|t| t.0 as usize).collect();
+        self.keep(measure, &own, before)
+    }
+
+    /// After `measure` was set by moving `own` coefficients: it is held where it is now, if it was
+    /// held, and so are the others.
+    fn keep(&mut self, measure: usize, own: &[usize], before: Before) -> Result<()> {
+        if self.held.contains_key(&measure) {
+            self.held.insert(measure, self.measured(measure));
+        }
+        self.hold_without(own, before)
+    }
+
+    /// Brings held measures back after a control was moved, without moving it.
+    pub(super) fn hold_beside(&mut self, control: &Control, before: Before) -> Result<()> {
+        let own: Vec<usize> = control.direction.iter().map(|t| t.0 as usize).collect();
+        self.hold_without(&own, before)
+    }
+
+    /// Brings held measures back without touching `own` coefficients: by their semantic controls,
+    /// which touch little else, where all have one; else by whatever is not locked.
+    fn hold_without(&mut self, own: &[usize], before: Before) -> Result<()> {
+        if self.held.is_empty() {
+            return Ok(());
+        }
+        let parts = self.model.parts();
+        let control = |m: &usize| (parts.controls.iter()).find(|c| c.measure == Some(*m as u32));
+        let semantic: Option<Vec<&Control>> = self.held.keys().map(control).collect();
+        let edits = semantic.unwrap_or_default().into_iter();
+        let mut edits: Vec<usize> = edits
+            .flat_map(|c| c.direction.iter().map(|t| t.0 as usize))
+            .filter(|i| !own.contains(i))
+            .collect();
+        edits.sort_unstable();
+        edits.dedup();
+        let mut free = self.free(None)?;
+        free.retain(|i| !own.contains(i));
+        self.hold(&[edits, free], before)
+    }
+
+    /// Brings held measures back by the first of `choices` of coefficients that can.
+    ///
+    /// # Errors
+    /// When none can: the face is then as `before`.
+    pub(super) fn hold(&mut self, choices: &[Vec<usize>], before: Before) -> Result<()> {
+        let held: Vec<(usize, f64)> = self.held.iter().map(|(&m, &mm)| (m, mm)).collect();
+        if held.is_empty() {
+            return Ok(());
+        }
+        let mut failed = Ok(());
+        for free in choices.iter().filter(|free| !free.is_empty()) {
+            failed = self.solve(&held, Unknowns::Coefficients(free.clone()), HELD);
+            if failed.is_ok() {
+                return Ok(());
+            }
+        }
+        if failed.is_err() {
+            self.replace(before.state);
+            self.held = before.held;
+            self.changed = 0..0;
+        }
+        failed
+    }
+
+    /// What a failing call puts back.
+    pub(super) fn before(&self) -> Before {
+        Before {
+            state: self.state.clone(),
+            held: self.held.clone(),
+        }
+    }
+
+    /// Finds coefficients with which measures have lengths (mm), within a tolerance.
+    ///
+    /// # Errors
+    /// When there are none; the face stays as it was.
+    fn solve(&mut self, wanted: &[(usize, f64)], unknowns: Unknowns, tolerance: f64) -> Result<()> {
+        let refused = |face: &Face| {
+            let measures = &face.model.parts().measures;
+            let list = wanted.iter().map(|&(m, mm)| {
+                let Some(measure) = measures.get(m) else {
+                    return String::new();
+                };
+                format!("{} of {mm:.2} mm", measure.name)
+            });
+            let list: Vec<String> = list.collect();
+            Error::Mismatch(format!("this face cannot have a {}", list.join(" and a ")))
+        };
+        if wanted.iter().any(|w| !w.1.is_finite()) {
+            return Err(refused(self));
+        }
+        let start = (self.state.clone(), self.changed.clone());
+        let covariance = match &unknowns {
+            Unknowns::Along(_) => DMatrix::identity(1, 1),
+            Unknowns::Coefficients(free) => self.model.conditional_covariance(free),
+        };
+        // Once more where rounding to f32 and to the grid of coefficients was too coarse.
+        for _ in 0..3 {
+            let amounts = self.newton(wanted, &unknowns, &covariance);
+            let mut coefficients = self.sigmas();
+            match &unknowns {
+                Unknowns::Along(control) => (control.direction.iter()).for_each(|&(i, change)| {
+                    coefficients[i as usize] += amounts[0] * f64::from(change);
+                }),
+                Unknowns::Coefficients(free) => (free.iter().zip(amounts.iter()))
+                    .for_each(|(&i, amount)| coefficients[i] += amount),
+            }
+            if !coefficients.iter().all(|c| c.abs() <= f64::from(FARTHEST)) {
+                break;
+            }
+            let earlier = self.changed.clone();
+            let on_grid = coefficients.iter().map(|c| (c * GRID).round() as i32);
+            self.replace(on_grid.collect());
+            if !earlier.is_empty() && !self.changed.is_empty() {
+                let (a, b) = (earlier, &self.changed);
+                self.changed = a.start.min(b.start)..a.end.max(b.end);
+            } else if self.changed.is_empty() {
+                self.changed = earlier;
+            }
+            let off = |&(m, mm): &(usize, f64)| (self.measured(m) - mm).abs();
+            if wanted.iter().all(|w| off(w) <= 0.5 * tolerance) {
+                return Ok(());
+            }
+        }
+        let off = |&(m, mm): &(usize, f64)| (self.measured(m) - mm).abs();
+        if wanted.iter().all(|w| off(w) <= tolerance) {
+            return Ok(());
+        }
+        let why = refused(self);
+        self.replace(start.0);
+        self.changed = start.1;
+        Err(why)
+    }
+
+    /// The amounts of the unknowns that bring the measures to their lengths, as far as they go.
+    fn newton(
+        &self,
+        wanted: &[(usize, f64)],
+        unknowns: &Unknowns,
+        covariance: &DMatrix<f64>,
+    ) -> DVector<f64> {
+        let measures = &self.model.parts().measures;
+        let landmarks = self.landmarks(wanted.iter().map(|w| w.0), unknowns);
+        let q = covariance.nrows();
+        let observe = |amounts: &DVector<f64>| {
+            let place = |l: u32| landmarks.place(l, amounts);
+            let each = (wanted.iter()).map(|&(m, _)| measures[m].quantity.measure(&place));
+            each.collect::<Vec<_>>()
+        };
+        let missing = |observed: &[(f64, Vec<(u32, DVec3)>)]| {
+            let each = wanted.iter().zip(observed).map(|(w, o)| w.1 - o.0);
+            DVector::from_iterator(wanted.len(), each)
+        };
+        let mut amounts = DVector::zeros(q);
+        let mut observed = observe(&amounts);
+        for _ in 0..STEPS {
+            let left = missing(&observed);
+            if left.amax() < 1e-9 {
+                break;
+            }
+            let mut jacobian = DMatrix::zeros(wanted.len(), q);
+            for (row, (_, gradient)) in observed.iter().enumerate() {
+                for (landmark, g) in gradient {
+                    for (column, rate) in landmarks.rates[landmark].iter().enumerate() {
+                        jacobian[(row, column)] += g.dot(*rate);
+                    }
+                }
+            }
+            let spread = covariance * jacobian.transpose();
+            let mut gram = &jacobian * &spread;
+            // Measures may say the same thing twice (two eyes, and their mean): the ridge keeps the
+            // matrix definite, and costs a part of a billion of each step.
+            let ridge = 1e-9 * gram.trace() + 1e-18;
+            (0..wanted.len()).for_each(|i| gram[(i, i)] += ridge);
+            let Some(factor) = gram.cholesky() else {
+                break;
+            };
+            let mut step = spread * factor.solve(&left);
+            let better = (0..HALVINGS).find_map(|_| {
+                let there = &amounts + &step;
+                let seen = observe(&there);
+                let closer = missing(&seen).norm() < left.norm();
+                step *= 0.5;
+                closer.then_some((there, seen))
+            });
+            let Some((there, seen)) = better else {
+                break;
+            };
+            (amounts, observed) = (there, seen);
+        }
+        amounts
+    }
+
+    /// Where the landmarks of some measures are, and how they move with the unknowns.
+    fn landmarks(&self, measures: impl Iterator<Item = usize>, unknowns: &Unknowns) -> Landmarks {
+        let parts = self.model.parts();
+        let mut found = Landmarks {
+            start: BTreeMap::new(),
+            rates: BTreeMap::new(),
+        };
+        for measure in measures {
+            // The gradient names every landmark, whatever its value is here.
+            let terms = parts.measures[measure].quantity.terms();
+            let named = terms.into_iter().flat_map(|term| {
+                let anywhere = |l: u32| DVec3::splat(f64::from(l));
+                term.measure(&anywhere).1
+            });
+            for (landmark, _) in named {
+                if found.start.contains_key(&landmark) {
+                    continue;
+                }
+                let point = &parts.landmarks[landmark as usize];
+                let mut each = vec![DVec3::ZERO; self.state.len()];
+                for &(vertex, weight) in &point.stencil {
+                    for (sum, rate) in each.iter_mut().zip(self.jacobian(vertex)) {
+                        *sum += rate.as_dvec3() * weight;
+                    }
+                }
+                let rates = match unknowns {
+                    Unknowns::Along(control) => {
+                        let along = control.direction.iter();
+                        vec![
+                            along
+                                .map(|&(i, change)| each[i as usize] * f64::from(change))
+                                .sum(),
+                        ]
+                    }
+                    Unknowns::Coefficients(free) => free.iter().map(|&i| each[i]).collect(),
+                };
+                found.start.insert(landmark, point.place(&self.positions));
+                found.rates.insert(landmark, rates);
+            }
+        }
+        found
+    }
+}
