@@ -5,6 +5,7 @@ mod evaluate;
 mod expressions;
 mod landmarks;
 mod register;
+mod sample;
 mod simulate;
 mod validate;
 
@@ -55,6 +56,8 @@ enum Verb {
     Basis(basis::BasisArgs),
     /// Put the base mesh's expressions on the mean head of a model.
     Expressions(expressions::ExpressionsArgs),
+    /// Draw people from a model, as files.
+    Sample(sample::SampleArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
     /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
@@ -154,7 +157,7 @@ fn main() -> ExitCode {
     let done = match Cli::parse().verb {
         Verb::Template(args) => template(&args),
         Verb::Register(args) => register::run(&args),
-        Verb::Population(args) => sample(&args),
+        Verb::Population(args) => synthetic(&args),
         Verb::Landmarks(args) => landmarks::run(&args),
         Verb::Evaluate(args) => evaluate::run(&args),
         Verb::Simulate(args) => simulate::run(&args),
@@ -162,6 +165,7 @@ fn main() -> ExitCode {
         Verb::Validate(args) => validate::run(&args),
         Verb::Basis(args) => basis::run(&args),
         Verb::Expressions(args) => expressions::run(&args),
+        Verb::Sample(args) => sample::run(&args),
         Verb::Inspect(args) => inspect(&args),
         Verb::Pictures(args) => draw(&args),
     };
@@ -227,7 +231,7 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
     Ok(())
 }
 
-fn sample(args: &PopulationArgs) -> FitResult<()> {
+fn synthetic(args: &PopulationArgs) -> FitResult<()> {
     let template = read_template(&args.template)?;
     let people = step("sampling faces", || {
         population::sample(&template, &args.base_mesh, args.count as usize, args.seed)
