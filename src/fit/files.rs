@@ -1,6 +1,7 @@
 //! Writing files so that nothing is lost.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use super::{FitError, FitResult};
@@ -10,13 +11,30 @@ use super::{FitError, FitResult};
 /// # Errors
 /// When the folder does not exist or cannot be written to.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> FitResult<()> {
+    write_through(path, |file| {
+        file.write_all(bytes).map_err(|e| FitError::file(path, e))
+    })
+}
+
+/// Writes a file whole or not at all, piece by piece: the file appears when `write` is done, and if
+/// it fails nothing does.
+///
+/// # Errors
+/// Those of `write`, or when the folder does not exist or cannot be written to.
+pub fn write_through(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> FitResult<()>,
+) -> FitResult<()> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
     let fail = |e: std::io::Error| FitError::file(path, e);
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    file.write_all(bytes).map_err(fail)?;
+    let mut buffered = BufWriter::new(file.as_file_mut());
+    write(&mut buffered)?;
+    buffered.flush().map_err(fail)?;
+    drop(buffered);
     // A temporary file is for its owner alone; what takes a name is for whom the umask says.
     #[cfg(unix)]
     {

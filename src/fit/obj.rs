@@ -8,10 +8,43 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 
+use super::files::write_atomically;
 use super::{FitError, FitResult};
+use crate::Face;
 
 /// Stands for a texture coordinate that a corner does not have.
 pub const NONE: u32 = u32::MAX;
+
+/// Writes a face in mm, with texture coordinates and a group a part. Numbers are written in full:
+/// what is read is the same f32.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_face(path: &Path, face: &Face) -> FitResult<()> {
+    use std::fmt::Write;
+    let topology = &face.model().parts().topology;
+    let mut text = format!("# phiz {}, millimetres\n", env!("CARGO_PKG_VERSION"));
+    // Writing into a string cannot fail.
+    for p in face.positions() {
+        let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z);
+    }
+    for [u, v] in &topology.uvs {
+        let _ = writeln!(text, "vt {u} {v}");
+    }
+    for part in &topology.parts {
+        // A space would begin another group.
+        let _ = writeln!(text, "g {}", part.name.replace(' ', "_"));
+        let first = part.first as usize;
+        for corners in &topology.uv_triangles[first..first + part.count as usize] {
+            let [a, b, c] = corners.map(|corner| {
+                let vertex = topology.uv_vertices[corner as usize] + 1;
+                format!("{vertex}/{}", corner + 1)
+            });
+            let _ = writeln!(text, "f {a} {b} {c}");
+        }
+    }
+    write_atomically(path, text.as_bytes())
+}
 
 /// What an OBJ file says.
 #[derive(Debug, Clone, Default, PartialEq)]

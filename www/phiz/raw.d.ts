@@ -35,6 +35,11 @@ export class Face {
   unlock(region: string): void;
   locked(): string[];
   measure(name: string): number;
+  set_measure(name: string, value: number): void;
+  clear(control: string): void;
+  lock_measure(name: string): void;
+  unlock_measure(name: string): void;
+  locked_measures(): string[];
   drag(vertex: number, x: number, y: number, z: number): void;
   express(expressions: Expressions, name: string, weight: number): void;
   weights(): Float32Array;

@@ -6,6 +6,7 @@ mod expressions;
 mod head;
 mod landmarks;
 mod register;
+mod sample;
 mod simulate;
 mod validate;
 
@@ -59,6 +60,8 @@ enum Verb {
     Expressions(expressions::ExpressionsArgs),
     /// Take the median face out of a model, to be shown while the model loads.
     Head(head::HeadArgs),
+    /// Draw people from a model, as files.
+    Sample(sample::SampleArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
     /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
@@ -181,7 +184,7 @@ fn main() -> ExitCode {
     let done = match Cli::parse().verb {
         Verb::Template(args) => template(&args),
         Verb::Register(args) => register::run(&args),
-        Verb::Population(args) => sample(&args),
+        Verb::Population(args) => synthetic(&args),
         Verb::Landmarks(args) => landmarks::run(&args),
         Verb::Evaluate(args) => evaluate::run(&args),
         Verb::Simulate(args) => simulate::run(&args),
@@ -190,6 +193,7 @@ fn main() -> ExitCode {
         Verb::Basis(args) => basis::run(&args),
         Verb::Expressions(args) => expressions::run(&args),
         Verb::Head(args) => head::run(&args),
+        Verb::Sample(args) => sample::run(&args),
         Verb::Inspect(args) => inspect(&args),
         Verb::Pictures(args) => draw(&args),
     };
@@ -255,7 +259,7 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
     Ok(())
 }
 
-fn sample(args: &PopulationArgs) -> FitResult<()> {
+fn synthetic(args: &PopulationArgs) -> FitResult<()> {
     let template = read_template(&args.template)?;
     let people = step("sampling faces", || {
         population::sample(&template, &args.base_mesh, args.count as usize, args.seed)

@@ -1,0 +1,163 @@
+//! People drawn from a model, as files: for crowds, for data sets, for other programs.
+
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+use npyz::WriterBuilder;
+use rayon::prelude::*;
+
+use super::files::{write_atomically, write_through};
+use super::{FitError, FitResult, glb, obj, ply};
+use crate::{Face, FaceModel, Randomize};
+
+/// Faces that are computed before they are written to a common file.
+const BATCH: u32 = 256;
+
+/// What faces are written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// A Wavefront OBJ a face, mm, with texture coordinates and a group a part.
+    Obj,
+    /// A binary PLY a face, mm: positions and triangles.
+    Ply,
+    /// A binary glTF a face, in metres as glTF has it, with normals, texture coordinates and
+    /// colours.
+    Glb,
+    /// One NumPy array of all faces: faces x vertices x 3, f32, mm.
+    Npy,
+}
+
+/// Where faces go.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Target {
+    folder: PathBuf,
+    /// What files of single faces start with, or the name of the file of all.
+    stem: String,
+    format: Format,
+}
+
+impl Target {
+    /// What a path means: `DIR` is PLY files in it, `DIR/NAME.obj` (`.ply`, `.glb`) files of that
+    /// format whose names start with `NAME`, `DIR/NAME.npy` one file.
+    ///
+    /// # Errors
+    /// When it ends in something else, or has no name.
+    pub fn parse(path: &Path) -> FitResult<Self> {
+        let format = match path.extension().and_then(|e| e.to_str()) {
+            None => {
+                return Ok(Self {
+                    folder: path.into(),
+                    stem: "face".into(),
+                    format: Format::Ply,
+                });
+            }
+            Some("obj") => Format::Obj,
+            Some("ply") => Format::Ply,
+            Some("glb") => Format::Glb,
+            Some("npy") => Format::Npy,
+            Some(_) => {
+                return Err(FitError::file(path, "ends in none of obj, ply, glb, npy"));
+            }
+        };
+        let stem = path.file_stem().and_then(|s| s.to_str());
+        Ok(Self {
+            folder: path.parent().unwrap_or(Path::new("")).into(),
+            stem: stem
+                .ok_or_else(|| FitError::file(path, "has no name that is text"))?
+                .into(),
+            format,
+        })
+    }
+}
+
+/// Draws `count` people, the first with `seed` and each next one with the next seed, and writes
+/// them; `done` is called as often. Beside them goes `NAME.json`, which has each one's seed and code
+/// ([`Face::code`]) by the name of its file, or its place in the array.
+///
+/// The same seed is the same face that [`Face::randomize`] draws, on one thread or many.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write(
+    model: &FaceModel,
+    count: u32,
+    seed: u64,
+    target: &Target,
+    done: impl Fn(u64) + Sync,
+) -> FitResult<()> {
+    std::fs::create_dir_all(&target.folder).map_err(|e| FitError::file(&target.folder, e))?;
+    let digits = count.to_string().len().max(4);
+    let name = |i: u32| format!("{}_{:0digits$}", target.stem, i + 1);
+    let draw = |face: &mut Face, i: u32| -> FitResult<String> {
+        face.randomize(&Randomize {
+            seed: Some(seed + u64::from(i)),
+            ..Randomize::default()
+        })?;
+        Ok(face.code())
+    };
+    let codes: Vec<String> = if target.format == Format::Npy {
+        let path = target.folder.join(format!("{}.npy", target.stem));
+        let vertices = model.parts().mean.len() as u64;
+        let mut codes = Vec::new();
+        write_through(&path, |file| {
+            let fail = |e: std::io::Error| FitError::file(&path, e);
+            let mut array = npyz::WriteOptions::new()
+                .default_dtype()
+                .shape(&[u64::from(count), vertices, 3])
+                .writer(file)
+                .begin_nd()
+                .map_err(fail)?;
+            for first in (0..count).step_by(BATCH as usize) {
+                let batch: Vec<(String, Vec<Vec3>)> = (first..count.min(first + BATCH))
+                    .into_par_iter()
+                    .map_init(
+                        || model.face(),
+                        |face, i| Ok((draw(face, i)?, face.positions().to_vec())),
+                    )
+                    .collect::<FitResult<_>>()?;
+                for (code, positions) in batch {
+                    array
+                        .extend(positions.iter().flat_map(|p| p.to_array()))
+                        .map_err(fail)?;
+                    codes.push(code);
+                    done(1);
+                }
+            }
+            array.finish().map_err(fail)
+        })?;
+        codes
+    } else {
+        let triangles = model.parts().topology.triangles();
+        (0..count)
+            .into_par_iter()
+            .map_init(
+                || model.face(),
+                |face, i| {
+                    let code = draw(face, i)?;
+                    let path = |end: &str| target.folder.join(format!("{}.{end}", name(i)));
+                    match target.format {
+                        Format::Obj => obj::write_face(&path("obj"), face)?,
+                        Format::Glb => glb::write_face(&path("glb"), face)?,
+                        Format::Ply | Format::Npy => {
+                            let wide: Vec<_> =
+                                face.positions().iter().map(|p| p.as_dvec3()).collect();
+                            ply::write_mesh(&path("ply"), &wide, &triangles)?;
+                        }
+                    }
+                    done(1);
+                    Ok(code)
+                },
+            )
+            .collect::<FitResult<_>>()?
+    };
+    let list: Vec<serde_json::Value> = (0..count)
+        .zip(&codes)
+        .map(|(i, code)| {
+            serde_json::json!({ "name": name(i), "seed": seed + u64::from(i), "code": code })
+        })
+        .collect();
+    let about = serde_json::json!({ "model": model.parts().about, "faces": list });
+    let path = target.folder.join(format!("{}.json", target.stem));
+    let text = serde_json::to_vec_pretty(&about).map_err(|e| FitError::file(&path, e))?;
+    write_atomically(&path, &text)
+}

@@ -1,0 +1,125 @@
+//! People drawn from the default model, as files that other readers take.
+#![cfg(feature = "fit")]
+
+mod common;
+
+use std::path::Path;
+
+use glam::Vec3;
+use phiz::fit::obj::Obj;
+use phiz::fit::ply;
+use phiz::fit::sample::{Target, write};
+use phiz::{Face, Randomize};
+
+fn person(seed: u64) -> Face {
+    let mut face = common::head_model().face();
+    let options = Randomize {
+        seed: Some(seed),
+        ..Randomize::default()
+    };
+    face.randomize(&options).unwrap();
+    face
+}
+
+fn sample(path: &Path, count: u32, seed: u64) {
+    let target = Target::parse(path).unwrap();
+    write(common::head_model(), count, seed, &target, |_| ()).unwrap();
+}
+
+#[test]
+fn files_hold_the_faces_of_their_seeds() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = common::head_model();
+    for name in ["plain", "objs/a.obj", "glbs/b.glb", "all.npy"] {
+        sample(&folder.path().join(name), 3, 20);
+    }
+    let text = std::fs::read(folder.path().join("objs/a.json")).unwrap();
+    let about: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    assert_eq!(about["model"]["title"], model.parts().about.title);
+    let array = std::fs::read(folder.path().join("all.npy")).unwrap();
+    let array = npyz::NpyFile::new(&array[..]).unwrap();
+    let n = model.parts().mean.len();
+    assert_eq!(array.shape(), [3, n as u64, 3]);
+    let array: Vec<f32> = array.into_vec().unwrap();
+    for i in 0..3 {
+        let face = person(20 + i as u64);
+        let code = about["faces"][i]["code"].as_str().unwrap();
+        assert_eq!(code, face.code());
+        assert_eq!(about["faces"][i]["seed"], 20 + i);
+        let same = |p: &[Vec3]| assert_eq!(p, face.positions());
+        let number = format!("000{}", i + 1);
+
+        let own: &[f32] = &array[3 * n * i..3 * n * (i + 1)];
+        same(bytemuck::cast_slice(own));
+
+        let path = folder.path().join(format!("plain/face_{number}.ply"));
+        let read = ply::read_positions(&path).unwrap();
+        same(&read.iter().map(|p| p.as_vec3()).collect::<Vec<_>>());
+
+        let obj = Obj::read(&folder.path().join(format!("objs/a_{number}.obj"))).unwrap();
+        same(
+            &obj.positions
+                .iter()
+                .map(|p| p.as_vec3())
+                .collect::<Vec<_>>(),
+        );
+        let topology = &model.parts().topology;
+        assert_eq!(obj.polygons(), topology.uv_triangles.len());
+        for (corner, uv) in obj.corners.iter().zip(topology.uv_triangles.as_flattened()) {
+            assert_eq!(corner, &[topology.uv_vertices[*uv as usize], *uv]);
+        }
+        assert_eq!(obj.runs[1].group, "skin");
+
+        // The importer of the `gltf` crate validates.
+        let path = folder.path().join(format!("glbs/b_{number}.glb"));
+        let (document, buffers, _) = gltf_import(&path);
+        let primitive = document
+            .meshes()
+            .next()
+            .unwrap()
+            .primitives()
+            .next()
+            .unwrap();
+        let reader = primitive.reader(|buffer| Some(&buffers[buffer.index()]));
+        for (p, &v) in reader.read_positions().unwrap().zip(&topology.uv_vertices) {
+            let mm = Vec3::from_array(p) * 1000.0;
+            // Two roundings of f32 at 200 mm.
+            assert!(mm.distance(face.positions()[v as usize]) < 1e-4);
+        }
+        let indices: Vec<u32> = reader.read_indices().unwrap().into_u32().collect();
+        assert_eq!(indices, topology.uv_triangles.as_flattened());
+        assert_eq!(reader.read_normals().unwrap().count(), topology.uvs.len());
+    }
+}
+
+type Import = (gltf::Document, Vec<Vec<u8>>, ());
+
+fn gltf_import(path: &Path) -> Import {
+    let gltf = gltf::Gltf::open(path).expect("valid");
+    let blob = gltf.blob.clone().expect("has its bytes");
+    (gltf.document, vec![blob], ())
+}
+
+#[test]
+fn threads_do_not_change_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |threads: usize, name: &str| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let path = folder.path().join(name);
+        pool.build().unwrap().install(|| sample(&path, 5, 3));
+        std::fs::read(path).unwrap()
+    };
+    assert_eq!(run(1, "one.npy"), run(2, "two.npy"));
+}
+
+#[test]
+fn what_cannot_be_written_is_said() {
+    let wrong = Target::parse(Path::new("faces/a.stl")).unwrap_err();
+    assert!(wrong.to_string().contains("obj, ply, glb, npy"), "{wrong}");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "here").unwrap();
+    let target = Target::parse(&file.join("a.npy")).unwrap();
+    let error = write(common::head_model(), 1, 1, &target, |_| ()).unwrap_err();
+    assert!(error.to_string().contains("file"), "{error}");
+}
