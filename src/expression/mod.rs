@@ -3,8 +3,8 @@
 //! They come in a file of their own, so that a page can show a face before it has them. In it an
 //! expression is how far each vertex moves on the *mean* head. On another face each of these
 //! displacements is turned and stretched as that face differs from the mean around the vertex
-//! ([`carry`]), so that a broad mouth smiles more broadly; lids close as far as they are open, and
-//! slide on the eyeball instead of through it ([`eye`]). Expressions with the names of ARKit's have
+//! (`carry`), so that a broad mouth smiles more broadly; lids close as far as they are open, and
+//! slide on the eyeball instead of through it (`eye`). Expressions with the names of ARKit's have
 //! its meaning: weights from 0 to 1 that are summed, and left is the subject's left.
 //!
 //! # The file
