@@ -1,4 +1,5 @@
 //! Expressions on faces of the default model.
+#![cfg(not(target_arch = "wasm32"))]
 
 mod common;
 
