@@ -8,6 +8,7 @@ import { ordinal, text } from './text.js';
  */
 export function createExplanation({ face, model, onStep }) {
   let section = '';
+  const lengths = new Set(model.controls.filter((control) => control.measure).map((control) => control.name));
   let seen = new Map(model.controls.map(({ name }) => [name, face.get(name)]));
   const moved = element('p', { class: 'moved', 'aria-live': 'polite' });
   const words = element('div', {});
@@ -53,10 +54,15 @@ export function createExplanation({ face, model, onStep }) {
   onStep(() => {
     const now = new Map(model.controls.map(({ name }) => [name, face.get(name)]));
     const changed = [...now].filter(([name, value]) => Math.abs(value - (seen.get(name) ?? value)) > 0.005);
+    const before = seen;
     seen = now;
     moved.textContent = '';
-    if (changed.length === 1) {
-      const [name, value] = changed[0];
+    // An eigenmesh changes lengths with it; a length, being an edit on top, no eigenmesh.
+    const shapes = changed.filter(([name]) => !lengths.has(name));
+    const step = (/** @type {[string, number]} */ [name, value]) => Math.abs(value - (before.get(name) ?? value));
+    const one = shapes.length ? shapes : changed.sort((a, b) => step(b) - step(a)).slice(0, 1);
+    if (one.length === 1) {
+      const [name, value] = one[0];
       moved.textContent = text.explainMoved(name, ordinal(value), Math.round(10 * value));
     }
   });
