@@ -53,16 +53,17 @@ pub struct Template {
 }
 
 impl Template {
+    fn part(&self, name: &str) -> FitResult<&Part> {
+        let found = self.topology.parts.iter().find(|p| p.name == name);
+        found.ok_or_else(|| FitError::Input(format!("the template has no part called {name:?}")))
+    }
+
     /// The triangles of a part, as vertices.
     ///
     /// # Errors
     /// When there is no part of that name.
     pub fn part_triangles(&self, name: &str) -> FitResult<Vec<[u32; 3]>> {
-        let Some(part) = self.topology.parts.iter().find(|p| p.name == name) else {
-            return Err(FitError::Input(format!(
-                "the template has no part called {name:?}"
-            )));
-        };
+        let part = self.part(name)?;
         Ok(self.triangles()[part.first as usize..(part.first + part.count) as usize].to_vec())
     }
 
@@ -71,10 +72,8 @@ impl Template {
     /// # Errors
     /// When there is no part of that name.
     pub fn part_vertices(&self, name: &str) -> FitResult<Vec<u32>> {
-        let mut vertices = self.part_triangles(name)?.into_flattened();
-        vertices.sort_unstable();
-        vertices.dedup();
-        Ok(vertices)
+        self.part(name)?;
+        Ok(self.topology.part_vertices(name))
     }
 
     /// Triangles as vertex indices.
