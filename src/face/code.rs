@@ -3,11 +3,13 @@
 //! base64url (no padding) of: the model's fingerprint (4 bytes), a varint with the fall-off
 //! distance in micrometres, then for each coefficient the difference from the median face in grid
 //! units as a zigzag varint, where a zero is followed by a varint that says how many more zeros
-//! come. A region that was not touched costs two bytes.
+//! come. A region that was not touched costs two bytes. Where regions were locked, what they took
+//! back follows: for each anchor how many regions it has, which, and its coefficients likewise.
 
 use base64::Engine;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 
+use super::anchor::{Anchor, Regions};
 use super::{FARTHEST, Face, GRID};
 use crate::{Error, Result};
 
@@ -17,28 +19,20 @@ impl Face {
     pub fn code(&self) -> String {
         let mut bytes = self.model.derived.fingerprint.to_le_bytes().to_vec();
         put(&mut bytes, (self.alpha * 1000.0).round() as u64);
-        let median = &self.model.derived.median;
-        let differences: Vec<i64> = self
-            .state
-            .iter()
-            .zip(median)
-            .map(|(&c, &m)| i64::from(c) - i64::from(m))
-            .collect();
-        let mut at = 0;
-        while at < differences.len() {
-            let difference = differences[at];
-            put(&mut bytes, ((difference << 1) ^ (difference >> 63)) as u64);
-            at += 1;
-            if difference == 0 {
-                let more = differences[at..].iter().take_while(|&&d| d == 0).count();
-                put(&mut bytes, more as u64);
-                at += more;
-            }
+        let differences = self.state.iter().zip(&self.model.derived.median);
+        put_all(
+            &mut bytes,
+            differences.map(|(&c, &m)| i64::from(c) - i64::from(m)),
+        );
+        for anchor in &self.anchors {
+            put(&mut bytes, anchor.regions.len() as u64);
+            (anchor.regions.iter()).for_each(|&b| put(&mut bytes, b as u64));
+            put_all(&mut bytes, anchor.state.iter().map(|&e| i64::from(e)));
         }
         URL_SAFE_NO_PAD.encode(bytes)
     }
 
-    /// Takes the coefficients and the fall-off distance of a code.
+    /// Takes the coefficients and the fall-off distance of a code, and what locks took back.
     ///
     /// # Errors
     /// [`Error::Code`] when the code is damaged or of another model; the face stays as it was.
@@ -55,36 +49,89 @@ impl Face {
         }
         let cut = || bad("it is cut short");
         let alpha = take(&mut rest).ok_or_else(cut)? as f32 / 1000.0;
-        let mut state = self.model.derived.median.clone();
-        let mut at = 0;
-        while at < state.len() {
-            let zigzag = take(&mut rest).ok_or_else(cut)?;
-            let difference = (zigzag >> 1) as i64 ^ -((zigzag & 1) as i64);
-            let coefficient = i64::from(state[at]).saturating_add(difference);
+        let mut state = Vec::new();
+        let differences = take_all(&mut rest, self.state.len())?;
+        for (&median, difference) in self.model.derived.median.iter().zip(differences) {
+            let coefficient = i64::from(median).saturating_add(difference);
             if coefficient.unsigned_abs() as f64 > f64::from(FARTHEST) * GRID {
                 return Err(bad("a coefficient is out of range"));
             }
-            state[at] = coefficient as i32;
-            at += 1;
-            if difference == 0 {
-                let more = take(&mut rest).ok_or_else(cut)?;
-                if more > (state.len() - at) as u64 {
-                    return Err(bad("it has too many coefficients"));
-                }
-                at += more as usize;
-            }
+            state.push(coefficient as i32);
         }
-        if !rest.is_empty() {
-            return Err(bad("it is too long"));
+        let mut anchors: Vec<Anchor> = Vec::new();
+        while !rest.is_empty() {
+            let blocks = &self.model.parts().blocks;
+            let count = take(&mut rest).ok_or_else(cut)?;
+            if count < 1 || count > blocks.len() as u64 {
+                return Err(bad("an anchor has no such number of regions"));
+            }
+            let mut regions = Regions::new();
+            for _ in 0..count {
+                let b = take(&mut rest).ok_or_else(cut)? as usize;
+                let person = blocks.get(b).is_some_and(|block| block.local_to.is_none());
+                if !person || regions.last().is_some_and(|&last| last >= b) {
+                    return Err(bad("an anchor is of other regions"));
+                }
+                regions.push(b);
+            }
+            if anchors.last().is_some_and(|last| last.regions >= regions) {
+                return Err(bad("its anchors are out of order"));
+            }
+            let taken = take_all(&mut rest, self.state.len())?.into_iter();
+            let taken: Option<Vec<i32>> = taken.map(|e| i32::try_from(e).ok()).collect();
+            let Some(own) = taken.filter(|own| own.iter().any(|&e| e != 0)) else {
+                return Err(bad("an anchor is out of range"));
+            };
+            anchors.push(self.new_anchor(regions, own));
         }
         if alpha != self.alpha {
             self.set_alpha(alpha)
                 .map_err(|_| bad("its blending distance is out of range"))?;
         }
-        self.replace(state);
+        if anchors.is_empty() && self.anchors.is_empty() {
+            self.adopt(state);
+        } else {
+            (self.state, self.anchors) = (state, anchors);
+            self.evaluate_all();
+        }
         self.changed = 0..self.positions.len() as u32;
         Ok(())
     }
+}
+
+/// Numbers as zigzag varints, runs of zeros as their lengths.
+fn put_all(bytes: &mut Vec<u8>, numbers: impl Iterator<Item = i64>) {
+    let numbers: Vec<i64> = numbers.collect();
+    let mut at = 0;
+    while at < numbers.len() {
+        let number = numbers[at];
+        put(bytes, ((number << 1) ^ (number >> 63)) as u64);
+        at += 1;
+        if number == 0 {
+            let more = numbers[at..].iter().take_while(|&&d| d == 0).count();
+            put(bytes, more as u64);
+            at += more;
+        }
+    }
+}
+
+/// So many numbers of [`put_all`].
+fn take_all(bytes: &mut &[u8], count: usize) -> Result<Vec<i64>> {
+    let cut = || Error::Code("it is cut short".into());
+    let mut numbers = Vec::with_capacity(count);
+    while numbers.len() < count {
+        let zigzag = take(bytes).ok_or_else(cut)?;
+        let number = (zigzag >> 1) as i64 ^ -((zigzag & 1) as i64);
+        numbers.push(number);
+        if number == 0 {
+            let more = take(bytes).ok_or_else(cut)?;
+            if more > (count - numbers.len()) as u64 {
+                return Err(Error::Code("it has too many coefficients".into()));
+            }
+            numbers.resize(numbers.len() + more as usize, 0);
+        }
+    }
+    Ok(numbers)
 }
 
 fn put(bytes: &mut Vec<u8>, mut number: u64) {

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
+use super::anchor::Anchor;
 use super::{FARTHEST, Face, GRID};
 use crate::model::Control;
 use crate::{Error, Result};
@@ -33,8 +34,9 @@ enum Unknowns {
 
 /// A face as it was.
 pub(super) struct Before {
-    state: Vec<i32>,
-    held: BTreeMap<usize, f64>,
+    pub state: Vec<i32>,
+    pub held: BTreeMap<usize, f64>,
+    pub anchors: Vec<Anchor>,
 }
 
 /// Landmarks as a linear function of some unknowns.
@@ -211,19 +213,9 @@ impl Face {
             }
         }
         if failed.is_err() {
-            self.replace(before.state);
-            self.held = before.held;
-            self.changed = 0..0;
+            self.put_back(before);
         }
         failed
-    }
-
-    /// What a failing call puts back.
-    pub(super) fn before(&self) -> Before {
-        Before {
-            state: self.state.clone(),
-            held: self.held.clone(),
-        }
     }
 
     /// Finds coefficients with which measures have lengths (mm), within a tolerance.

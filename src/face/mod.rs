@@ -1,17 +1,20 @@
 //! A face: a model and coefficients; everything else of it is computed.
 
+mod anchor;
 mod code;
 mod measured;
 mod probable;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::Vec3;
 
 use crate::Random;
-use crate::model::{Block, FaceModel, LIMIT, SOURCES, falloff};
+use crate::model::{Block, FaceModel, LIMIT, ModelParts, SOURCES, falloff};
 use crate::{Error, Result};
+use anchor::{Anchor, Regions};
 
 /// Coefficients live on a grid of 1/65536 sigma, so that a face, its code and its undo history are
 /// the same numbers everywhere. At a mode of 5 mm a step of the grid is 0.08 micrometres.
@@ -31,9 +34,10 @@ pub(crate) fn micrometres(mm: f32) -> f32 {
 
 /// A face of a model.
 ///
-/// vertices = mean + sum over blocks of (modes x coefficients), each block spread to its surround.
-/// Positions and normals are brought up to date by every call that changes the face. Positions
-/// depend only on the coefficients and [`Face::alpha`], never on the way that led to them.
+/// vertices = mean + sum over blocks of (modes x coefficients), each block spread to its surround,
+/// and where regions were locked, what those took back of it ([`Face::lock`]). Positions and normals
+/// are brought up to date by every call that changes the face. Positions depend only on what the
+/// [`Face::code`] holds, never on the way that led to it.
 #[derive(Debug, Clone)]
 pub struct Face {
     model: FaceModel,
@@ -42,6 +46,10 @@ pub struct Face {
     locked: Vec<bool>,
     /// Measures that are held, and the length of each, mm.
     held: BTreeMap<usize, f64>,
+    /// What locked regions took back, by the regions.
+    anchors: Vec<Anchor>,
+    /// How far each vertex stays while some regions are locked.
+    masks: BTreeMap<Regions, Arc<[f32]>>,
     alpha: f32,
     /// Fall-off of each surround target at the present alpha, a block after another.
     fades: Vec<Vec<f32>>,
@@ -74,6 +82,8 @@ impl Face {
             state: model.derived.median.clone(),
             locked: vec![false; parts.blocks.len()],
             held: BTreeMap::new(),
+            anchors: Vec::new(),
+            masks: BTreeMap::new(),
             alpha: parts.blending.alpha,
             fades: Vec::new(),
             displacements: parts
@@ -124,8 +134,8 @@ impl Face {
             .collect()
     }
 
-    /// Replaces all coefficients (sigmas). Limits and locks do not apply: this is how a state is
-    /// put back.
+    /// Replaces all coefficients (sigmas). Limits and locks do not apply, and nothing is left of
+    /// what locks took back.
     ///
     /// # Errors
     /// When their number is wrong, or one is not a number or beyond 255 sigmas.
@@ -137,7 +147,15 @@ impl Face {
                 self.state.len()
             )));
         }
-        self.change(coefficients)
+        let state = on_grid(coefficients)?;
+        if self.anchors.is_empty() {
+            self.adopt(state);
+        } else {
+            self.anchors.clear();
+            self.state = state;
+            self.evaluate_all();
+        }
+        Ok(())
     }
 
     /// Where the face stands on a control: the part of the population below it, 0..=1.
@@ -189,8 +207,12 @@ impl Face {
             }
         }
         let before = self.before();
+        let regions = region.map(|name| [name.to_owned()]);
+        let gone = self.let_go(regions.as_ref().map(|r| &r[..]))?;
         self.replace(state);
-        self.hold(&[self.free(None)?], before)
+        self.hold(&[self.free(None)?], before)?;
+        self.note(gone);
+        Ok(())
     }
 
     /// Moves the face, or the named regions of it, towards `other`: 0 leaves it, 1 takes it over.
@@ -220,7 +242,14 @@ impl Face {
             state[i] = (from + (to - from) * t).round() as i32;
         }
         self.replace(state);
-        self.hold(&[free, self.free(None)?], before)
+        let whole = regions.is_none() && !self.locked.contains(&true);
+        let anchored = whole && !(self.anchors.is_empty() && other.anchors.is_empty());
+        if anchored {
+            self.blend_anchors(other, t);
+        }
+        self.hold(&[free, self.free(None)?], before)?;
+        self.note(anchored);
+        Ok(())
     }
 
     /// Draws a face from the population and returns the seed that was used.
@@ -256,6 +285,7 @@ impl Face {
         let drawn: Vec<f64> = (0..self.model.parts().population())
             .map(|_| random.normal() * spread)
             .collect();
+        let gone = self.let_go(options.regions.as_deref())?;
         let drawn = self.model.conditional_sample(&drawn, &self.sigmas(), &free);
         let mut coefficients = self.coefficients();
         for &i in &free {
@@ -266,6 +296,7 @@ impl Face {
         }
         self.change(&coefficients)?;
         self.hold(&[free, self.free(None)?], before)?;
+        self.note(gone);
         Ok(seed)
     }
 
@@ -306,8 +337,11 @@ impl Face {
         self.hold(&[free], before)
     }
 
-    /// Keeps a region's coefficients as they are in [`Face::randomize`], [`Face::blend`],
-    /// [`Face::drag`] and [`Face::reset`], until it is unlocked. Its sliders still move it.
+    /// Keeps a region where and as it is, until it is unlocked. [`Face::randomize`],
+    /// [`Face::blend`], [`Face::drag`] and [`Face::reset`] leave its coefficients alone, and what
+    /// other coefficients change there is taken back, around it less and less: its vertices stay
+    /// within 0.0001 mm. Its own sliders still move it. Unlocking moves nothing; what was taken back
+    /// goes when the region is reset or drawn again.
     ///
     /// # Errors
     /// When no region has that name.
@@ -327,6 +361,7 @@ impl Face {
         let own = self.model.region(region)?;
         let all = self.locked.iter_mut().zip(own);
         all.filter(|(_, own)| *own).for_each(|(l, _)| *l = locked);
+        self.mask();
         Ok(())
     }
 
@@ -360,8 +395,7 @@ impl Face {
         }
         self.alpha = micrometres(alpha);
         self.fade();
-        let every = vec![true; self.locked.len()];
-        self.evaluate(&every);
+        self.evaluate_all();
         Ok(())
     }
 
@@ -395,19 +429,20 @@ impl Face {
     }
 
     fn change(&mut self, coefficients: &[f32]) -> Result<()> {
-        if let Some(&far) = coefficients.iter().find(|c| !(c.abs() <= FARTHEST)) {
-            return Err(Error::Value {
-                what: "a coefficient",
-                wanted: format!("within {FARTHEST} sigmas"),
-                got: f64::from(far),
-            });
-        }
-        self.replace(coefficients.iter().map(|&c| grid(c)).collect());
+        self.replace(on_grid(coefficients)?);
         Ok(())
     }
 
-    /// Takes a new state and computes the blocks in which it differs.
+    /// Takes a new state, but for what locked regions take back of it, and computes the blocks in
+    /// which it differs.
     fn replace(&mut self, state: Vec<i32>) {
+        self.take_back(&state);
+        self.adopt(state);
+        self.tidy();
+    }
+
+    /// Takes a new state and computes the blocks in which it differs.
+    fn adopt(&mut self, state: Vec<i32>) {
         let blocks = &self.model.parts().blocks;
         let stale: Vec<bool> = blocks
             .iter()
@@ -431,6 +466,17 @@ impl Face {
             .collect();
     }
 
+    fn evaluate_all(&mut self) {
+        self.evaluate(&vec![true; self.locked.len()]);
+    }
+
+    /// After a call whose last step is not all that it did.
+    fn note(&mut self, everything: bool) {
+        if everything {
+            self.changed = 0..self.positions.len() as u32;
+        }
+    }
+
     /// Brings displacements of the stale blocks, positions and normals up to date.
     fn evaluate(&mut self, stale: &[bool]) {
         let model = self.model.clone();
@@ -441,6 +487,10 @@ impl Face {
             if stale[b] {
                 let own = &coefficients[block.coefficients()];
                 displace(block, own, &self.fades[b], &mut self.displacements[b]);
+                for anchor in &mut self.anchors {
+                    let own = &anchor.coefficients()[block.coefficients()];
+                    displace(block, own, &self.fades[b], &mut anchor.displacements[b]);
+                }
                 let patch = &derived.touched[b].range;
                 range = Some(match range {
                     None => patch.clone(),
@@ -467,16 +517,24 @@ impl Face {
         let parts = self.model.parts();
         let (start, end) = (range.start as usize, range.end as usize);
         self.positions[start..end].copy_from_slice(&parts.mean[start..end]);
-        for (block, displacements) in parts.blocks.iter().zip(&self.displacements) {
-            // Most faces have no edits.
-            if block.local_to.is_some() && self.state[block.coefficients()].iter().all(|&c| c == 0)
-            {
-                continue;
-            }
-            let (support, targets) = displacements.split_at(block.support.len());
-            add(&mut self.positions, &block.support, support, &range);
-            if let Some(surround) = &block.surround {
-                add(&mut self.positions, &surround.targets, targets, &range);
+        add_all(
+            parts,
+            &self.state,
+            &self.displacements,
+            &range,
+            &mut self.positions,
+        );
+        for anchor in &self.anchors {
+            let mut back = vec![Vec3::ZERO; self.positions.len()];
+            add_all(
+                parts,
+                &anchor.state,
+                &anchor.displacements,
+                &range,
+                &mut back,
+            );
+            for v in start..end {
+                self.positions[v] += anchor.weights[v] * back[v];
             }
         }
     }
@@ -484,7 +542,9 @@ impl Face {
     /// How a vertex moves with each coefficient: mm a sigma.
     fn jacobian(&self, vertex: u32) -> Vec<Vec3> {
         let mut rows = vec![Vec3::ZERO; self.state.len()];
-        for (block, fades) in self.model.parts().blocks.iter().zip(&self.fades) {
+        let blocks = self.model.parts().blocks.iter().zip(&self.fades);
+        for (b, (block, fades)) in blocks.enumerate() {
+            let follows = self.stays(b).map_or(1.0, |w| 1.0 - w[vertex as usize]);
             let mode = |k: usize, slot: usize| {
                 let at = 3 * (block.support.len() * k + slot);
                 let q = &block.modes.integers[at..at + 3];
@@ -509,10 +569,43 @@ impl Face {
                 pulled * (fades[t] / 65_535.0)
             };
             for k in 0..block.sigmas.len() {
-                rows[block.first_coefficient + k] = follow(k);
+                rows[block.first_coefficient + k] = follows * follow(k);
             }
         }
         rows
+    }
+}
+
+/// The grid points nearest to coefficients in sigmas.
+fn on_grid(coefficients: &[f32]) -> Result<Vec<i32>> {
+    if let Some(&far) = coefficients.iter().find(|c| !(c.abs() <= FARTHEST)) {
+        return Err(Error::Value {
+            what: "a coefficient",
+            wanted: format!("within {FARTHEST} sigmas"),
+            got: f64::from(far),
+        });
+    }
+    Ok(coefficients.iter().map(|&c| grid(c)).collect())
+}
+
+/// Adds the displacements of all blocks, always in the same order.
+fn add_all(
+    parts: &ModelParts,
+    state: &[i32],
+    displacements: &[Vec<Vec3>],
+    range: &Range<u32>,
+    positions: &mut [Vec3],
+) {
+    for (block, displacements) in parts.blocks.iter().zip(displacements) {
+        // Most faces have no edits.
+        if block.local_to.is_some() && state[block.coefficients()].iter().all(|&c| c == 0) {
+            continue;
+        }
+        let (support, targets) = displacements.split_at(block.support.len());
+        add(positions, &block.support, support, range);
+        if let Some(surround) = &block.surround {
+            add(positions, &surround.targets, targets, range);
+        }
     }
 }
 

@@ -109,12 +109,14 @@ pub const MEASURES: [Definition; 31] = [
 pub const SEMANTIC: usize = 20;
 
 /// What no semantic control should change besides, though none sets it: how eyes are tilted and
-/// turned, how far the forehead leans back, and how deep the nose sits in the face. Tilted far enough,
-/// lengths grow, and a nose that grows by sinking is none.
+/// turned, how far the forehead leans back, how deep the nose sits in the face, and whether the mouth
+/// smiles. Tilted far enough, lengths grow; a nose that grows by sinking is none; and a mouth that
+/// goes up in the middle alone frowns.
 #[rustfmt::skip]
-pub const GUARDED: [Definition; 7] = [
+pub const GUARDED: [Definition; 8] = [
     measure("nose", "nose base depth", "how far the nose's base lies before the ears' tragi", Offset(Axis::Z, NOSE, EARS), ["", ""]),
     measure("nose", "nose root depth", "how far the nasion lies before the ears' tragi", Offset(Axis::Z, &["ibug_27"], EARS), ["", ""]),
+    measure("mouth", "mouth curve", "how high the mouth's corners lie over the middle of its lips", Offset(Axis::Y, &["ibug_48", "ibug_54"], &["ibug_51", "ibug_57"]), ["", ""]),
     measure("forehead", "forehead slope", "how far the trichion lies before the glabella", Offset(Axis::Z, &["trichion"], &["glabella"]), ["", ""]),
     measure("eyes", "left eye tilt", "how high the outer corner lies over the inner", Offset(Axis::Y, &["ibug_45"], &["ibug_42"]), ["", ""]),
     measure("eyes", "right eye tilt", "how high the outer corner lies over the inner", Offset(Axis::Y, &["ibug_36"], &["ibug_39"]), ["", ""]),

@@ -23,7 +23,7 @@ use super::folds::edge_neighbours;
 use super::geodesic::Geodesic;
 use super::learn::quantiles;
 use super::measures::{self, GUARDED, MEASURES, SEMANTIC};
-use super::sparse::{self, Region, SparseBasis, head_parts, with_mirror_images};
+use super::sparse::{self, Region, SparseBasis, head_parts, mirrored};
 use super::template::Template;
 use super::{FitError, FitResult};
 use crate::anatomy::{Landmark, Measure};
@@ -55,7 +55,7 @@ impl Method {
     ];
 }
 
-/// Components of the sparse basis over the whole head.
+/// Components of the sparse basis over the features and their surround.
 const COMPONENTS: usize = 100;
 /// The band around a part in which its components end, mm along the surface.
 pub const BAND: f64 = 22.0;
@@ -77,7 +77,7 @@ const LEEWAY: f64 = 0.006;
 /// squared distance (mm) between a vertex's displacement and its neighbours' mean, at one standard
 /// deviation. Of the directions that the constraints leave, the most probable is one of wrinkles
 /// wherever wrinkles are what people differ in; a person who asks for a longer nose wants none.
-const ROUGHNESS: f64 = 10.0;
+const ROUGHNESS: f64 = 40.0;
 
 /// What a control's field does under reflection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -213,31 +213,37 @@ pub fn learn(
     method: Method,
 ) -> FitResult<Semantics> {
     let mean: Vec<DVec3> = parts.mean.iter().map(|p| p.as_dvec3()).collect();
-    let everyone = with_mirror_images(faces, &template.topology.mirror);
     let triangles = template.triangles();
     let surface = Geodesic::new(&mean, &triangles);
-    let features = features(template, parts)?;
+    let features = features(template, parts, &surface)?;
     let fades: Vec<Vec<f64>> = (features.par_iter())
         .map(|feature| fade(&surface, feature))
         .collect();
     let areas = vertex_areas(&mean, &triangles);
-    let proportions: Vec<Proportions> = (features.iter())
-        .map(|feature| Proportions::new(&mean, &feature.vertices, &areas))
-        .collect();
-    let (placed, amounts): (Vec<_>, Vec<_>) = (everyone.par_iter())
-        .map(|face| in_place(face, &mean, &proportions, &fades))
+    let smooth: Vec<Smooth> = (features.par_iter())
+        .map(|feature| Smooth::new(&mean, &surface, &feature.vertices, &areas))
+        .collect::<FitResult<_>>()?;
+    let population = Population::new(template, &mean, parts, faces)?;
+    // A face and its mirror image at a time: all of them at once are as much memory as everything
+    // else that is learned from them.
+    let each = (0..2 * faces.len()).into_par_iter();
+    let (placed, amounts): (Vec<_>, Vec<_>) = each
+        .map(|i| match i.checked_sub(faces.len()) {
+            None => in_place(&faces[i], &mean, &smooth, &fades),
+            Some(i) => in_place(&population.mirror_image(&faces[i]), &mean, &smooth, &fades),
+        })
         .unzip();
     let settings = sparse::Settings {
         components: COMPONENTS.min(2 * (faces.len() - 1)),
         ..sparse::Settings::default()
     };
-    let (basis, _) = sparse::learn(&placed, &triangles, &features, &settings, |_, _| ())?;
-    let basis = basis.in_sigmas();
-    let population = Population::new(template, &mean, parts, &everyone)?;
+    let basis = sparse::learn_from(placed, &triangles, &features, &settings)?.in_sigmas();
     let mut candidates = BTreeMap::new();
     for (place, feature) in features.iter().enumerate() {
-        let own: Vec<[f64; 12]> = amounts.iter().map(|each: &Vec<_>| each[place]).collect();
-        let fields = proportions[place].fields(&mean);
+        let own: Vec<&[f64]> = (amounts.iter())
+            .map(|each: &Vec<Vec<f64>>| &each[place][..])
+            .collect();
+        let fields = smooth[place].fields(&mean, &fades[place]);
         let found = Candidates::new(&basis, &feature.name, &fades[place], &fields, &own);
         candidates.insert(feature.name.clone(), found);
     }
@@ -258,9 +264,13 @@ pub fn learn(
     })
 }
 
-/// The features, and all other vertices as one more. The forehead is the wide one of the paper's
-/// parts, with the temples: the feature of a model is hardly as wide as it is high.
-fn features(template: &Template, parts: &ModelParts) -> FitResult<Vec<Region>> {
+/// The features, and the vertices that follow them as one more. The forehead is the wide one of the
+/// paper's parts, with the temples: the feature of a model is hardly as wide as it is high.
+fn features(
+    template: &Template,
+    parts: &ModelParts,
+    surface: &Geodesic<'_>,
+) -> FitResult<Vec<Region>> {
     let wide = head_parts(template)?;
     let mut left = vec![true; parts.mean.len()];
     let mut features = Vec::new();
@@ -285,10 +295,14 @@ fn features(template: &Template, parts: &ModelParts) -> FitResult<Vec<Region>> {
             vertices,
         });
     }
-    let all = 0..parts.mean.len() as u32;
+    let taken: Vec<u32> = features.iter().flat_map(|f| &f.vertices).copied().collect();
+    let distance = surface.distances(&taken, BAND);
+    let around = (0..parts.mean.len() as u32)
+        .filter(|&v| left[v as usize] && distance[v as usize] < BAND)
+        .collect();
     features.push(Region {
         name: "rest".into(),
-        vertices: all.filter(|&v| left[v as usize]).collect(),
+        vertices: around,
     });
     Ok(features)
 }
@@ -297,110 +311,191 @@ fn features(template: &Template, parts: &ModelParts) -> FitResult<Vec<Region>> {
 /// band.
 fn fade(surface: &Geodesic<'_>, feature: &Region) -> Vec<f64> {
     let distance = surface.distances(&feature.vertices, BAND);
-    let each = distance.iter().map(|d| {
-        let t = (d / BAND).min(1.0);
-        1.0 - t * t * (3.0 - 2.0 * t)
-    });
+    let each = distance.iter().map(|d| 1.0 - step((d / BAND).min(1.0)));
     each.collect()
 }
 
-/// How a feature is placed and proportioned: affine fields over it, of which
-/// [`without_proportions`](super::align::without_proportions) takes out those of a whole head.
-struct Proportions<'a> {
+/// How a feature is placed, proportioned and bent: smooth fields. Affine ones reach as far as the
+/// feature is followed, and [`without_proportions`](super::align::without_proportions) takes those
+/// of a whole head out likewise; quadratic ones end at the feature's border, so that it can change
+/// without pulling at what is around it.
+struct Smooth<'a> {
     vertices: &'a [u32],
     centre: DVec3,
-    /// The weighted pseudo-inverse: amounts from displacements of the vertices.
-    solve: DMatrix<f64>,
+    /// How much each of the vertices has of the quadratic fields: none at the border.
+    within: Vec<f64>,
+    /// Weighted pseudo-inverses: amounts from displacements of the vertices.
+    solve: [DMatrix<f64>; 2],
 }
 
 /// The length by which coordinates are divided, about a feature's half width, mm.
 const REACH: f64 = 30.0;
 
-impl<'a> Proportions<'a> {
-    fn new(mean: &[DVec3], vertices: &'a [u32], areas: &[f64]) -> Self {
+/// So far from a feature's border, mm along the surface, quadratic fields are what they are.
+const WITHIN: f64 = 14.0;
+
+/// Functions of [`affine`] and of [`quadratic`].
+const AFFINE: usize = 4;
+const QUADRATIC: usize = 10;
+
+impl<'a> Smooth<'a> {
+    fn new(
+        mean: &[DVec3],
+        surface: &Geodesic<'_>,
+        vertices: &'a [u32],
+        areas: &[f64],
+    ) -> FitResult<Self> {
         let total: f64 = vertices.iter().map(|&v| areas[v as usize]).sum();
         let weighted = vertices
             .iter()
             .map(|&v| mean[v as usize] * areas[v as usize]);
         let centre = weighted.sum::<DVec3>() / total;
-        let rows = DMatrix::from_fn(vertices.len(), 4, |i, j| {
-            row(mean[vertices[i] as usize], centre)[j]
+        let mut inside = vec![false; mean.len()];
+        vertices.iter().for_each(|&v| inside[v as usize] = true);
+        let outside: Vec<u32> = (0..mean.len() as u32)
+            .filter(|&v| !inside[v as usize])
+            .collect();
+        let distance = surface.distances(&outside, WITHIN);
+        let within: Vec<f64> = (vertices.iter())
+            .map(|&v| step((distance[v as usize] / WITHIN).min(1.0)))
+            .collect();
+        let share = |i: usize| areas[vertices[i] as usize] / total;
+        let place = |i: usize| mean[vertices[i] as usize];
+        let n = vertices.len();
+        let affine = DMatrix::from_fn(n, AFFINE, |i, j| affine(place(i), centre)[j]);
+        let quadratic = DMatrix::from_fn(n, QUADRATIC, |i, j| {
+            quadratic(place(i), centre)[j] * within[i]
         });
-        let mut weighted = rows.transpose();
-        for (i, &v) in vertices.iter().enumerate() {
-            weighted.column_mut(i).scale_mut(areas[v as usize] / total);
-        }
-        let mut normal = &weighted * &rows;
-        // A feature that is flat in some direction has no proportion along it.
-        (0..4).for_each(|i| normal[(i, i)] += 1e-6);
-        let solve = match normal.cholesky() {
-            Some(factor) => factor.solve(&weighted),
-            None => DMatrix::zeros(4, vertices.len()),
-        };
-        Self {
+        let solve = [
+            pseudo_inverse(&affine, share)?,
+            pseudo_inverse(&quadratic, share)?,
+        ];
+        Ok(Self {
             vertices,
             centre,
+            within,
             solve,
-        }
+        })
     }
 
-    /// Of a face's feature, mm: along x of the four columns of [`row`], then y, then z.
-    fn of(&self, face: &[DVec3], mean: &[DVec3]) -> [f64; 12] {
-        let moved = DMatrix::from_fn(self.vertices.len(), 3, |i, axis| {
+    /// Of a face's feature, mm: for x, then y, then z the amounts of the affine functions; then
+    /// those of the quadratic ones in what is left.
+    fn of(&self, face: &[DVec3], mean: &[DVec3]) -> Vec<f64> {
+        let mut moved = DMatrix::from_fn(self.vertices.len(), 3, |i, axis| {
             let v = self.vertices[i] as usize;
             face[v][axis] - mean[v][axis]
         });
-        let amounts = &self.solve * moved;
-        std::array::from_fn(|i| amounts[(i % 4, i / 4)])
+        let whole = &self.solve[0] * &moved;
+        for (i, &v) in self.vertices.iter().enumerate() {
+            let taken = self.affine(whole.as_slice(), mean[v as usize]);
+            (0..3).for_each(|axis| moved[(i, axis)] -= taken[axis]);
+        }
+        let inner = &self.solve[1] * moved;
+        whole.iter().chain(inner.iter()).copied().collect()
     }
 
-    /// What amounts of them move a point of the mean by, mm.
-    fn displacement(&self, amounts: &[f64; 12], p: DVec3) -> DVec3 {
-        let row = row(p, self.centre);
-        let along = |axis: usize| (0..4).map(|i| amounts[4 * axis + i] * row[i]).sum();
-        DVec3::new(along(0), along(1), along(2))
+    /// What the affine part of amounts moves a point of the mean by, mm.
+    fn affine(&self, amounts: &[f64], p: DVec3) -> DVec3 {
+        sum_of(&amounts[..3 * AFFINE], &affine(p, self.centre))
     }
 
-    /// The field of each amount, of 1 mm.
-    fn fields(&self, mean: &[DVec3]) -> Vec<Field> {
-        let unit = |i: usize| std::array::from_fn(|j| f64::from(u8::from(i == j)));
-        let field = |i: usize| {
-            let amounts = unit(i);
-            mean.iter()
-                .map(|&p| self.displacement(&amounts, p))
-                .collect()
+    /// What the quadratic part of amounts moves vertex i of the feature by, mm.
+    fn quadratic(&self, amounts: &[f64], i: usize, p: DVec3) -> DVec3 {
+        sum_of(&amounts[3 * AFFINE..], &quadratic(p, self.centre)) * self.within[i]
+    }
+
+    /// The field of each amount, of 1 mm; `fade` is how much each vertex follows the feature.
+    fn fields(&self, mean: &[DVec3], fade: &[f64]) -> Vec<Field> {
+        let field = |k: usize| {
+            let mut amounts = vec![0.0; 3 * (AFFINE + QUADRATIC)];
+            amounts[k] = 1.0;
+            if k < 3 * AFFINE {
+                let each = mean.iter().zip(fade);
+                return each.map(|(&p, f)| self.affine(&amounts, p) * *f).collect();
+            }
+            let mut field = vec![DVec3::ZERO; mean.len()];
+            for (i, &v) in self.vertices.iter().enumerate() {
+                field[v as usize] = self.quadratic(&amounts, i, mean[v as usize]);
+            }
+            field
         };
-        (0..12).map(field).collect()
+        (0..3 * (AFFINE + QUADRATIC)).map(field).collect()
     }
 }
 
+/// From 0 to 1, level at both.
+fn step(t: f64) -> f64 {
+    t * t * (3.0 - 2.0 * t)
+}
+
 /// Coordinates about a centre, and 1.
-fn row(p: DVec3, centre: DVec3) -> [f64; 4] {
+fn affine(p: DVec3, centre: DVec3) -> [f64; AFFINE] {
     let about = (p - centre) / REACH;
     [about.x, about.y, about.z, 1.0]
 }
 
-/// A face with every feature placed and proportioned as the mean's; between features what that
+/// The same, and their products.
+fn quadratic(p: DVec3, centre: DVec3) -> [f64; QUADRATIC] {
+    let [x, y, z, one] = affine(p, centre);
+    [x, y, z, one, x * x, y * y, z * z, x * y, y * z, z * x]
+}
+
+/// A displacement whose coordinates are sums of functions, those of x first.
+fn sum_of(amounts: &[f64], functions: &[f64]) -> DVec3 {
+    let along = |axis: usize| {
+        let own = &amounts[axis * functions.len()..];
+        functions.iter().zip(own).map(|(f, a)| f * a).sum()
+    };
+    DVec3::new(along(0), along(1), along(2))
+}
+
+/// The amounts of some functions (columns) by weighted least squares.
+fn pseudo_inverse(
+    functions: &DMatrix<f64>,
+    weight: impl Fn(usize) -> f64,
+) -> FitResult<DMatrix<f64>> {
+    let mut weighted = functions.transpose();
+    for (i, mut column) in weighted.column_iter_mut().enumerate() {
+        column.scale_mut(weight(i));
+    }
+    let mut normal = &weighted * functions;
+    // A feature that is flat in some direction has no proportion along it.
+    (0..normal.nrows()).for_each(|i| normal[(i, i)] += 1e-6);
+    match normal.cholesky() {
+        Some(factor) => Ok(factor.solve(&weighted)),
+        None => Err(FitError::Input("a feature has no extent".into())),
+    }
+}
+
+/// A face with every feature placed, proportioned and bent as the mean's; between features what that
 /// takes blends. Components that had places and proportions too would end in a step; so these have
 /// smooth fields of their own. Returns the face, and the amounts of each feature's.
 fn in_place(
     face: &[DVec3],
     mean: &[DVec3],
-    features: &[Proportions<'_>],
+    features: &[Smooth<'_>],
     fades: &[Vec<f64>],
-) -> (Vec<DVec3>, Vec<[f64; 12]>) {
-    let amounts: Vec<[f64; 12]> = features.iter().map(|f| f.of(face, mean)).collect();
-    let placed = (0..face.len())
+) -> (Vec<DVec3>, Vec<Vec<f64>>) {
+    let amounts: Vec<Vec<f64>> = features.iter().map(|f| f.of(face, mean)).collect();
+    let mut placed: Vec<DVec3> = (0..face.len())
         .map(|v| {
             let total: f64 = fades.iter().map(|fade| fade[v]).sum();
+            if total == 0.0 {
+                return face[v];
+            }
             let taken = features
                 .iter()
                 .zip(&amounts)
                 .zip(fades)
-                .map(|((f, a), fade)| f.displacement(a, mean[v]) * (fade[v] / total));
+                .map(|((f, a), fade)| f.affine(a, mean[v]) * (fade[v] / total));
             face[v] - taken.sum::<DVec3>()
         })
         .collect();
+    for (feature, amounts) in features.iter().zip(&amounts) {
+        for (i, &v) in feature.vertices.iter().enumerate() {
+            placed[v as usize] -= feature.quadratic(amounts, i, mean[v as usize]);
+        }
+    }
     (placed, amounts)
 }
 
@@ -412,7 +507,7 @@ impl Candidates {
         feature: &str,
         fade: &[f64],
         smooth: &[Field],
-        amounts: &[[f64; 12]],
+        amounts: &[&[f64]],
     ) -> Self {
         let own: Vec<usize> = (0..basis.components.len())
             .filter(|&k| basis.components[k].region.as_deref() == Some(feature))
@@ -436,8 +531,7 @@ impl Candidates {
             let sigma = (square / (along.len() - 1) as f64).sqrt();
             // A micrometre is no variation.
             if sigma > 1e-3 {
-                let each = field.iter().zip(fade);
-                fields.push(each.map(|(d, f)| *d * (sigma * f)).collect());
+                fields.push(field.iter().map(|d| *d * sigma).collect());
                 let rows = weights.iter_mut().zip(&along);
                 rows.for_each(|(row, m)| row.push(m / sigma));
             }
@@ -456,10 +550,14 @@ impl<'a> Population<'a> {
         let landmarks = &parts.landmarks[..];
         let mut measures = measures::on(landmarks, &MEASURES[..SEMANTIC])?;
         measures.extend(measures::on(landmarks, &GUARDED)?);
-        let lengths: Vec<Vec<f64>> = (faces.par_iter())
+        let mirror = &template.topology.mirror;
+        let mut lengths: Vec<Vec<f64>> = (faces.par_iter())
             .map(|face| measure(face, landmarks, &measures))
             .collect();
-        let count = faces.len() as f64;
+        lengths.par_extend(
+            (faces.par_iter()).map(|face| measure(&mirrored(face, mirror), landmarks, &measures)),
+        );
+        let count = lengths.len() as f64;
         let column = |m: usize| lengths.iter().map(move |row| row[m]);
         let means: Vec<f64> = (0..measures.len())
             .map(|m| column(m).sum::<f64>() / count)
@@ -500,9 +598,7 @@ impl<'a> Population<'a> {
     }
 
     fn mirror_image(&self, field: &[DVec3]) -> Field {
-        let mirror = &self.template.topology.mirror;
-        let image = |&v: &u32| field[v as usize] * DVec3::new(-1.0, 1.0, 1.0);
-        mirror.iter().map(image).collect()
+        mirrored(field, &self.template.topology.mirror)
     }
 
     /// The part of a field that a control of some symmetry may have.

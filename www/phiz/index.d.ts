@@ -183,7 +183,11 @@ export class Face {
    * @returns the seed that was used; the same seed gives the same person again.
    */
   randomize(options?: { seed?: number; spread?: number; regions?: string[] }): number;
-  /** Holds a region: `randomize`, `blend` and `reset` leave it alone. */
+  /**
+   * Holds a region where and as it is, to 0.0001 mm, until it is unlocked: `randomize`, `blend`,
+   * `drag` and `reset` leave its coefficients alone, and what others move there is taken back. Its
+   * own sliders still move it. Unlocking moves nothing.
+   */
   lock(region: string): void;
   unlock(region: string): void;
   readonly locked: string[];
@@ -223,7 +227,10 @@ export class Face {
 
   /** The whole face as a short string for URLs; may be assigned. */
   code: string;
-  /** All coefficients in standard deviations, a copy; may be assigned. */
+  /**
+   * All coefficients in standard deviations, a copy; may be assigned, which forgets what locks took
+   * back. The whole of a face is its `code`.
+   */
   coefficients: Float32Array;
   /** How far a feature's change reaches into its surround, mm; may be assigned. */
   alpha: number;

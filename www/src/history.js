@@ -1,8 +1,8 @@
-// Undo and redo. What can be undone is the whole of a face: its coefficients, the blending
-// distance and what is locked. A step is two such states; one step a gesture, however many events
-// it had. There is no limit: a step is half a kilobyte.
+// Undo and redo. What can be undone is the whole of a face: its code, and what is locked. A step is
+// two such states; one step a gesture, however many events it had. There is no limit: a step is half
+// a kilobyte.
 
-/** @typedef {{ coefficients: Float32Array, alpha: number, locked: string[], held: string[] }} State */
+/** @typedef {{ code: string, locked: string[], held: string[] }} State */
 /** @typedef {{ before: State, after: State, what: string, at: number }} Step */
 
 /** Presses of an arrow key closer than this (ms) are one gesture. */
@@ -11,8 +11,7 @@ const TOGETHER = 700;
 /** @param {import('phiz').Face} face @returns {State} */
 export function stateOf(face) {
   return {
-    coefficients: face.coefficients.slice(),
-    alpha: face.alpha,
+    code: face.code,
     locked: [...face.locked],
     held: [...(face.lockedMeasures ?? [])],
   };
@@ -26,21 +25,19 @@ function sameNames(a, b) {
 /** @param {State} a @param {State} b */
 export function sameState(a, b) {
   return (
-    a.alpha === b.alpha &&
+    a.code === b.code &&
     sameNames(a.locked, b.locked) &&
-    sameNames(a.held, b.held) &&
-    a.coefficients.every((value, i) => value === b.coefficients[i])
+    sameNames(a.held, b.held)
   );
 }
 
 /** @param {import('phiz').Face} face @param {State} state */
 export function restore(face, state) {
-  if (face.alpha !== state.alpha) face.alpha = state.alpha;
   for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
   for (const region of state.locked) face.lock(region);
   // A held measure would bend what is set; it is held again at the length that the face then has.
   for (const name of [...(face.lockedMeasures ?? [])]) face.unlockMeasure(name);
-  face.coefficients = state.coefficients;
+  face.code = state.code;
   for (const name of state.held) face.lockMeasure(name);
 }
 

@@ -27,6 +27,7 @@ mod start;
 mod support;
 mod weights;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use faer::linalg::matmul::matmul;
@@ -214,8 +215,18 @@ pub fn learn(
     settings: &Settings,
     progress: impl FnMut(usize, f64),
 ) -> FitResult<(SparseBasis, Report)> {
-    let learner = Learner::new(faces, triangles, regions, settings)?;
-    learner.run(progress)
+    Learner::new(Cow::Borrowed(faces), triangles, regions, settings)?.run(progress)
+}
+
+/// As [`learn`], of faces that nobody needs any more: their memory is free while it learns.
+pub(super) fn learn_from(
+    faces: Vec<Vec<DVec3>>,
+    triangles: &[[u32; 3]],
+    regions: &[Region],
+    settings: &Settings,
+) -> FitResult<SparseBasis> {
+    let learner = Learner::new(Cow::Owned(faces), triangles, regions, settings)?;
+    Ok(learner.run(|_, _| ())?.0)
 }
 
 /// The problem that [`learn`] solves, as it is at the start.
@@ -228,22 +239,21 @@ pub fn problem(
     regions: &[Region],
     settings: &Settings,
 ) -> FitResult<Problem> {
-    Ok(Learner::new(faces, triangles, regions, settings)?.problem())
+    Ok(Learner::new(Cow::Borrowed(faces), triangles, regions, settings)?.problem())
 }
 
 /// The faces, followed by the mirror image of each (x is to the subject's left; `mirror` is the
 /// vertex on the other side). A basis learned from both knows no side: each of its components has
 /// its mirror image in the basis' span.
 pub fn with_mirror_images(faces: &[Vec<DVec3>], mirror: &[u32]) -> Vec<Vec<DVec3>> {
-    let images = faces.iter().map(|face| {
-        let image = |&v: &u32| face[v as usize] * DVec3::new(-1.0, 1.0, 1.0);
-        mirror.iter().map(image).collect()
-    });
-    faces
-        .iter()
-        .cloned()
-        .chain(images.collect::<Vec<_>>())
-        .collect()
+    let images = faces.iter().map(|face| mirrored(face, mirror));
+    faces.iter().cloned().chain(images).collect()
+}
+
+/// The mirror image of a face, or of a field over one.
+pub(super) fn mirrored(face: &[DVec3], mirror: &[u32]) -> Vec<DVec3> {
+    let image = |&v: &u32| face[v as usize] * DVec3::new(-1.0, 1.0, 1.0);
+    mirror.iter().map(image).collect()
 }
 
 /// Principal components of the same vertices in the same form, to compare with: each moves
@@ -335,15 +345,15 @@ struct Learner<'a> {
 
 impl<'a> Learner<'a> {
     fn new(
-        faces: &[Vec<DVec3>],
+        faces: Cow<'_, [Vec<DVec3>]>,
         triangles: &'a [[u32; 3]],
         regions: &'a [Region],
         settings: &Settings,
     ) -> FitResult<Self> {
         let began = std::time::Instant::now();
-        let n = check(faces, triangles, regions, settings)?;
+        let n = check(&faces, triangles, regions, settings)?;
         let f = faces.len();
-        let mean = super::align::mean_of(faces);
+        let mean = super::align::mean_of(&faces);
         let mut order: Vec<u32> = regions.iter().flat_map(|r| &r.vertices).copied().collect();
         order.sort_unstable();
         if order.windows(2).any(|w| w[0] == w[1]) {
@@ -372,6 +382,7 @@ impl<'a> Learner<'a> {
                     (0..3).for_each(|axis| columns[axis * f + face] = d[axis]);
                 }
             });
+        drop(faces);
         let square: f64 = samples.iter().map(|x| x * x).sum();
         // A nanometre of standard deviation over the whole field is no variation.
         if !(square > 1e-12) {
