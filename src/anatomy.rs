@@ -1,10 +1,12 @@
 //! Named places on a head: landmarks, parts and measures.
 
 use glam::{DVec3, Vec3};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
+
+use crate::blob::record::{Value, record};
 
 /// A named triangle group (`skin`, `mouth cavity`, `left eyeball` ...).
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Part {
     /// The part's name.
     pub name: String,
@@ -15,7 +17,7 @@ pub struct Part {
 }
 
 /// A named point of the surface, as weights on vertices that sum to 1.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Landmark {
     /// `ibug_00` to `ibug_67`, or an anatomical name.
     pub name: String,
@@ -41,7 +43,7 @@ impl Landmark {
 }
 
 /// Something that can be measured on every face, in mm.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measure {
     /// What anthropometry calls it, such as `nose width`.
     pub name: String,
@@ -57,8 +59,8 @@ pub struct Measure {
 /// `1 axis count of... count over...`, `2 count parts...` for a mean, `3 count parts...` for a
 /// geometric mean, where parts are quantities. (A tree of named fields would need a reader three
 /// times the size.)
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(into = "Vec<u32>", try_from = "Vec<u32>")]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(into = "Vec<u32>")]
 pub enum Quantity {
     /// The distance between two landmarks, mm.
     Distance {
@@ -97,17 +99,22 @@ impl From<Quantity> for Vec<u32> {
     }
 }
 
-impl TryFrom<Vec<u32>> for Quantity {
-    type Error = &'static str;
-
-    fn try_from(numbers: Vec<u32>) -> Result<Self, Self::Error> {
-        let mut rest = numbers.as_slice();
-        let quantity = Self::take(&mut rest, MOST_LEVELS);
-        match quantity {
-            Some(quantity) if rest.is_empty() => Ok(quantity),
-            _ => Err("numbers that are no quantity"),
-        }
+impl Value for Quantity {
+    fn write(&self, out: &mut Vec<u8>) {
+        Vec::<u32>::from(self.clone()).write(out);
     }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let numbers = Vec::<u32>::read(bytes)?;
+        let mut rest = numbers.as_slice();
+        Self::take(&mut rest, MOST_LEVELS).filter(|_| rest.is_empty())
+    }
+}
+
+record! {
+    Part { name, first, count }
+    Landmark { name, stencil }
+    Measure { name, description, quantity }
 }
 
 /// The first of the numbers, which is taken off them.
@@ -123,6 +130,20 @@ fn counted(numbers: &mut &[u32]) -> Option<Vec<u32>> {
     let (some, rest) = numbers.split_at_checked(count)?;
     *numbers = rest;
     Some(some.to_vec())
+}
+
+/// The root of some degree of a product of that many lengths. From a start that is too large,
+/// Newton's method comes down to it.
+fn root(product: f64, degree: usize) -> f64 {
+    let power = |x: f64, count: usize| (0..count).fold(1.0, |p, _| p * x);
+    let mut x = product.max(1.0);
+    loop {
+        let below = x - (x - product / power(x, degree - 1)) / degree as f64;
+        if !(below < x) {
+            return x;
+        }
+        x = below;
+    }
 }
 
 impl Quantity {
@@ -245,7 +266,7 @@ impl Quantity {
             Quantity::GeometricMean { geometric_mean } => {
                 let each: Vec<_> = geometric_mean.iter().map(|q| q.measure(place)).collect();
                 let power = 1.0 / each.len() as f64;
-                let value: f64 = each.iter().map(|(v, _)| v.max(0.0).powf(power)).product();
+                let value = root(each.iter().map(|(v, _)| v.max(0.0)).product(), each.len());
                 let mut gradient = Gradient::new();
                 for (v, own) in each.iter().filter(|(v, _)| *v > 0.0) {
                     gradient.extend(own.iter().map(|&(l, g)| (l, g * (value * power / v))));

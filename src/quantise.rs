@@ -5,6 +5,7 @@
 //! its grid is read as it was written. Modes, which are nearly all of a model, get one step a
 //! block, for a stated error.
 
+use crate::error::Number;
 use crate::{Error, Result};
 
 /// Points at whole multiples of a step.
@@ -93,7 +94,10 @@ impl Quantised {
     /// When the step is not a positive length of at most 1 mm.
     pub fn from_parts(step: f32, integers: Vec<i16>) -> Result<Self> {
         if !(step > 0.0 && step <= 1.0) {
-            return Err(Error::Blob(format!("a quantisation step of {step} mm")));
+            return Err(Error::Blob(format!(
+                "a quantisation step of {} mm",
+                Number(step.into())
+            )));
         }
         Ok(Self { step, integers })
     }

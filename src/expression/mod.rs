@@ -21,9 +21,10 @@ mod performance;
 use std::sync::Arc;
 
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
 
+use crate::blob::record::record;
 use crate::blob::{Blob, BlobWriter, Kind};
+use crate::error::Number;
 use crate::model::FaceModel;
 use crate::quantise::COORDINATES;
 use crate::{Error, Result};
@@ -52,25 +53,25 @@ pub struct Expression {
 
 /// How an expression is stored: of one that is alike on both sides only the vertices that do not
 /// come after their mirror image, of one that has a twin, its mirror image, all.
-#[derive(Serialize, Deserialize)]
 struct ExpressionHeader {
     name: String,
     /// The name of its mirror image, which follows it and is not stored.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     twin: Option<String>,
     support: u32,
-    #[serde(default)]
     turns: [[f32; 3]; 2],
-    #[serde(default)]
     meets: Vec<[u32; 2]>,
 }
 
-#[derive(Serialize, Deserialize)]
 struct Header {
     /// [`shape`] of the model.
     shape: u32,
     step: f32,
     expressions: Vec<ExpressionHeader>,
+}
+
+record! {
+    ExpressionHeader { name, twin, support, turns, meets }
+    Header { shape, step, expressions }
 }
 
 /// Which mean head and which mesh: FNV-1a over the mean's coordinates on their grid and the
@@ -85,11 +86,18 @@ fn shape(model: &FaceModel) -> u32 {
     })
 }
 
-/// Sorted; no vertex should be there twice.
+/// How some of `n` vertices move, by vertex; `None` when one is there twice.
 #[inline(never)]
-fn by_vertex(mut moved: Vec<(u32, Vec3)>) -> Vec<(u32, Vec3)> {
-    moved.sort_unstable_by_key(|m| m.0);
-    moved
+fn by_vertex(moved: &[(u32, Vec3)], n: usize) -> Option<(Vec<u32>, Vec<Vec3>)> {
+    let mut places = vec![usize::MAX; n];
+    for (i, &(v, _)) in moved.iter().enumerate() {
+        if places[v as usize] != usize::MAX {
+            return None;
+        }
+        places[v as usize] = i;
+    }
+    places.retain(|&i| i != usize::MAX);
+    Some(places.into_iter().map(|i| moved[i]).unzip())
 }
 
 fn flip(v: Vec3) -> Vec3 {
@@ -104,14 +112,15 @@ fn flip_turn(v: Vec3) -> Vec3 {
 impl Expression {
     /// The same on the other side of the face, whose landmarks are `meets`.
     fn mirrored(&self, name: String, mirror: &[u32], meets: Vec<[u32; 2]>) -> Self {
-        let moved = (self.support.iter().zip(&self.displacements))
+        let moved: Vec<(u32, Vec3)> = (self.support.iter().zip(&self.displacements))
             .map(|(&v, &d)| (mirror[v as usize], flip(d)))
             .collect();
-        let moved = by_vertex(moved);
+        // A vertex has one mirror image, and no other has that one.
+        let (support, displacements) = by_vertex(&moved, mirror.len()).unwrap_or_default();
         Self {
             name,
-            support: moved.iter().map(|m| m.0).collect(),
-            displacements: moved.iter().map(|m| m.1).collect(),
+            support,
+            displacements,
             turns: [flip_turn(self.turns[1]), flip_turn(self.turns[0])],
             meets,
         }
@@ -138,7 +147,7 @@ pub fn write(model: &FaceModel, expressions: &[Expression]) -> Result<Vec<u8>> {
         }
         if expression.support.iter().any(|&v| v as usize >= n) {
             return Err(Error::Blob(format!(
-                "expression {:?} moves a vertex that is not there",
+                "expression \"{}\" moves a vertex that is not there",
                 expression.name
             )));
         }
@@ -168,7 +177,7 @@ pub fn write(model: &FaceModel, expressions: &[Expression]) -> Result<Vec<u8>> {
         step: STEP,
         expressions: headers,
     };
-    let mut blob = BlobWriter::new(Kind::Expressions, &header)?;
+    let mut blob = BlobWriter::new(Kind::Expressions, &header);
     for (i, kept) in stored.iter().enumerate() {
         let support: Vec<u32> = kept.iter().map(|k| k.0).collect();
         let steps: Vec<i32> = kept
@@ -261,7 +270,7 @@ fn read(blob: &Blob, model: &FaceModel) -> Result<Vec<Expression>> {
         ));
     }
     if !(header.step > 0.0 && header.step <= 1.0) {
-        return bad(format!("a step of {} mm", header.step));
+        return bad(format!("a step of {} mm", Number(header.step.into())));
     }
     let parts = model.parts();
     let (n, mirror) = (parts.topology.regions.len(), &parts.topology.mirror);
@@ -269,16 +278,16 @@ fn read(blob: &Blob, model: &FaceModel) -> Result<Vec<Expression>> {
     let mut list: Vec<Expression> = Vec::new();
     for (i, own) in header.expressions.into_iter().enumerate() {
         if own.support as usize > n {
-            return bad(format!("expression {:?} moves too much", own.name));
+            return bad(format!("expression \"{}\" moves too much", own.name));
         }
         let numbers = own.turns.as_flattened();
         // Half a turn is more than any eye does.
         if !numbers.iter().all(|x| x.abs() <= std::f32::consts::PI) {
-            return bad(format!("expression {:?} turns eyes too far", own.name));
+            return bad(format!("expression \"{}\" turns eyes too far", own.name));
         }
         let named = |m: &[u32; 2]| m.iter().all(|&l| (l as usize) < parts.landmarks.len());
         if !own.meets.iter().all(named) {
-            return bad(format!("expression {:?} has no landmarks", own.name));
+            return bad(format!("expression \"{}\" has no landmarks", own.name));
         }
         let support = crate::model::vertices(blob, &format!("support.{i}"), own.support, n)?;
         let residuals = blob.planes(&format!("moves.{i}"), 3 * support.len())?;
@@ -289,7 +298,7 @@ fn read(blob: &Blob, model: &FaceModel) -> Result<Vec<Expression>> {
         let mut moved: Vec<(u32, Vec3)> = support.into_iter().zip(displacements).collect();
         // A metre is more than any face moves.
         if moved.iter().any(|m| !(m.1.abs().max_element() < 1000.0)) {
-            return bad(format!("expression {:?} moves a vertex away", own.name));
+            return bad(format!("expression \"{}\" moves a vertex away", own.name));
         }
         if own.twin.is_none() {
             let images: Vec<(u32, Vec3)> = moved
@@ -298,18 +307,17 @@ fn read(blob: &Blob, model: &FaceModel) -> Result<Vec<Expression>> {
                 .map(|m| (mirror[m.0 as usize], flip(m.1)))
                 .collect();
             moved.extend(images);
-            moved = by_vertex(moved);
-            if moved.windows(2).any(|w| w[0].0 == w[1].0) {
-                return bad(format!("expression {:?} has a vertex twice", own.name));
-            }
         }
+        let Some((support, displacements)) = by_vertex(&moved, n) else {
+            return bad(format!("expression \"{}\" has a vertex twice", own.name));
+        };
         let [left, right] = own.turns.map(Vec3::from_array);
         // The first half of a pair's landmarks is of the one, the second of the other.
         let half = own.meets.len() / if own.twin.is_some() { 2 } else { 1 };
         let expression = Expression {
             name: own.name,
-            support: moved.iter().map(|m| m.0).collect(),
-            displacements: moved.iter().map(|m| m.1).collect(),
+            support,
+            displacements,
             turns: [left, right],
             meets: own.meets[..half].to_vec(),
         };
@@ -320,7 +328,10 @@ fn read(blob: &Blob, model: &FaceModel) -> Result<Vec<Expression>> {
     }
     for (i, expression) in list.iter().enumerate() {
         if list[..i].iter().any(|other| other.name == expression.name) {
-            return bad(format!("two expressions are called {:?}", expression.name));
+            return bad(format!(
+                "two expressions are called \"{}\"",
+                expression.name
+            ));
         }
     }
     Ok(list)

@@ -12,8 +12,6 @@
 //! a locked region still follows its own sliders. All of it is linear, the state is e beside c, and
 //! unlocking moves nothing: the anchor stays as it is.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -30,8 +28,8 @@ const PASSES: usize = 12;
 /// them follows.
 const ASKED: usize = 16;
 
-/// Regions, by the number of the block that is not local: increasing.
-pub(super) type Regions = Vec<usize>;
+/// Regions, a bit each: the number of the block that is not local. A model has no more.
+pub(super) type Regions = u64;
 
 /// What changes of coefficients are taken back by in some regions.
 #[derive(Debug, Clone)]
@@ -57,30 +55,39 @@ impl Face {
     fn staying(&self, block: usize) -> Regions {
         let blocks = &self.model.parts().blocks;
         let region = blocks[block].region();
-        (0..blocks.len())
+        let others = (0..blocks.len())
             .filter(|&b| blocks[b].local_to.is_none() && self.locked[b])
-            .filter(|&b| blocks[b].region() != region)
-            .collect()
+            .filter(|&b| blocks[b].region() != region);
+        others.fold(0, |regions, b| regions | 1 << b)
     }
 
     /// How far each vertex stays when a coefficient of a block changes; `None` when all follow.
     pub(super) fn stays(&self, block: usize) -> Option<Arc<[f32]>> {
-        self.masks.get(&self.staying(block)).cloned()
+        self.known(self.staying(block))
     }
 
     /// Brings the weights that locks need up to date.
     pub(super) fn mask(&mut self) {
         let blocks = self.model.parts().blocks.len();
-        let mut masks = BTreeMap::new();
+        let mut masks: Vec<(Regions, Arc<[f32]>)> = Vec::new();
         for block in 0..blocks {
             let regions = self.staying(block);
-            if !regions.is_empty() && !masks.contains_key(&regions) {
-                let known = self.masks.get(&regions).cloned();
-                let weights = known.unwrap_or_else(|| weights(&self.model, &regions));
-                masks.insert(regions, weights);
+            if regions != 0 && masks.iter().all(|mask| mask.0 != regions) {
+                masks.push((regions, self.weights(regions)));
             }
         }
         self.masks = masks;
+    }
+
+    fn known(&self, regions: Regions) -> Option<Arc<[f32]>> {
+        let masks = self.masks.iter().map(|mask| (mask.0, &mask.1));
+        let mut known = masks.chain(self.anchors.iter().map(|a| (a.regions, &a.weights)));
+        known.find(|k| k.0 == regions).map(|k| k.1.clone())
+    }
+
+    fn weights(&self, regions: Regions) -> Arc<[f32]> {
+        let known = self.known(regions);
+        known.unwrap_or_else(|| weights(&self.model, regions))
     }
 
     /// The anchor of some regions, new if there is none.
@@ -98,11 +105,9 @@ impl Face {
 
     /// An anchor whose displacements are still to be computed.
     pub(super) fn new_anchor(&self, regions: Regions, state: Vec<i32>) -> Anchor {
-        let former = self.anchors.iter().find(|a| a.regions == regions);
-        let former = former.map(|a| &a.weights).or(self.masks.get(&regions));
         let each = self.displacements.iter();
         Anchor {
-            weights: former.map_or_else(|| weights(&self.model, &regions), Arc::clone),
+            weights: self.weights(regions),
             regions,
             state,
             displacements: each.map(|d| vec![Vec3::ZERO; d.len()]).collect(),
@@ -117,7 +122,7 @@ impl Face {
                 continue;
             }
             let regions = self.staying(b);
-            if regions.is_empty() {
+            if regions == 0 {
                 continue;
             }
             let was = self.state[own.clone()].to_vec();
@@ -149,9 +154,10 @@ impl Face {
             named.iter_mut().zip(own).for_each(|(n, own)| *n |= own);
         }
         let count = self.anchors.len();
-        let locked = &self.locked;
-        self.anchors
-            .retain(|a| a.regions.iter().any(|&b| locked[b] || !named[b]));
+        let stays = |b: &usize| self.locked[*b] || !named[*b];
+        let stay = (0..named.len()).filter(stays);
+        let stay = stay.fold(0, |regions, b| regions | 1 << b);
+        self.anchors.retain(|a| a.regions & stay != 0);
         let gone = self.anchors.len() < count;
         if gone {
             self.evaluate_all();
@@ -165,7 +171,7 @@ impl Face {
             return;
         }
         for theirs in &other.anchors {
-            self.anchor(theirs.regions.clone());
+            self.anchor(theirs.regions);
         }
         for ours in &mut self.anchors {
             let theirs = other.anchors.iter().find(|a| a.regions == ours.regions);
@@ -201,108 +207,109 @@ impl Face {
 /// How far each vertex stays with some regions: 1 in them, and falling off along the surface as
 /// features' surrounds do. What hangs together with none of them, such as an eyeball, stays as a
 /// whole, as far as the skin beside it.
-pub(super) fn weights(model: &FaceModel, regions: &[usize]) -> Arc<[f32]> {
+///
+/// Sweeps over all edges do what queues would: they are a few passes, and only when something is
+/// locked.
+pub(super) fn weights(model: &FaceModel, regions: Regions) -> Arc<[f32]> {
     let parts = model.parts();
     let n = parts.mean.len();
-    let mut covered = vec![false; parts.topology.region_names.len()];
-    let mut every = false;
-    for &b in regions {
-        let own = &parts.blocks[b].regions;
-        every |= own.is_empty();
-        own.iter().for_each(|&r| covered[usize::from(r)] = true);
-    }
+    let covers = |region: u8| {
+        let locked = |b: &usize| regions >> b & 1 == 1;
+        let mut blocks = (0..parts.blocks.len()).filter(locked);
+        // A block without regions covers all vertices.
+        blocks.any(|b| {
+            let own = &parts.blocks[b].regions;
+            own.is_empty() || own.contains(&region)
+        })
+    };
+    let covered: Vec<bool> = (0..=u8::MAX).map(covers).collect();
     let inside: Vec<bool> = (parts.topology.regions.iter())
-        .map(|&r| every || covered[usize::from(r)])
+        .map(|&r| covered[usize::from(r)])
         .collect();
     let triangles = parts.topology.triangles();
-    let mut beside: Vec<Vec<u32>> = vec![Vec::new(); n];
-    for t in &triangles {
-        for i in 0..3 {
-            beside[t[i] as usize].extend([t[(i + 1) % 3], t[(i + 2) % 3]]);
-        }
-    }
-    for list in &mut beside {
-        list.sort_unstable();
-        list.dedup();
-    }
+    let edges: Vec<[usize; 2]> = (triangles.iter())
+        .flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]])
+        .map(|edge| edge.map(|v| v as usize))
+        .collect();
 
-    let distance = along_edges(&parts.mean, &beside, &inside);
     let alpha = parts.blending.alpha;
+    let distance = along_edges(&parts.mean, &edges, &inside);
     let mut weights: Vec<f32> = distance.iter().map(|d| falloff(d / alpha)).collect();
     for _ in 0..PASSES {
-        weights = (0..n)
-            .map(|v| {
-                if inside[v] || beside[v].is_empty() {
-                    return weights[v];
-                }
-                let sum: f32 = beside[v].iter().map(|&u| weights[u as usize]).sum();
-                0.5 * (weights[v] + sum / beside[v].len() as f32)
-            })
-            .collect();
+        let mut sums = vec![(0.0_f32, 0.0_f32); n];
+        for &[a, b] in &edges {
+            sums[a] = (sums[a].0 + weights[b], sums[a].1 + 1.0);
+            sums[b] = (sums[b].0 + weights[a], sums[b].1 + 1.0);
+        }
+        for (v, (sum, count)) in sums.into_iter().enumerate() {
+            if !inside[v] && count > 0.0 {
+                weights[v] = 0.5 * (weights[v] + sum / count);
+            }
+        }
     }
 
-    let hangs = together(&beside);
-    let mut sizes: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    (0..n).for_each(|v| sizes.entry(hangs[v]).or_default().push(v));
-    let skin = sizes.values().max_by_key(|own| own.len());
-    let skin = skin.cloned().unwrap_or_default();
-    for own in sizes.values() {
-        if own.len() == skin.len() || own.iter().any(|&v| inside[v]) {
-            continue;
+    let hangs = together(n, &edges);
+    let mut sizes = vec![0; n];
+    let mut anchored = vec![false; n];
+    for v in 0..n {
+        sizes[hangs[v]] += 1;
+        anchored[hangs[v]] |= inside[v];
+    }
+    let skin = (0..n).max_by_key(|&v| sizes[v]).unwrap_or(0);
+    for part in (0..n).filter(|&v| v != skin && sizes[v] > 0 && !anchored[v]) {
+        let own = || (0..n).filter(|&v| hangs[v] == part);
+        let mut sum = 0.0;
+        let mut asked = 0.0;
+        for v in own().step_by(1 + sizes[part] / ASKED) {
+            let mut nearest = (f32::INFINITY, 0.0);
+            for u in (0..n).filter(|&u| hangs[u] == skin) {
+                let far = parts.mean[u].distance_squared(parts.mean[v]);
+                if far < nearest.0 {
+                    nearest = (far, weights[u]);
+                }
+            }
+            sum += nearest.1;
+            asked += 1.0;
         }
-        let asked: Vec<usize> = own
-            .iter()
-            .step_by(own.len().div_ceil(ASKED))
-            .copied()
-            .collect();
-        let sum: f32 = (asked.iter())
-            .map(|&v| {
-                let far = |u: &&usize| parts.mean[**u].distance_squared(parts.mean[v]);
-                let nearest = skin.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
-                nearest.map_or(0.0, |&u| weights[u])
-            })
-            .sum();
-        own.iter()
-            .for_each(|&v| weights[v] = sum / asked.len() as f32);
+        own().for_each(|v| weights[v] = sum / asked);
     }
     weights.into()
 }
 
-/// The length of the shortest path along edges from the inside, mm.
-fn along_edges(positions: &[Vec3], beside: &[Vec<u32>], inside: &[bool]) -> Vec<f32> {
+/// The length of the shortest path along edges from the inside, mm; infinite where none leads.
+fn along_edges(positions: &[Vec3], edges: &[[usize; 2]], inside: &[bool]) -> Vec<f32> {
     let mut distance: Vec<f32> = (inside.iter())
         .map(|&inside| if inside { 0.0 } else { f32::INFINITY })
         .collect();
-    // Lengths are not negative: their bits are in the same order as they are.
-    let sources = (0..inside.len() as u32).filter(|&v| inside[v as usize]);
-    let mut next: BinaryHeap<Reverse<(u32, u32)>> = sources.map(|v| Reverse((0, v))).collect();
-    while let Some(Reverse((bits, v))) = next.pop() {
-        let there = f32::from_bits(bits);
-        if there > distance[v as usize] {
-            continue;
-        }
-        for &u in &beside[v as usize] {
-            let d = there + positions[v as usize].distance(positions[u as usize]);
-            if d < distance[u as usize] {
-                distance[u as usize] = d;
-                next.push(Reverse((d.to_bits(), u)));
+    let mut shorter = true;
+    while shorter {
+        shorter = false;
+        for &[a, b] in edges {
+            let length = positions[a].distance(positions[b]);
+            for [from, to] in [[a, b], [b, a]] {
+                if distance[from] + length < distance[to] {
+                    distance[to] = distance[from] + length;
+                    shorter = true;
+                }
             }
         }
     }
     distance
 }
 
-/// The least vertex of what each hangs together with.
-fn together(beside: &[Vec<u32>]) -> Vec<u32> {
-    let mut least: Vec<u32> = vec![u32::MAX; beside.len()];
-    for v in 0..beside.len() as u32 {
-        let mut open = vec![v];
-        while let Some(u) = open.pop() {
-            if least[u as usize] == u32::MAX {
-                least[u as usize] = v;
-                open.extend(&beside[u as usize]);
-            }
+/// Of what each vertex hangs together with, one vertex.
+fn together(count: usize, edges: &[[usize; 2]]) -> Vec<usize> {
+    let mut towards: Vec<usize> = (0..count).collect();
+    let root = |towards: &mut [usize], mut v: usize| {
+        while towards[v] != v {
+            towards[v] = towards[towards[v]];
+            v = towards[v];
         }
+        v
+    };
+    for &[a, b] in edges {
+        let (a, b) = (root(&mut towards, a), root(&mut towards, b));
+        towards[a.max(b)] = a.min(b);
     }
-    least
+    (0..count).map(|v| root(&mut towards, v)).collect()
 }

@@ -4,12 +4,11 @@
 //! distance in micrometres, then for each coefficient the difference from the median face in grid
 //! units as a zigzag varint, where a zero is followed by a varint that says how many more zeros
 //! come. A region that was not touched costs two bytes. Where regions were locked, what they took
-//! back follows: for each anchor how many regions it has, which, and its coefficients likewise.
+//! back follows: for each anchor a varint with a bit a region, and its coefficients likewise.
 
-use base64::Engine;
-use base64::engine::general_purpose::URL_SAFE_NO_PAD;
+use base64ct::{Base64UrlUnpadded, Encoding};
 
-use super::anchor::{Anchor, Regions};
+use super::anchor::Anchor;
 use super::{FARTHEST, Face, GRID};
 use crate::{Error, Result};
 
@@ -25,11 +24,10 @@ impl Face {
             differences.map(|(&c, &m)| i64::from(c) - i64::from(m)),
         );
         for anchor in &self.anchors {
-            put(&mut bytes, anchor.regions.len() as u64);
-            (anchor.regions.iter()).for_each(|&b| put(&mut bytes, b as u64));
+            put(&mut bytes, anchor.regions);
             put_all(&mut bytes, anchor.state.iter().map(|&e| i64::from(e)));
         }
-        URL_SAFE_NO_PAD.encode(bytes)
+        Base64UrlUnpadded::encode_string(&bytes)
     }
 
     /// Takes the coefficients and the fall-off distance of a code, and what locks took back.
@@ -38,9 +36,8 @@ impl Face {
     /// [`Error::Code`] when the code is damaged or of another model; the face stays as it was.
     pub fn set_code(&mut self, code: &str) -> Result<()> {
         let bad = |why: &str| Error::Code(why.into());
-        let bytes = URL_SAFE_NO_PAD
-            .decode(code)
-            .map_err(|_| bad("it has strange characters"))?;
+        let bytes =
+            Base64UrlUnpadded::decode_vec(code).map_err(|_| bad("it has strange characters"))?;
         let Some((fingerprint, mut rest)) = bytes.split_first_chunk::<4>() else {
             return Err(bad("it is too short"));
         };
@@ -61,20 +58,13 @@ impl Face {
         let mut anchors: Vec<Anchor> = Vec::new();
         while !rest.is_empty() {
             let blocks = &self.model.parts().blocks;
-            let count = take(&mut rest).ok_or_else(cut)?;
-            if count < 1 || count > blocks.len() as u64 {
-                return Err(bad("an anchor has no such number of regions"));
+            let people = blocks.iter().filter(|b| b.local_to.is_none()).count();
+            let regions = take(&mut rest).ok_or_else(cut)?;
+            if regions >> people != 0 {
+                return Err(bad("an anchor is of other regions"));
             }
-            let mut regions = Regions::new();
-            for _ in 0..count {
-                let b = take(&mut rest).ok_or_else(cut)? as usize;
-                let person = blocks.get(b).is_some_and(|block| block.local_to.is_none());
-                if !person || regions.last().is_some_and(|&last| last >= b) {
-                    return Err(bad("an anchor is of other regions"));
-                }
-                regions.push(b);
-            }
-            if anchors.last().is_some_and(|last| last.regions >= regions) {
+            let last = anchors.last().map_or(0, |last| last.regions);
+            if regions <= last {
                 return Err(bad("its anchors are out of order"));
             }
             let taken = take_all(&mut rest, self.state.len())?.into_iter();

@@ -4,13 +4,13 @@
 //! method find them; among all changes that do, the one of least Mahalanobis length is taken, as
 //! the population would.
 
-use std::collections::BTreeMap;
-
 use glam::DVec3;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::anchor::Anchor;
+use super::probable::{product, solve};
 use super::{FARTHEST, Face, GRID};
+use crate::error::Number;
 use crate::model::Control;
 use crate::{Error, Result};
 
@@ -35,7 +35,7 @@ enum Unknowns {
 /// A face as it was.
 pub(super) struct Before {
     pub state: Vec<i32>,
-    pub held: BTreeMap<usize, f64>,
+    pub held: Vec<(usize, f64)>,
     pub anchors: Vec<Anchor>,
 }
 
@@ -50,7 +50,7 @@ struct MovingLandmark {
 }
 
 impl Landmarks {
-    fn place(&self, landmark: u32, unknowns: &DVector<f64>) -> DVec3 {
+    fn place(&self, landmark: u32, unknowns: &[f64]) -> DVec3 {
         // Whoever asks has named it in [`Face::landmarks`].
         let Some(known) = self.of(landmark) else {
             return DVec3::ZERO;
@@ -118,8 +118,16 @@ impl Face {
     /// When no measure has that name.
     pub fn lock_measure(&mut self, name: &str) -> Result<()> {
         let measure = self.measure_index(name)?;
-        self.held.insert(measure, self.measured(measure));
+        self.hold_measure(measure);
         Ok(())
+    }
+
+    fn hold_measure(&mut self, measure: usize) {
+        let mm = self.measured(measure);
+        match self.held.iter_mut().find(|held| held.0 == measure) {
+            Some(held) => held.1 = mm,
+            None => self.held.push((measure, mm)),
+        }
     }
 
     /// Undoes [`Face::lock_measure`].
@@ -128,14 +136,14 @@ impl Face {
     /// When no measure has that name.
     pub fn unlock_measure(&mut self, name: &str) -> Result<()> {
         let measure = self.measure_index(name)?;
-        self.held.remove(&measure);
+        self.held.retain(|held| held.0 != measure);
         Ok(())
     }
 
     /// The names of the measures that are held.
     pub fn locked_measures(&self) -> impl Iterator<Item = &str> {
         let measures = &self.model.parts().measures;
-        self.held.keys().map(|&m| measures[m].name.as_str())
+        self.held.iter().map(|held| measures[held.0].name.as_str())
     }
 
     fn measure_index(&self, name: &str) -> Result<usize> {
@@ -163,8 +171,8 @@ impl Face {
     /// After `measure` was set by moving `own` coefficients: it is held where it is now, if it was
     /// held, and so are the others.
     fn keep(&mut self, measure: usize, own: &[usize], before: Before) -> Result<()> {
-        if self.held.contains_key(&measure) {
-            self.held.insert(measure, self.measured(measure));
+        if self.held.iter().any(|held| held.0 == measure) {
+            self.hold_measure(measure);
         }
         self.hold_without(own, before)
     }
@@ -182,15 +190,21 @@ impl Face {
             return Ok(());
         }
         let parts = self.model.parts();
-        let control = |m: &usize| (parts.controls.iter()).find(|c| c.measure == Some(*m as u32));
-        let semantic: Option<Vec<&Control>> = self.held.keys().map(control).collect();
-        let edits = semantic.unwrap_or_default().into_iter();
-        let mut edits: Vec<usize> = edits
-            .flat_map(|c| c.direction.iter().map(|t| t.0 as usize))
-            .filter(|i| !own.contains(i))
-            .collect();
-        edits.sort_unstable();
-        edits.dedup();
+        let control = |held: &(usize, f64)| {
+            let mut controls = parts.controls.iter();
+            controls.find(|c| c.measure == Some(held.0 as u32))
+        };
+        let semantic: Option<Vec<&Control>> = self.held.iter().map(control).collect();
+        let mut edits: Vec<usize> = Vec::new();
+        for &(i, _) in semantic
+            .unwrap_or_default()
+            .iter()
+            .flat_map(|c| &c.direction)
+        {
+            if !own.contains(&(i as usize)) && !edits.contains(&(i as usize)) {
+                edits.push(i as usize);
+            }
+        }
         let mut free = self.free(None)?;
         free.retain(|i| !own.contains(i));
         self.hold(&[edits, free], before)
@@ -201,7 +215,7 @@ impl Face {
     /// # Errors
     /// When none can: the face is then as `before`.
     pub(super) fn hold(&mut self, choices: &[Vec<usize>], before: Before) -> Result<()> {
-        let held: Vec<(usize, f64)> = self.held.iter().map(|(&m, &mm)| (m, mm)).collect();
+        let held = self.held.clone();
         if held.is_empty() {
             return Ok(());
         }
@@ -229,7 +243,8 @@ impl Face {
                 let Some(measure) = measures.get(m) else {
                     return String::new();
                 };
-                format!("{} of {} mm", measure.name, (mm * 100.0).round() / 100.0)
+                let mm = Number((mm * 100.0).round() / 100.0);
+                format!("{} of {mm} mm", measure.name)
             });
             let list: Vec<String> = list.collect();
             Error::Mismatch(format!("this face cannot have a {}", list.join(" and a ")))
@@ -286,20 +301,22 @@ impl Face {
         wanted: &[(usize, f64)],
         unknowns: &Unknowns,
         covariance: &DMatrix<f64>,
-    ) -> DVector<f64> {
+    ) -> Vec<f64> {
         let measures = &self.model.parts().measures;
         let landmarks = self.landmarks(wanted.iter().map(|w| w.0), unknowns);
         let q = covariance.nrows();
-        let observe = |amounts: &DVector<f64>| {
+        let observe = |amounts: &[f64]| {
             let place = |l: u32| landmarks.place(l, amounts);
             let each = (wanted.iter()).map(|&(m, _)| measures[m].quantity.measure(&place));
             each.collect::<Vec<_>>()
         };
         let missing = |observed: &[(f64, Vec<(u32, DVec3)>)]| {
-            let each = wanted.iter().zip(observed).map(|(w, o)| w.1 - o.0);
-            DVector::from_iterator(wanted.len(), each)
+            let each: Vec<f64> = (wanted.iter().zip(observed))
+                .map(|(w, o)| w.1 - o.0)
+                .collect();
+            DMatrix::from_column_slice(wanted.len(), 1, &each)
         };
-        let mut amounts = DVector::zeros(q);
+        let mut amounts = vec![0.0; q];
         let mut observed = observe(&amounts);
         for _ in 0..STEPS {
             let left = missing(&observed);
@@ -315,21 +332,24 @@ impl Face {
                     }
                 }
             }
-            let spread = covariance * jacobian.transpose();
-            let mut gram = &jacobian * &spread;
+            let spread = product(covariance, &jacobian.transpose());
+            let mut gram = product(&jacobian, &spread);
             // Measures may say the same thing twice (two eyes, and their mean): the ridge keeps the
             // matrix definite, and costs a part of a billion of each step.
             let ridge = 1e-9 * gram.trace() + 1e-18;
             (0..wanted.len()).for_each(|i| gram[(i, i)] += ridge);
-            let Some(factor) = gram.cholesky() else {
+            let Some(pull) = solve(gram, &left) else {
                 break;
             };
-            let mut step = spread * factor.solve(&left);
+            let step = product(&spread, &pull);
+            let mut whole = 1.0;
             let better = (0..HALVINGS).find_map(|_| {
-                let there = &amounts + &step;
+                let there: Vec<f64> = (amounts.iter().zip(step.iter()))
+                    .map(|(a, s)| a + whole * s)
+                    .collect();
                 let seen = observe(&there);
                 let closer = missing(&seen).norm() < left.norm();
-                step *= 0.5;
+                whole *= 0.5;
                 closer.then_some((there, seen))
             });
             let Some((there, seen)) = better else {

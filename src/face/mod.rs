@@ -5,13 +5,13 @@ mod code;
 mod measured;
 mod probable;
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec3;
 
 use crate::Random;
+use crate::error::Number;
 use crate::model::{Block, FaceModel, LIMIT, ModelParts, SOURCES, falloff};
 use crate::{Error, Result};
 use anchor::{Anchor, Regions};
@@ -45,11 +45,11 @@ pub struct Face {
     state: Vec<i32>,
     locked: Vec<bool>,
     /// Measures that are held, and the length of each, mm.
-    held: BTreeMap<usize, f64>,
+    held: Vec<(usize, f64)>,
     /// What locked regions took back, by the regions.
     anchors: Vec<Anchor>,
     /// How far each vertex stays while some regions are locked.
-    masks: BTreeMap<Regions, Arc<[f32]>>,
+    masks: Vec<(Regions, Arc<[f32]>)>,
     alpha: f32,
     /// Fall-off of each surround target at the present alpha, a block after another.
     fades: Vec<Vec<f32>>,
@@ -62,8 +62,7 @@ pub struct Face {
 }
 
 /// What [`Face::randomize`] may be told.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Randomize {
     /// The same seed gives the same face; without one, the system's randomness is asked.
     pub seed: Option<u64>,
@@ -81,9 +80,9 @@ impl Face {
         let mut face = Self {
             state: model.derived.median.clone(),
             locked: vec![false; parts.blocks.len()],
-            held: BTreeMap::new(),
+            held: Vec::new(),
             anchors: Vec::new(),
-            masks: BTreeMap::new(),
+            masks: Vec::new(),
             alpha: parts.blending.alpha,
             fades: Vec::new(),
             displacements: parts
@@ -289,7 +288,7 @@ impl Face {
         let drawn = self.model.conditional_sample(&drawn, &self.sigmas(), &free);
         let mut coefficients = self.coefficients();
         for &i in &free {
-            coefficients[i] = (drawn[i] as f32).clamp(-LIMIT, LIMIT);
+            coefficients[i] = (drawn[i] as f32).max(-LIMIT).min(LIMIT);
         }
         for i in self.edits(options.regions.as_deref())? {
             coefficients[i] = 0.0;
@@ -331,7 +330,7 @@ impl Face {
         let mut coefficients = self.coefficients();
         for (&i, change) in free.iter().zip(change) {
             let limit = LIMIT.max(coefficients[i].abs());
-            coefficients[i] = (coefficients[i] + change as f32).clamp(-limit, limit);
+            coefficients[i] = (coefficients[i] + change as f32).max(-limit).min(limit);
         }
         self.change(&coefficients)?;
         self.hold(&[free], before)
@@ -389,7 +388,11 @@ impl Face {
         if !(least..=most).contains(&alpha) {
             return Err(Error::Value {
                 what: "the blending distance",
-                wanted: format!("from {least} to {most} mm"),
+                wanted: format!(
+                    "from {} to {} mm",
+                    Number(least.into()),
+                    Number(most.into())
+                ),
                 got: f64::from(alpha),
             });
         }
@@ -581,7 +584,7 @@ fn on_grid(coefficients: &[f32]) -> Result<Vec<i32>> {
     if let Some(&far) = coefficients.iter().find(|c| !(c.abs() <= FARTHEST)) {
         return Err(Error::Value {
             what: "a coefficient",
-            wanted: format!("within {FARTHEST} sigmas"),
+            wanted: "within 255 sigmas".into(),
             got: f64::from(far),
         });
     }

@@ -4,9 +4,28 @@
 //! face around what is locked, and dragging a vertex, are both conditional distributions of it.
 
 use glam::{DVec3, Vec3};
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::DMatrix;
 
 use crate::model::FaceModel;
+
+/// The product of two matrices, in one place of the code.
+#[inline(never)]
+pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    a * b
+}
+
+/// The inverse of a positive definite matrix times another; `None` when it is not definite.
+#[inline(never)]
+pub(super) fn solve(matrix: DMatrix<f64>, right: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    Some(matrix.cholesky()?.solve(right))
+}
+
+#[inline(never)]
+fn select(matrix: &DMatrix<f64>, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+        matrix[(rows[i], columns[j])]
+    })
+}
 
 impl FaceModel {
     /// A draw from N(0, R) given the coefficients that are not `free`, from independent standard
@@ -18,12 +37,13 @@ impl FaceModel {
         present: &[f64],
         free: &[usize],
     ) -> Vec<f64> {
-        let joint = &self.derived.cholesky * DVector::from_column_slice(white);
+        let white = DMatrix::from_column_slice(white.len(), 1, white);
+        let joint = product(&self.derived.cholesky, &white);
         let held = complement(free, white.len());
         let mut drawn: Vec<f64> = joint.iter().copied().collect();
-        let off = DVector::from_iterator(held.len(), held.iter().map(|&i| present[i] - joint[i]));
+        let off = DMatrix::from_fn(held.len(), 1, |i, _| present[held[i]] - joint[held[i]]);
         if let Some(gain) = self.regression(free, &held) {
-            for (&i, correction) in free.iter().zip((gain * off).iter()) {
+            for (&i, correction) in free.iter().zip(product(&gain, &off).iter()) {
                 drawn[i] += correction;
             }
         }
@@ -40,20 +60,14 @@ impl FaceModel {
     ) -> Vec<f64> {
         let covariance = self.conditional_covariance(free);
         let j = DMatrix::from_fn(3, free.len(), |axis, i| f64::from(jacobian[free[i]][axis]));
-        let spread = &covariance * j.transpose();
-        let gram = Matrix3::from_iterator((&j * &spread).iter().copied());
+        let spread = product(&covariance, &j.transpose());
+        let mut gram = product(&j, &spread);
         // A vertex may be unable to move along some axis (nothing free reaches it): the ridge of a
         // millionth of its mobility makes that axis stay instead of asking for the impossible.
-        let gram = gram + Matrix3::identity() * (gram.trace() * 1e-6 + 1e-12);
-        let wanted = Vector3::new(wanted.x, wanted.y, wanted.z);
-        match gram.cholesky() {
-            Some(factor) => {
-                let pull = factor.solve(&wanted);
-                (spread * DVector::from_column_slice(pull.as_slice()))
-                    .iter()
-                    .copied()
-                    .collect()
-            }
+        let ridge = gram.trace() * 1e-6 + 1e-12;
+        (0..3).for_each(|i| gram[(i, i)] += ridge);
+        match solve(gram, &DMatrix::from_column_slice(3, 1, &wanted.to_array())) {
+            Some(pull) => product(&spread, &pull).as_slice().to_vec(),
             None => vec![0.0; free.len()],
         }
     }
@@ -64,10 +78,10 @@ impl FaceModel {
         let population = self.parts().population();
         let correlation = &self.derived.correlation;
         let people: Vec<usize> = free.iter().copied().filter(|&i| i < population).collect();
-        let mut among = correlation.select_rows(&people).select_columns(&people);
+        let mut among = select(correlation, &people, &people);
         let held = complement(&people, population);
         if let Some(gain) = self.regression(&people, &held) {
-            among -= gain * correlation.select_rows(&held).select_columns(&people);
+            among -= product(&gain, &select(correlation, &held, &people));
         }
         let place = |i: usize| people.iter().position(|&p| p == i);
         let places: Vec<Option<usize>> = free.iter().map(|&i| place(i)).collect();
@@ -85,10 +99,9 @@ impl FaceModel {
             return None;
         }
         let correlation = &self.derived.correlation;
-        let among = correlation.select_rows(held).select_columns(held);
-        let across = correlation.select_rows(held).select_columns(free);
+        let across = select(correlation, held, free);
         // A principal submatrix of a positive definite matrix is one too.
-        Some(among.cholesky()?.solve(&across).transpose())
+        Some(solve(select(correlation, held, held), &across)?.transpose())
     }
 }
 

@@ -18,6 +18,7 @@ use super::surface::Surface;
 use super::template::{Landmark, Template};
 use super::{FitError, FitResult};
 use crate::Error;
+use crate::blob::record::record;
 use crate::blob::{Blob, BlobWriter, Kind, pack, unpack};
 use crate::quantise::Quantised;
 
@@ -43,8 +44,7 @@ pub struct People {
     vertices: u32,
 }
 
-/// The JSON header of the bundle.
-#[derive(serde::Serialize, serde::Deserialize)]
+/// The header of the bundle.
 struct Header {
     vertices: u32,
     base_vertices: u32,
@@ -52,6 +52,8 @@ struct Header {
     step: f32,
     landmarks: Vec<Landmark>,
 }
+
+record! { Header { vertices, base_vertices, modes, step, landmarks } }
 
 impl People {
     /// Learns from faces registered to `template`, whose topology is that of the `plain` one.
@@ -154,7 +156,7 @@ impl People {
             step: self.modes.step,
             landmarks: self.landmarks.clone(),
         };
-        let mut blob = BlobWriter::new(Kind::People, &header)?;
+        let mut blob = BlobWriter::new(Kind::People, &header);
         let rest: Vec<f32> = self
             .rest
             .iter()

@@ -6,6 +6,7 @@ use super::prior::ShapePrior;
 use super::{FitError, FitResult};
 use crate::Error;
 pub use crate::anatomy::{Landmark, Part};
+use crate::blob::record::record;
 use crate::blob::{Blob, BlobWriter, Kind};
 use crate::mesh::Topology;
 
@@ -91,8 +92,7 @@ impl Template {
     }
 }
 
-/// The JSON header of a template blob.
-#[derive(serde::Serialize, serde::Deserialize)]
+/// The header of a template blob.
 struct Header {
     units: String,
     vertices: u32,
@@ -101,8 +101,11 @@ struct Header {
     regions: Vec<String>,
     parts: Vec<Part>,
     landmarks: Vec<Landmark>,
-    #[serde(default)]
     prior_modes: u32,
+}
+
+record! {
+    Header { units, vertices, corners, triangles, regions, parts, landmarks, prior_modes }
 }
 
 /// # Sections of a template blob
@@ -126,7 +129,7 @@ impl Template {
             landmarks: self.landmarks.clone(),
             prior_modes: self.prior.as_ref().map_or(0, |p| p.modes.len() as u32),
         };
-        let mut blob = BlobWriter::new(Kind::Template, &header)?;
+        let mut blob = BlobWriter::new(Kind::Template, &header);
         let flat: Vec<f64> = self.positions.iter().flat_map(|p| p.to_array()).collect();
         blob.section("positions", &flat);
         self.topology.write(&mut blob, &self.topology.walk());

@@ -1,8 +1,9 @@
-//! The JSON header of a model.
+//! The header of a model.
 
 use serde::{Deserialize, Serialize};
 
 use crate::anatomy::{Landmark, Measure, Part};
+use crate::blob::record::record;
 
 /// What the people in a model are, and are not, and whose work it stands on.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -33,7 +34,7 @@ pub struct Licence {
 }
 
 /// A block as the header names it; its numbers are in sections.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BlockHeader {
     pub name: String,
     pub regions: Vec<String>,
@@ -43,11 +44,10 @@ pub(crate) struct BlockHeader {
     pub support: u32,
     pub surround: Option<SurroundHeader>,
     /// The block whose region it edits, if it is a local one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub local_to: Option<String>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SurroundHeader {
     pub targets: u32,
     /// How many parts follow as one.
@@ -55,7 +55,7 @@ pub(crate) struct SurroundHeader {
 }
 
 /// A control as the header names it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ControlHeader {
     pub name: String,
     pub group: String,
@@ -63,12 +63,11 @@ pub(crate) struct ControlHeader {
     pub direction: Vec<(u32, f32)>,
     pub reading: Vec<(u32, f32)>,
     /// The measure that a semantic control sets, an index into `measures`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measure: Option<u32>,
 }
 
 /// The fall-off distance of blending, in mm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Blending {
     /// What the model was trained with.
     pub alpha: f32,
@@ -76,7 +75,7 @@ pub struct Blending {
     pub limits: [f32; 2],
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Header {
     pub about: About,
     pub units: String,
@@ -91,4 +90,17 @@ pub(crate) struct Header {
     pub blocks: Vec<BlockHeader>,
     pub controls: Vec<ControlHeader>,
     pub blending: Blending,
+}
+
+record! {
+    About { title, population, caveat, faces, made_by, licences }
+    Licence { source, by, licence }
+    BlockHeader { name, regions, modes, step, support, surround, local_to }
+    SurroundHeader { targets, rigid }
+    ControlHeader { name, group, description, direction, reading, measure }
+    Blending { alpha, limits }
+    Header {
+        about, units, vertices, corners, triangles, quantiles, regions, parts, landmarks, measures,
+        blocks, controls, blending,
+    }
 }

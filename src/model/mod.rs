@@ -62,6 +62,7 @@ pub use surround::{Rigid, SOURCES, Surround};
 
 use crate::anatomy::{Landmark, Measure};
 use crate::blob::{Blob, BlobWriter, Kind};
+use crate::error::Number;
 use crate::mesh::Topology;
 use crate::predict::Walk;
 use crate::quantise::{COORDINATES, CORRELATIONS, DISTANCES, Quantised};
@@ -72,6 +73,8 @@ use header::{BlockHeader, ControlHeader, Header, SurroundHeader};
 const LARGEST_COORDINATE: f32 = 1e4;
 const MAX_VERTICES: u32 = 1 << 20;
 const MAX_COEFFICIENTS: usize = 1024;
+/// What is locked is told by a bit each.
+const MAX_BLOCKS: usize = 63;
 /// Blending farther than a head is high means nothing, and up to here a whole micrometre survives
 /// f32.
 const FARTHEST_REACH: f32 = 1e3;
@@ -173,7 +176,7 @@ impl FaceModel {
         if let Some(i) = median.iter().position(|m| !(m.abs() <= LIMIT)) {
             return Err(Error::Blob(format!(
                 "its median person has {} sigmas of coefficient {i}",
-                median[i]
+                Number(median[i].into())
             )));
         }
         let median = median.into_iter().map(crate::face::grid).collect();
@@ -286,7 +289,7 @@ impl ModelParts {
                 .collect(),
             blending: self.blending,
         };
-        let mut blob = BlobWriter::new(Kind::Model, &header)?;
+        let mut blob = BlobWriter::new(Kind::Model, &header);
         let walk = topology.walk();
         topology.write(&mut blob, &walk);
         let mean: Vec<i32> = (self.mean.iter().flat_map(|p| p.to_array()))
@@ -369,7 +372,7 @@ impl ModelParts {
             let targets = block.surround.as_ref().map_or(&[][..], |s| &s.targets);
             if !below(&block.support, n) || !below(targets, n) {
                 return bad(format!(
-                    "block {:?} moves a vertex that is not there",
+                    "block \"{}\" moves a vertex that is not there",
                     block.name
                 ));
             }
@@ -381,7 +384,7 @@ impl ModelParts {
         let header: Header = blob.header()?;
         let bad = |why: String| Err(Error::Blob(why));
         if header.units != "mm" {
-            return bad(format!("its unit is {:?}, not mm", header.units));
+            return bad(format!("its unit is \"{}\", not mm", header.units));
         }
         if header.vertices == 0 || header.vertices > MAX_VERTICES {
             return bad(format!("{} vertices", header.vertices));
@@ -411,7 +414,7 @@ impl ModelParts {
         let mean = read_mean(blob, &walk, n)?;
         let total: u64 = header.blocks.iter().map(|b| u64::from(b.modes)).sum();
         let empty = header.blocks.iter().any(|b| b.modes == 0);
-        if empty || total > MAX_COEFFICIENTS as u64 {
+        if empty || total > MAX_COEFFICIENTS as u64 || header.blocks.len() > MAX_BLOCKS {
             return bad(format!(
                 "{total} coefficients in {} blocks",
                 header.blocks.len()
@@ -424,18 +427,18 @@ impl ModelParts {
             let block = read_block(blob, b, block, (&topology, &walk, &mean), first_coefficient)?;
             first_coefficient += block.sigmas.len();
             if blocks.iter().any(|other: &Block| other.name == block.name) {
-                return bad(format!("two blocks are called {:?}", block.name));
+                return bad(format!("two blocks are called \"{}\"", block.name));
             }
             let local = |block: &Block| block.local_to.is_some();
             if !local(&block) && blocks.last().is_some_and(local) {
-                return bad(format!("block {:?} follows a local one", block.name));
+                return bad(format!("block \"{}\" follows a local one", block.name));
             }
             let edited = |region: &String| {
                 let mut others = blocks.iter().filter(|other| !local(other));
                 others.any(|other| other.name == *region)
             };
             if !block.local_to.as_ref().is_none_or(edited) {
-                return bad(format!("block {:?} is local to none", block.name));
+                return bad(format!("block \"{}\" is local to none", block.name));
             }
             blocks.push(block);
         }
@@ -453,13 +456,13 @@ impl ModelParts {
                 .iter()
                 .all(|s| (s.0 as usize) < n && s.1.abs() <= 2.0);
             if !sound || !((sum - 1.0).abs() < 1e-3) {
-                return bad(format!("landmark {:?} is not on the head", landmark.name));
+                return bad(format!("landmark \"{}\" is not on the head", landmark.name));
             }
         }
         let landmarks = header.landmarks.len();
         let mut measures = header.measures.iter();
         if let Some(m) = measures.find(|m| !m.quantity.is_sound(landmarks)) {
-            return bad(format!("measure {:?} has no landmarks", m.name));
+            return bad(format!("measure \"{}\" has no landmarks", m.name));
         }
         let Blending {
             alpha,
@@ -469,6 +472,7 @@ impl ModelParts {
             .iter()
             .all(|&mm| crate::face::micrometres(mm) == mm);
         if !(whole && least > 0.0 && least <= alpha && alpha <= most && most <= FARTHEST_REACH) {
+            let [least, alpha, most] = [least, alpha, most].map(|mm| Number(mm.into()));
             return bad(format!(
                 "a blending distance of {alpha} mm in {least} to {most}"
             ));
@@ -525,7 +529,7 @@ pub(crate) fn vertices(blob: &Blob, name: &str, length: u32, n: usize) -> Result
     let increasing = numbers.windows(2).all(|w| w[0] < w[1]);
     match increasing && numbers.last().is_none_or(|&v| (v as usize) < n) {
         true => Ok(numbers),
-        false => Err(Error::Blob(format!("section {name:?} is not in order"))),
+        false => Err(Error::Blob(format!("section \"{name}\" is not in order"))),
     }
 }
 
@@ -534,8 +538,9 @@ fn read_mean(blob: &Blob, walk: &Walk, n: usize) -> Result<Vec<Vec3>> {
     let most = COORDINATES.index(LARGEST_COORDINATE.into()).unsigned_abs();
     if let Some(at) = mean.iter().position(|x| x.unsigned_abs() > most) {
         return Err(Error::Blob(format!(
-            "number {at} of section \"mean\" is {}, outside +-{LARGEST_COORDINATE}",
-            COORDINATES.point(mean[at])
+            "number {at} of section \"mean\" is {}, outside +-{}",
+            Number(COORDINATES.point(mean[at])),
+            Number(LARGEST_COORDINATE.into())
         )));
     }
     let point = |p: &[i32]| Vec3::from_slice(&[0, 1, 2].map(|i| COORDINATES.point(p[i]) as f32));
@@ -550,7 +555,8 @@ fn read_correlation(blob: &Blob, total: usize) -> Result<Vec<f32>> {
         let r = CORRELATIONS.point(index) as f32;
         if !(r.abs() <= 1.0) {
             return Err(Error::Blob(format!(
-                "row {i} of its correlation matrix has a correlation of {r}"
+                "row {i} of its correlation matrix has a correlation of {}",
+                Number(r.into())
             )));
         }
         correlation[i * total + j] = r;
@@ -566,13 +572,13 @@ fn read_block(
     (topology, walk, mean): (&Topology, &Walk, &[Vec3]),
     first_coefficient: usize,
 ) -> Result<Block> {
-    let bad = |why: String| Err(Error::Blob(format!("block {:?}: {why}", header.name)));
+    let bad = |why: String| Err(Error::Blob(format!("block \"{}\": {why}", header.name)));
     let n = mean.len();
     let mut regions = Vec::new();
     for name in &header.regions {
         match topology.region_names.iter().position(|r| r == name) {
             Some(region) => regions.push(region as u8),
-            None => return bad(format!("no region is called {name:?}")),
+            None => return bad(format!("no region is called \"{name}\"")),
         }
     }
     if header.local_to.is_some() && header.surround.is_some() {
@@ -663,7 +669,7 @@ fn read_controls(
     let table = blob.floats("quantiles", headers.len() * q, 1e6)?;
     let mut controls: Vec<Control> = Vec::with_capacity(headers.len());
     for (header, quantiles) in headers.into_iter().zip(table.chunks_exact(q)) {
-        let bad = |why: &str| Err(Error::Blob(format!("control {:?}: {why}", header.name)));
+        let bad = |why: &str| Err(Error::Blob(format!("control \"{}\": {why}", header.name)));
         let terms = || header.direction.iter().chain(&header.reading);
         if terms().any(|t| t.0 as usize >= limits.coefficients || !(t.1.abs() <= 1e6)) {
             return bad("its coefficients are not the model's");

@@ -238,7 +238,7 @@ mod tests {
                 let row = nearest.row(Vec3::new(x, 1.0, 0.0));
                 assert_eq!(row.iter().map(|s| u32::from(s.1)).sum::<u32>(), 65_535);
                 assert!(row.iter().all(|s| s.1 <= row[0].1 && s.0 < count));
-                let closest = x.round().clamp(0.0, count as f32 - 1.0) as u32;
+                let closest = x.round().max(0.0).min(count as f32 - 1.0) as u32;
                 assert_eq!(row[0].0, closest);
             }
         }

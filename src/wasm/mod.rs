@@ -16,10 +16,10 @@ fn error(why: impl std::fmt::Display) -> JsError {
     JsError::new(&why.to_string())
 }
 
-fn to_js(value: &impl Serialize) -> Result<JsValue, JsError> {
+fn to_js(value: &impl Serialize) -> Result<JsValue, JsValue> {
     // Plain objects and null: what a JSON reader expects.
     let serializer = serde_wasm_bindgen::Serializer::json_compatible();
-    value.serialize(&serializer).map_err(error)
+    Ok(value.serialize(&serializer)?)
 }
 
 #[derive(Serialize)]
@@ -83,7 +83,7 @@ impl FaceModel {
     }
 
     /// Names, units and provenance, as a plain object.
-    pub fn info(&self) -> Result<JsValue, JsError> {
+    pub fn info(&self) -> Result<JsValue, JsValue> {
         let parts = self.model.parts();
         let controls = parts
             .controls
@@ -243,12 +243,22 @@ impl Face {
             .map_err(error)
     }
 
-    /// Draws from the population; takes `{seed, spread, regions}`, gives the seed.
-    pub fn randomize(&mut self, options: JsValue) -> Result<f64, JsError> {
-        let options: Randomize = if options.is_undefined() || options.is_null() {
-            Randomize::default()
-        } else {
-            serde_wasm_bindgen::from_value(options).map_err(error)?
+    /// Draws from the population and gives the seed.
+    pub fn randomize(
+        &mut self,
+        seed: Option<f64>,
+        spread: Option<f64>,
+        regions: Option<Vec<String>>,
+    ) -> Result<f64, JsError> {
+        // Larger integers are not all numbers of JavaScript.
+        let whole = |s: &f64| *s >= 0.0 && *s < 9_007_199_254_740_992.0 && s.trunc() == *s;
+        if seed.is_some_and(|s| !whole(&s)) {
+            return Err(JsError::new("a seed is a whole number from 0 to 2^53 - 1"));
+        }
+        let options = Randomize {
+            seed: seed.map(|s| s as u64),
+            spread,
+            regions,
         };
         let seed = self.face.randomize(&options).map_err(error)?;
         Ok(seed as f64)

@@ -293,8 +293,10 @@ export class Face {
     }
   }
   /** @param {{ seed?: number, spread?: number, regions?: string[] }} [options] */
-  randomize(options = {}) {
-    return this.#live.randomize(options);
+  randomize({ seed, spread, regions, ...others } = {}) {
+    const [unknown] = Object.keys(others);
+    if (unknown !== undefined) throw new Error(`randomize knows no option "${unknown}"`);
+    return this.#live.randomize(seed, spread, regions);
   }
   /** @param {string} region */
   lock(region) {

@@ -4,8 +4,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use base64::Engine;
-use base64::prelude::BASE64_STANDARD;
+use base64ct::{Base64, Encoding};
 
 use super::held_out::{AreaErrors, HeldOut, Interval};
 use super::plots::{self, Axes, Line};
@@ -578,7 +577,7 @@ fn html(report: &Report, sections: &[Section]) -> String {
                     );
                 }
                 Content::Picture(name, png, caption) => {
-                    let (data, caption) = (BASE64_STANDARD.encode(png), escaped(caption));
+                    let (data, caption) = (Base64::encode_string(png), escaped(caption));
                     let _ = writeln!(
                         page,
                         "<figure id=\"{name}\"><img alt=\"{caption}\" \

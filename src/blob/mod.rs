@@ -8,12 +8,12 @@
 //! | 8..12 | u32 version, [`VERSION`] |
 //! | 12..16 | u32 kind: 1 a template, 2 a model, 3 people, 4 expressions |
 //! | 16..20 | u32 length of the whole blob in bytes |
-//! | 20..24 | u32 length of the JSON header in bytes |
+//! | 20..24 | u32 length of the header in bytes |
 //! | 24..28 | u32 number of sections |
 //! | 28..32 | zero |
 //! | 32..40 | u64 checksum of all other bytes (`checksum`) |
 //! | 40.. | the section table, 32 bytes a section |
-//! | then | the JSON header, UTF-8 |
+//! | then | the header, what is no long list of numbers ([`record`]) |
 //! | then | the sections, each starting at a multiple of 16, zeros between |
 //!
 //! A row of the section table is: 16 bytes of name (ASCII, zero-padded), u32 element type
@@ -35,14 +35,14 @@
 //! The reader trusts nothing. It never allocates more than a small multiple of the bytes that it
 //! was given, and every offset, length and number is checked before it is used.
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+pub(crate) mod record;
 
+use crate::error::Number;
 use crate::{Error, Result};
 
 const MAGIC: [u8; 8] = *b"phiz\r\n\x1a\n";
 /// The format's version: a reader takes its own version and no other.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 const PREAMBLE: usize = 40;
 const ROW: usize = 32;
 const ALIGNMENT: usize = 16;
@@ -142,16 +142,15 @@ pub struct BlobWriter {
 }
 
 impl BlobWriter {
-    /// Starts a blob with its JSON header.
-    ///
-    /// # Errors
-    /// When the header cannot be written as JSON.
-    pub fn new(kind: Kind, header: &impl Serialize) -> Result<Self> {
-        Ok(Self {
+    /// Starts a blob with its header.
+    pub fn new(kind: Kind, header: &impl record::Value) -> Self {
+        let mut bytes = Vec::new();
+        header.write(&mut bytes);
+        Self {
             kind,
-            header: serde_json::to_vec(header).map_err(|e| Error::Blob(e.to_string()))?,
+            header: bytes,
             sections: Vec::new(),
-        })
+        }
     }
 
     /// Adds a section. `name` is ASCII of at most 16 bytes, unlike every other.
@@ -354,19 +353,23 @@ impl<'a> Blob<'a> {
         self.checksum
     }
 
-    /// The JSON header.
+    /// The header.
     ///
     /// # Errors
-    /// When it is not the JSON that `H` wants.
-    pub fn header<H: DeserializeOwned>(&self) -> Result<H> {
-        serde_json::from_slice(self.header).map_err(|e| Error::Blob(format!("its header: {e}")))
+    /// When it is cut short, goes on, or is not what `H` wants.
+    pub fn header<H: record::Value>(&self) -> Result<H> {
+        let mut rest = self.header;
+        match H::read(&mut rest) {
+            Some(header) if rest.is_empty() => Ok(header),
+            _ => Err(Error::Blob("its header is not what it should be".into())),
+        }
     }
 
     fn row(&self, name: &str) -> Result<&Row<'a>> {
         self.rows
             .iter()
             .find(|row| row.name == name.as_bytes())
-            .ok_or_else(|| Error::Blob(format!("section {name:?} is missing")))
+            .ok_or_else(|| Error::Blob(format!("section \"{name}\" is missing")))
     }
 
     /// A section of exactly `length` elements.
@@ -377,7 +380,7 @@ impl<'a> Blob<'a> {
         let section = self.sized::<T>(name)?;
         if section.len() != length {
             return Err(Error::Blob(format!(
-                "section {name:?} has {} elements, not {length}",
+                "section \"{name}\" has {} elements, not {length}",
                 section.len()
             )));
         }
@@ -391,7 +394,9 @@ impl<'a> Blob<'a> {
     pub fn sized<T: Element>(&self, name: &str) -> Result<Vec<T>> {
         let row = self.row(name)?;
         if row.code != T::CODE || !row.bytes.len().is_multiple_of(T::SIZE) {
-            return Err(Error::Blob(format!("section {name:?} is of another type")));
+            return Err(Error::Blob(format!(
+                "section \"{name}\" is of another type"
+            )));
         }
         Ok(row.bytes.chunks_exact(T::SIZE).map(T::read).collect())
     }
@@ -406,7 +411,7 @@ impl<'a> Blob<'a> {
         let planes = row.bytes.len().checked_div(length).unwrap_or(1);
         if row.code != PLANES || row.bytes.len() != planes * length || !(1..=4).contains(&planes) {
             return Err(Error::Blob(format!(
-                "section {name:?} is not {length} numbers in planes"
+                "section \"{name}\" is not {length} numbers in planes"
             )));
         }
         let (lowest, higher) = row.bytes.split_at(length);
@@ -430,8 +435,9 @@ impl<'a> Blob<'a> {
         let section = self.section::<f32>(name, length)?;
         match section.iter().position(|x| !(x.abs() <= limit)) {
             Some(at) => Err(Error::Blob(format!(
-                "number {at} of section {name:?} is {}, outside +-{limit}",
-                section[at]
+                "number {at} of section \"{name}\" is {}, outside +-{}",
+                Number(section[at].into()),
+                Number(limit.into())
             ))),
             None => Ok(section),
         }
@@ -452,7 +458,7 @@ impl<'a> Blob<'a> {
         };
         match indices.iter().position(|&i| i as usize >= bound) {
             Some(at) => Err(Error::Blob(format!(
-                "index {at} of section {name:?} is {}, not below {bound}",
+                "index {at} of section \"{name}\" is {}, not below {bound}",
                 indices[at]
             ))),
             None => Ok(indices),
@@ -506,7 +512,7 @@ mod tests {
     use super::*;
 
     fn small() -> Vec<u8> {
-        let mut writer = BlobWriter::new(Kind::Model, &serde_json::json!({"a": 1})).unwrap();
+        let mut writer = BlobWriter::new(Kind::Model, &1_u32);
         writer.section("floats", &[1.0_f32, 2.0, -3.5]);
         writer.indices("indices", &[0, 5, 65_536]);
         writer.section("bytes", &[7_u8]);
