@@ -112,6 +112,9 @@ pub struct Settings {
     pub bold: bool,
 }
 
+/// Faces that are looked at together.
+const FACES_AT_ONCE: usize = 16;
+
 /// The first bold step, as a part of the plain one that it goes beyond; what it grows by while it
 /// pays, and shrinks by when it does not.
 const STRIDE: f64 = 1.0;
@@ -215,17 +218,21 @@ pub fn learn(
     settings: &Settings,
     progress: impl FnMut(usize, f64),
 ) -> FitResult<(SparseBasis, Report)> {
-    Learner::new(Cow::Borrowed(faces), triangles, regions, settings)?.run(progress)
+    let face = |i: usize| Cow::Borrowed(&faces[i][..]);
+    Learner::new(faces.len(), face, triangles, regions, settings)?.run(progress)
 }
 
-/// As [`learn`], of faces that nobody needs any more: their memory is free while it learns.
+/// As [`learn`], of faces that are asked for one at a time, each more than once: all of them at once
+/// may be more memory than what is learned.
 pub(super) fn learn_from(
-    faces: Vec<Vec<DVec3>>,
+    faces: usize,
+    face: impl Fn(usize) -> Vec<DVec3> + Sync,
     triangles: &[[u32; 3]],
     regions: &[Region],
     settings: &Settings,
 ) -> FitResult<SparseBasis> {
-    let learner = Learner::new(Cow::Owned(faces), triangles, regions, settings)?;
+    let face = |i: usize| Cow::Owned(face(i));
+    let learner = Learner::new(faces, face, triangles, regions, settings)?;
     Ok(learner.run(|_, _| ())?.0)
 }
 
@@ -239,7 +246,8 @@ pub fn problem(
     regions: &[Region],
     settings: &Settings,
 ) -> FitResult<Problem> {
-    Ok(Learner::new(Cow::Borrowed(faces), triangles, regions, settings)?.problem())
+    let face = |i: usize| Cow::Borrowed(&faces[i][..]);
+    Ok(Learner::new(faces.len(), face, triangles, regions, settings)?.problem())
 }
 
 /// The faces, followed by the mirror image of each (x is to the subject's left; `mirror` is the
@@ -271,7 +279,8 @@ pub fn principal(
         components,
         ..Settings::default()
     };
-    check(faces, &[], regions, &settings)?;
+    let face = |i: usize| Cow::Borrowed(&faces[i][..]);
+    check(faces.len(), &face, &[], regions, &settings)?;
     let mut vertices: Vec<u32> = regions.iter().flat_map(|r| &r.vertices).copied().collect();
     vertices.sort_unstable();
     vertices.dedup();
@@ -344,16 +353,23 @@ struct Learner<'a> {
 }
 
 impl<'a> Learner<'a> {
-    fn new(
-        faces: Cow<'_, [Vec<DVec3>]>,
+    fn new<'f>(
+        f: usize,
+        face: impl Fn(usize) -> Cow<'f, [DVec3]> + Sync,
         triangles: &'a [[u32; 3]],
         regions: &'a [Region],
         settings: &Settings,
     ) -> FitResult<Self> {
         let began = std::time::Instant::now();
-        let n = check(&faces, triangles, regions, settings)?;
-        let f = faces.len();
-        let mean = super::align::mean_of(&faces);
+        check(f, &face, triangles, regions, settings)?;
+        let n = face(0).len();
+        let mut mean = vec![DVec3::ZERO; n];
+        for i in 0..f {
+            let positions = face(i);
+            let each = mean.iter_mut().zip(positions.iter());
+            each.for_each(|(sum, p)| *sum += *p);
+        }
+        mean.iter_mut().for_each(|sum| *sum /= f as f64);
         let mut order: Vec<u32> = regions.iter().flat_map(|r| &r.vertices).copied().collect();
         order.sort_unstable();
         if order.windows(2).any(|w| w[0] == w[1]) {
@@ -373,16 +389,22 @@ impl<'a> Learner<'a> {
             order = by_reach.iter().map(|&(_, i)| order[i]).collect();
         }
         let mut samples = vec![0.0; 3 * f * order.len()];
-        samples
-            .par_chunks_exact_mut(3 * f)
-            .zip(&order)
-            .for_each(|(columns, &v)| {
-                for (face, positions) in faces.iter().enumerate() {
-                    let d = positions[v as usize] - mean[v as usize];
-                    (0..3).for_each(|axis| columns[axis * f + face] = d[axis]);
-                }
-            });
-        drop(faces);
+        // A few at a time, so that a vertex's samples are written in runs.
+        for first in (0..f).step_by(FACES_AT_ONCE) {
+            let some: Vec<Cow<[DVec3]>> = (first..(first + FACES_AT_ONCE).min(f))
+                .into_par_iter()
+                .map(&face)
+                .collect();
+            samples
+                .par_chunks_exact_mut(3 * f)
+                .zip(&order)
+                .for_each(|(columns, &v)| {
+                    for (i, positions) in some.iter().enumerate() {
+                        let d = positions[v as usize] - mean[v as usize];
+                        (0..3).for_each(|axis| columns[axis * f + first + i] = d[axis]);
+                    }
+                });
+        }
         let square: f64 = samples.iter().map(|x| x * x).sum();
         // A nanometre of standard deviation over the whole field is no variation.
         if !(square > 1e-12) {
@@ -640,27 +662,30 @@ fn rows(matrix: &[f64], f: usize) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Refuses what cannot be learned from; returns the number of vertices.
-fn check(
-    faces: &[Vec<DVec3>],
+/// Refuses what cannot be learned from.
+fn check<'f>(
+    faces: usize,
+    face: &impl Fn(usize) -> Cow<'f, [DVec3]>,
     triangles: &[[u32; 3]],
     regions: &[Region],
     settings: &Settings,
-) -> FitResult<usize> {
+) -> FitResult<()> {
     let refuse = |cause: String| Err(FitError::Input(cause));
-    if faces.len() < 3 {
+    if faces < 3 {
         return refuse(format!(
-            "{} faces are too few to learn from; 3 is the least",
-            faces.len()
+            "{faces} faces are too few to learn from; 3 is the least"
         ));
     }
-    let n = faces[0].len();
-    if let Some(other) = faces.iter().position(|f| f.len() != n) {
-        let found = faces[other].len();
-        return refuse(format!("face {other} has {found} vertices, the first {n}"));
-    }
-    if let Some(face) = faces.iter().position(|f| f.iter().any(|p| !p.is_finite())) {
-        return refuse(format!("face {face} has a vertex that is nowhere"));
+    let n = face(0).len();
+    for i in 0..faces {
+        let each = face(i);
+        if each.len() != n {
+            let found = each.len();
+            return refuse(format!("face {i} has {found} vertices, the first {n}"));
+        }
+        if each.iter().any(|p| !p.is_finite()) {
+            return refuse(format!("face {i} has a vertex that is nowhere"));
+        }
     }
     if triangles.as_flattened().iter().any(|&v| v as usize >= n) {
         return refuse(format!(
@@ -701,7 +726,7 @@ fn check(
             settings.kind
         ));
     }
-    Ok(n)
+    Ok(())
 }
 
 impl SparseBasis {
