@@ -363,7 +363,8 @@ people() {
     "$fit" train --template "$work/template.phiz" --faces "$work/faces-3" -o www/public/model.phiz
     say "The evidence: target/model/report/index.html, in short www/docs/validation"
     "$fit" validate --template "$work/template.phiz" --faces "$work/faces-3" \
-        --scans "$work/scans-3" --ict "$ICT_FACEKIT" --short www/docs/validation -o "$work/report"
+        --scans "$work/scans-3" --ict "$ICT_FACEKIT" --splits 5 \
+        --short www/docs/validation -o "$work/report"
 }
 
 bench() {

@@ -13,6 +13,7 @@ use phiz::fit::sparse::{
     self, Kind, Problem, Settings, SparseBasis, face_parts, head_parts, with_mirror_images,
 };
 use phiz::fit::template::Template;
+use phiz::fit::validate::bases::COMPONENTS;
 use phiz::fit::{FitError, FitResult, ply};
 
 #[derive(Args)]
@@ -161,9 +162,6 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     write(args, &basis, Some(&report))
 }
 
-/// The numbers of components that are compared.
-const COMPARED: [usize; 7] = [5, 15, 25, 35, 45, 55, 65];
-
 fn compare(
     args: &BasisArgs,
     template: &Template,
@@ -176,7 +174,7 @@ fn compare(
         bold: !args.plain,
         ..Settings::default()
     };
-    let bar = ProgressBar::new(args.splits * (COMPARED.len() * BASES.len()) as u64);
+    let bar = ProgressBar::new(args.splits * (COMPONENTS.len() * BASES.len()) as u64);
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} bases, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let mut all: Vec<Vec<Curve>> = Vec::new();
@@ -185,7 +183,7 @@ fn compare(
             train,
             test: args.test,
             seed: args.seed + split,
-            components: COMPARED.to_vec(),
+            components: COMPONENTS.to_vec(),
         };
         let kinds = [Kind::REGIONS, Kind::DISTANCE];
         all.push(sparse::compare::compare(
@@ -206,14 +204,14 @@ fn compare(
         args.test, args.splits
     );
     let cells = |values: &[f64]| -> String { values.iter().map(|v| format!("{v:8.3}")).collect() };
-    let counts: String = COMPARED.iter().map(|k| format!("{k:8}")).collect();
+    let counts: String = COMPONENTS.iter().map(|k| format!("{k:8}")).collect();
     println!("{:24}{counts}", "components");
     for (basis, name) in BASES.iter().enumerate() {
         for (what, of) in [
             ("", (|c: &Curve| &c.test) as fn(&Curve) -> &Vec<f64>),
             (" (seen)", |c: &Curve| &c.train),
         ] {
-            let mean: Vec<f64> = (0..COMPARED.len())
+            let mean: Vec<f64> = (0..COMPONENTS.len())
                 .map(|i| all.iter().map(|s| of(&s[basis])[i]).sum::<f64>() / all.len() as f64)
                 .collect();
             println!("{:24}{}", format!("{name}{what}"), cells(&mean));

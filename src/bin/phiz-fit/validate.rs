@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use phiz::fit::evaluate::{self, Evaluator};
 use phiz::fit::ict::Ict;
 use phiz::fit::population::Labels;
+use phiz::fit::validate::bases;
 use phiz::fit::validate::held_out::Interval;
 use phiz::fit::validate::{Drift, Population, STEPS, page, validate};
 use phiz::fit::{FitError, FitResult, ply};
@@ -28,6 +29,10 @@ pub struct ValidateArgs {
     /// The folder of ICT-FaceKit (holds `FaceXModel`).
     #[arg(long, value_name = "DIR", requires = "scans")]
     ict: Option<PathBuf>,
+    /// Compare sparse bases with principal components too, over so many splits of the faces; takes
+    /// some minutes.
+    #[arg(long, value_name = "COUNT", default_value_t = 0)]
+    splits: u64,
     /// Write a short copy, a page in Markdown with its pictures, into this folder.
     #[arg(long, value_name = "DIR")]
     short: Option<PathBuf>,
@@ -52,8 +57,18 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
         _ => None,
     };
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len}, {msg}, {eta} left");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new(args.splits * bases::STEPS).with_style(style.clone());
+    bar.set_message("sparse bases");
+    let asked = if args.splits > 0 { named.len() } else { 0 };
+    let faces: Vec<_> = (named.iter().take(asked))
+        .map(|(_, face)| face.clone())
+        .collect();
+    let compared = bases::bases(&template, &faces, args.splits, || bar.inc(1))?;
+    bar.finish_and_clear();
+    drop(faces);
     let bar = ProgressBar::new(STEPS + 1);
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.set_style(style);
     let population = Population {
         template: &template,
         faces: (named.into_iter())
@@ -63,10 +78,11 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
         about,
         drift,
     };
-    let validated = validate(population, |what| {
+    let mut validated = validate(population, |what| {
         bar.inc(1);
         bar.set_message(what);
     })?;
+    validated.report.bases = compared;
     bar.set_message("drawing");
     page::write(&validated, &args.output, args.short.as_deref())?;
     bar.finish_and_clear();

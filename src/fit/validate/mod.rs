@@ -4,6 +4,7 @@
 //! [`validate`] computes every number into a [`Report`], which is written as JSON; [`page`] draws
 //! and writes it for people.
 
+pub mod bases;
 pub mod curves;
 pub mod held_out;
 pub mod normality;
@@ -97,6 +98,8 @@ pub struct Report {
     pub folds: usize,
     /// Error against the number of coefficients.
     pub curves: Vec<Curves>,
+    /// The sparse basis beside others; empty unless it was asked for ([`bases::bases`]).
+    pub bases: Vec<bases::Bases>,
     /// How near random faces are to people.
     pub specificity: Specificity,
     /// How clean the features' borders are.
@@ -300,6 +303,7 @@ pub fn validate<'a>(
             held_out,
             folds: parts_of,
             curves: split,
+            bases: Vec::new(),
             specificity,
             seams,
             rounding,

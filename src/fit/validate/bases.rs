@@ -1,0 +1,147 @@
+//! The sparse basis beside principal components, learned from few faces and from many (semantic
+//! reshaping, section 5.1, Figs. 5 and 6).
+
+use glam::DVec3;
+use serde::Serialize;
+
+use crate::fit::FitResult;
+use crate::fit::sparse::compare::{BASES, Trial, compare};
+use crate::fit::sparse::{Kind, Settings};
+use crate::fit::template::Template;
+
+/// Faces that are learned from: few, as most have who train a model, and the paper's number.
+pub const TRAINING: [usize; 2] = [25, 100];
+/// Other faces that each basis is tried on.
+pub const TEST: usize = 100;
+/// Numbers of components.
+pub const COMPONENTS: [usize; 7] = [5, 15, 25, 35, 45, 55, 65];
+/// Bases that one split of the faces learns.
+pub const STEPS: u64 = (TRAINING.len() * COMPONENTS.len() * BASES.len()) as u64;
+
+/// The place of whole-face PCA among the bases, and of the basis that semantic controls are made
+/// of: that of regions, learned from faces and their mirror images.
+const WHOLE: usize = 0;
+const SPARSE: usize = 3;
+
+/// Mean errors over some splits.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Bases {
+    /// Faces that were learned from.
+    pub training: usize,
+    /// Other faces.
+    pub test: usize,
+    /// How many splits of the faces into the two.
+    pub splits: u64,
+    /// The numbers of components.
+    pub components: Vec<usize>,
+    /// One a basis.
+    pub errors: Vec<Errors>,
+}
+
+/// Of one basis, mean distances between corresponding vertices of the face's skin, mm, by number of
+/// components.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Errors {
+    /// What the basis is.
+    pub basis: String,
+    /// On the faces it was learned from.
+    pub training: Vec<f64>,
+    /// On others.
+    pub test: Vec<f64>,
+    /// The least and the greatest of the splits, on others.
+    pub range: Vec<[f64; 2]>,
+}
+
+/// How the sparse basis stands beside whole-face PCA.
+pub struct Verdict {
+    /// The least error that PCA reaches with any number of components, mm.
+    pub best: f64,
+    /// From this number of components on the sparse basis is below that, if ever.
+    pub below_from: Option<usize>,
+    /// Its error with 65 components, as a part of the least of PCA.
+    pub at_most: f64,
+    /// Its error as a multiple of PCA's with as many components, `[components, multiple]`.
+    pub beside: Vec<(usize, f64)>,
+}
+
+/// Compares bases over some splits of the faces, which are registered faces in any pose, mm. Calls
+/// `done` [`STEPS`] times a split. Of sets with too few faces there is nothing.
+///
+/// # Errors
+/// When a basis cannot be learned.
+pub fn bases(
+    template: &Template,
+    faces: &[Vec<DVec3>],
+    splits: u64,
+    done: impl Fn(),
+) -> FitResult<Vec<Bases>> {
+    let mut all = Vec::new();
+    for training in TRAINING {
+        if splits < 1 || faces.len() < training + TEST {
+            continue;
+        }
+        let mut found = Vec::new();
+        for split in 0..splits {
+            let trial = Trial {
+                train: training,
+                test: TEST,
+                seed: 1 + split,
+                components: COMPONENTS.to_vec(),
+            };
+            let kinds = [Kind::REGIONS, Kind::DISTANCE];
+            let settings = Settings::default();
+            found.push(compare(template, faces, &trial, &settings, kinds, &done)?);
+        }
+        let mean = |b: usize, i: usize, of: &dyn Fn(usize, usize, usize) -> f64| {
+            (0..found.len()).map(|s| of(s, b, i)).sum::<f64>() / splits as f64
+        };
+        let ks = 0..COMPONENTS.len();
+        let errors = BASES.iter().enumerate().map(|(b, basis)| Errors {
+            basis: (*basis).into(),
+            training: ks
+                .clone()
+                .map(|i| mean(b, i, &|s, b, i| found[s][b].train[i]))
+                .collect(),
+            test: ks
+                .clone()
+                .map(|i| mean(b, i, &|s, b, i| found[s][b].test[i]))
+                .collect(),
+            range: ks
+                .clone()
+                .map(|i| {
+                    let each = found.iter().map(|split| split[b].test[i]);
+                    [
+                        each.clone().fold(f64::INFINITY, f64::min),
+                        each.fold(0.0, f64::max),
+                    ]
+                })
+                .collect(),
+        });
+        all.push(Bases {
+            training,
+            test: TEST,
+            splits,
+            components: COMPONENTS.to_vec(),
+            errors: errors.collect(),
+        });
+    }
+    Ok(all)
+}
+
+impl Bases {
+    /// The sparse basis beside PCA.
+    pub fn verdict(&self) -> Verdict {
+        let (whole, sparse) = (&self.errors[WHOLE].test, &self.errors[SPARSE].test);
+        let best = whole.iter().copied().fold(f64::INFINITY, f64::min);
+        let below = |i: &usize| sparse[*i..].iter().all(|e| *e < best);
+        let last = sparse.last().copied().unwrap_or(f64::NAN);
+        Verdict {
+            best,
+            below_from: (0..sparse.len()).find(below).map(|i| self.components[i]),
+            at_most: last / best,
+            beside: (self.components.iter().zip(whole).zip(sparse))
+                .map(|((&k, w), s)| (k, s / w))
+                .collect(),
+        }
+    }
+}
