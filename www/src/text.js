@@ -4,6 +4,7 @@ export const text = {
   name: 'phiz',
   tagline: 'face designer',
   loading: 'Loading the face model',
+  loadingSliders: 'The sliders are on their way',
   features: 'Features',
   panel: 'Ways to shape the face',
   modes: { features: 'Features', meanings: 'Meanings', mix: 'Mix', compare: 'Compare', saved: 'Faces' },
