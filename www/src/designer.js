@@ -7,10 +7,14 @@ import { createDistributions } from './distribution.js';
 import { createEditor } from './editor.js';
 import { element } from './element.js';
 import { createExports } from './exports.js';
+import { decodeExpression, splitHash } from './expressioncode.js';
+import { createExpressions } from './expressions.js';
+import { measureTurns } from './eyeturns.js';
 import { createExplanation } from './explain.js';
 import { createFeatures, featuresOf } from './features.js';
 import { createGlow } from './glow.js';
 import { createLibrary } from './library.js';
+import { createExpressionFile } from './loading.js';
 import { createMeanings } from './meanings.js';
 import { createMix } from './mix.js';
 import { keepOffline } from './offline.js';
@@ -28,14 +32,14 @@ import { createViewpoint } from './viewpoint.js';
 /**
  * The face to begin with: the link's, or the last visit's, or the median.
  * @param {import('phiz').FaceModel} model
- * @param {{ code: string, locked: string[], held: string[] } | null} last
+ * @param {ReturnType<ReturnType<typeof createAutosave>['last']>} last
  */
 function firstFace(model, last) {
-  const code = location.hash.slice(1);
+  const { code, expression } = splitHash(location.hash);
   let refused = false;
-  if (code) {
+  if (code || expression) {
     try {
-      return { face: model.fromCode(code), refused, restored: false };
+      return { face: code ? model.fromCode(code) : model.face(), expression, refused, restored: false };
     } catch {
       refused = true;
     }
@@ -44,12 +48,12 @@ function firstFace(model, last) {
       const face = model.fromCode(last.code);
       for (const region of last.locked) if (model.regions.includes(region)) face.lock(region);
       for (const { name } of model.measures) if (last.held.includes(name)) face.lockMeasure(name);
-      return { face, refused, restored: true };
+      return { face, expression: last.expression, refused, restored: true };
     } catch {
       // It is of an older model with the same name, and cannot come back.
     }
   }
-  return { face: model.face(), refused, restored: false };
+  return { face: model.face(), expression: '', refused, restored: false };
 }
 
 /**
@@ -59,7 +63,7 @@ function firstFace(model, last) {
  * @param {import('./stage.js').Stage} stage
  * @param {ReturnType<typeof import('./models.js').chosenModel>} chosen
  */
-export function createDesigner(model, stage, chosen) {
+export async function createDesigner(model, stage, chosen) {
   const { canvas, head, scene, theme } = stage;
   head.divide(model);
   const median = model.face();
@@ -67,7 +71,7 @@ export function createDesigner(model, stage, chosen) {
   median.free();
   const autosave = createAutosave(chosen.name);
   const last = autosave.last();
-  const { face, refused, restored } = firstFace(model, last);
+  const { face, expression, refused, restored } = firstFace(model, last);
   const editor = createEditor(model, face);
   const toast = createToast();
 
@@ -111,6 +115,8 @@ export function createDesigner(model, stage, chosen) {
     preview: glow.hover,
     say: toast.say,
   });
+  const file = createExpressionFile(model, chosen.expressions, () => head.lookBy(measureTurns(model)));
+  const expressions = createExpressions(editor, file);
   const meanings = createMeanings(editor, { distributions });
   const compare = createCompare(editor, { library, display, stage: stage.root });
   const saved = createSaved(editor, { library, portraits, say: toast.say });
@@ -118,13 +124,14 @@ export function createDesigner(model, stage, chosen) {
   const panel = createPanel(text.panel, explanation.about, [
     { name: 'features', title: text.modes.features, root: features.root },
     ...(meanings.any ? [{ name: 'meanings', title: text.modes.meanings, ...meanings }] : []),
+    ...(file.any ? [{ name: 'expressions', title: text.modes.expressions, ...expressions }] : []),
     { name: 'mix', title: text.modes.mix, ...mix },
     { name: 'compare', title: text.modes.compare, ...compare },
     { name: 'saved', title: text.modes.saved, ...saved },
   ]);
   const about = createAbout(model, chosen.name, () => tour.start());
   theme.follow(portraits.retake);
-  const address = createAddress(editor, toast.say);
+  const address = createAddress(editor, file, toast.say);
   createToolbar(editor, stage.tools, {
     randomise: () => random.randomise(),
     copyLink: address.copy,
@@ -135,7 +142,7 @@ export function createDesigner(model, stage, chosen) {
   stage.furnish(panel.root);
   const tour = createTour(panel);
   stage.root.append(explanation.open, explanation.root, tour.invitation);
-  const exports = createExports(face, scene);
+  const exports = createExports(face, scene, file);
   document.body.append(about.root, exports, ...tour.parts);
 
   editor.onShape((range) => {
@@ -154,6 +161,19 @@ export function createDesigner(model, stage, chosen) {
     },
     onScreen: (name) => scene.onScreen(head.landmark(name)),
   };
+  // Not a step: there is nothing before it to go back to.
+  let unexpressed = false;
+  if (expression) {
+    toast.say(text.loadingExpressions);
+    try {
+      await file.load();
+      face.expression = decodeExpression(model.expressions, expression);
+    } catch {
+      unexpressed = true;
+    }
+    toast.say('');
+    display.refresh();
+  }
   autosave.follow(editor);
   if (restored) address.write();
   // A link shows another face than the one that was being worked on: that one is not lost.
@@ -161,6 +181,7 @@ export function createDesigner(model, stage, chosen) {
   const kept = left !== null && library.adopt(text.lastVisit(new Date().toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' })), left);
   if (!chosen.known) toast.say(text.unknownModel);
   else if (refused) toast.say(text.badCode);
+  else if (unexpressed) toast.say(text.badExpression);
   else if (kept) toast.say(text.lastKept);
   else if (restored && last?.code !== medianCode) toast.say(text.back);
   document.documentElement.dataset.ready = 'true';

@@ -185,6 +185,10 @@ export function createHead(model, face) {
   const duplicates = [];
   for (let i = vertexCount; i < cornerCount; i++) duplicates.push(i);
 
+  const still = [new Vector3(), new Vector3()];
+  /** @type {(expression: Record<string, number>) => Vector3[]} */
+  let turnsOf = () => still;
+
   /**
    * Takes over a range of the face's vertices.
    * @param {import('phiz').Face} from
@@ -206,6 +210,8 @@ export function createHead(model, face) {
       attribute.needsUpdate = true;
     }
     present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
+    const { expression } = from;
+    eyes.turn(turnsOf(expression), Object.keys(expression).length > 0);
     eyes.update(present);
     lashes.update(present, eyes.centres);
   }
@@ -278,6 +284,10 @@ export function createHead(model, face) {
     paintHeat,
     groupAt,
     divide,
+    /** @param {typeof turnsOf} turns how far expressions turn the eyes */
+    lookBy(turns) {
+      turnsOf = turns;
+    },
     /** @param {string} name of a landmark, on the face as it is now */
     landmark(name) {
       const found = landmark(present, name, new Vector3());

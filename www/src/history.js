@@ -1,8 +1,13 @@
 // Undo and redo. What can be undone is the whole of a face: its coefficients, the blending
-// distance and what is locked. A step is two such states; one step a gesture, however many events
+// distance, what is locked, and the expression on it. A step is two such states; one step a gesture, however many events
 // it had. There is no limit: a step is half a kilobyte.
 
-/** @typedef {{ coefficients: Float32Array, alpha: number, locked: string[], held: string[] }} State */
+/**
+ * @typedef {{
+ *   coefficients: Float32Array, alpha: number, locked: string[], held: string[],
+ *   expression: Record<string, number>,
+ * }} State
+ */
 /** @typedef {{ before: State, after: State, what: string, at: number }} Step */
 
 /** Presses of an arrow key closer than this (ms) are one gesture. */
@@ -15,6 +20,7 @@ export function stateOf(face) {
     alpha: face.alpha,
     locked: [...face.locked],
     held: [...(face.lockedMeasures ?? [])],
+    expression: face.expression,
   };
 }
 
@@ -23,12 +29,18 @@ function sameNames(a, b) {
   return a.length === b.length && a.every((name) => b.includes(name));
 }
 
+/** @param {Record<string, number>} a @param {Record<string, number>} b */
+export function sameExpression(a, b) {
+  return sameNames(Object.keys(a), Object.keys(b)) && Object.entries(a).every(([name, weight]) => b[name] === weight);
+}
+
 /** @param {State} a @param {State} b */
 export function sameState(a, b) {
   return (
     a.alpha === b.alpha &&
     sameNames(a.locked, b.locked) &&
     sameNames(a.held, b.held) &&
+    sameExpression(a.expression, b.expression) &&
     a.coefficients.every((value, i) => value === b.coefficients[i])
   );
 }
@@ -36,6 +48,7 @@ export function sameState(a, b) {
 /** @param {import('phiz').Face} face @param {State} state */
 export function restore(face, state) {
   if (face.alpha !== state.alpha) face.alpha = state.alpha;
+  if (!sameExpression(face.expression, state.expression)) face.expression = state.expression;
   for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
   for (const region of state.locked) face.lock(region);
   // A held measure would bend what is set; it is held again at the length that the face then has.

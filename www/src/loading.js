@@ -42,3 +42,33 @@ export async function loadModel(url, progress) {
     throw new Failure(text.badModel(error instanceof Error ? error.message : String(error)));
   }
 }
+
+/**
+ * A model's expressions, which come when they are asked for, once.
+ * @param {import('phiz').FaceModel} model
+ * @param {URL | null} url null when it has none
+ * @param {() => void} loaded
+ */
+export function createExpressionFile(model, url, loaded) {
+  /** @type {Promise<void> | null} */
+  let coming = null;
+  async function fetchAll() {
+    if (!url) throw new Error(text.noExpressionsHere);
+    const bytes = await download(url, () => {}, (why) => `${why}.`);
+    // What is said about it is on the screen before the work begins.
+    await new Promise((painted) => setTimeout(painted));
+    await model.loadExpressions(bytes);
+    loaded();
+  }
+  return {
+    any: url !== null,
+    load() {
+      coming ??= fetchAll().catch((error) => {
+        // It may be tried again.
+        coming = null;
+        throw error;
+      });
+      return coming;
+    },
+  };
+}

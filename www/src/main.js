@@ -18,7 +18,7 @@ async function start() {
   const model = await loadModel(chosen.url, stage ? stage.progress : progress);
   stage ??= createStage(model);
   const { createDesigner } = await designing;
-  createDesigner(model, stage, chosen);
+  await createDesigner(model, stage, chosen);
 }
 
 start().catch((error) => {

@@ -1,9 +1,12 @@
 /**
- * The models that come with the page, by the name that `?model=` takes: the file, and the file of
- * the median face alone, which shows first.
- * @type {Readonly<Record<string, { file: string, head?: string }>>}
+ * The models that come with the page, by the name that `?model=` takes: the file, the file of the
+ * median face alone, which shows first, and that of the expressions.
+ * @type {Readonly<Record<string, { file: string, head?: string, expressions?: string }>>}
  */
-const MODELS = { people: { file: 'model.phiz', head: 'head.phiz' }, synthetic: { file: 'synthetic.phiz' } };
+const MODELS = {
+  people: { file: 'model.phiz', head: 'head.phiz', expressions: 'expressions.phiz' },
+  synthetic: { file: 'synthetic.phiz' },
+};
 
 /** The names, the default's first. */
 export const modelNames = Object.keys(MODELS);
@@ -13,9 +16,9 @@ export function chosenModel() {
   const asked = new URLSearchParams(location.search).get('model') ?? modelNames[0];
   const known = Object.hasOwn(MODELS, asked);
   const name = known ? asked : modelNames[0];
-  const { file, head } = MODELS[name];
+  const { file, head, expressions } = MODELS[name];
   const at = (/** @type {string} */ path) => new URL(path, document.baseURI);
-  return { name, known, url: at(file), head: head ? at(head) : null };
+  return { name, known, url: at(file), head: head ? at(head) : null, expressions: expressions ? at(expressions) : null };
 }
 
 /**

@@ -29,7 +29,7 @@ function bell(density) {
  * One gesture is from `hold` to `finish`: a drag, a run of one key, a typed number.
  *
  * @param {{
- *   name: string, label: string, id: string, about: string, title?: string,
+ *   name: string, label: string | Node, id: string, about: string, title?: string,
  *   limits: readonly [number, number], step: number, key: number, neutral: number,
  *   distribution?: import('./distribution.js').Distribution,
  *   words: (value: number) => string,
@@ -78,7 +78,7 @@ export function createSlider(spec) {
     min,
     max,
     step: spec.step,
-    'aria-describedby': `${spec.id}-about`,
+    'aria-describedby': spec.about ? `${spec.id}-about` : null,
     title: spec.title,
     // Assistive technology and browsers' own gestures come this way.
     oninput: () => {
@@ -216,7 +216,7 @@ export function createSlider(spec) {
     element('label', { for: spec.id }, spec.label),
     element('span', { class: 'reading' }, value, number),
     track,
-    element('p', { class: 'about', id: `${spec.id}-about` }, spec.about),
+    ...(spec.about ? [element('p', { class: 'about', id: `${spec.id}-about` }, spec.about)] : []),
     ...(spec.extra ?? []),
   );
 
