@@ -14,6 +14,7 @@ import { createExplanation } from './explain.js';
 import { createFeatures, featuresOf } from './features.js';
 import { createGlow } from './glow.js';
 import { createLibrary } from './library.js';
+import { createLimits } from './limits.js';
 import { createExpressionFile } from './loading.js';
 import { createMeanings } from './meanings.js';
 import { createMix } from './mix.js';
@@ -86,8 +87,10 @@ export async function createDesigner(model, stage, chosen) {
 
   const random = createRandom(editor, toast.say);
   const distributions = createDistributions(model);
+  const limits = createLimits();
   const features = createFeatures(editor, {
     distributions,
+    limits,
     random,
     preview: glow.hover,
   });
@@ -117,7 +120,7 @@ export async function createDesigner(model, stage, chosen) {
   });
   const file = createExpressionFile(model, chosen.expressions, () => head.lookBy(measureTurns(model)));
   const expressions = createExpressions(editor, file);
-  const meanings = createMeanings(editor, { distributions });
+  const meanings = createMeanings(editor, { distributions, limits });
   const compare = createCompare(editor, { library, display, stage: stage.root });
   const saved = createSaved(editor, { library, portraits, say: toast.say });
   const explanation = createExplanation(editor);

@@ -93,6 +93,15 @@ export function createEditor(model, face) {
       attempt(() => face.set(control, value));
       shapeChanged(face.changed);
     },
+    /**
+     * Part of a gesture that the controls have no words for.
+     * @param {(face: import('phiz').Face) => void} change
+     */
+    moveBy(change) {
+      history.begin();
+      attempt(() => change(face));
+      shapeChanged();
+    },
     /** @param {number} mm */
     moveAlpha(mm) {
       history.begin();

@@ -37,6 +37,10 @@ export const text = {
   alpha: 'Blending distance',
   alphaTyped: 'Blending distance in mm',
   alphaAbout: 'How far a change of one feature reaches into the skin around it.',
+  beyond: 'Go beyond people',
+  beyondAbout: 'Sliders end where almost nobody is: three standard deviations from the middle. With this they go to six, and numbers are typed in standard deviations.',
+  sigmas: (/** @type {number} */ deviations) => `${deviations < 0 ? '−' : '+'}${Math.abs(deviations).toFixed(1)} σ, beyond people`,
+  typedSigmas: (/** @type {string} */ name) => `${name} in standard deviations`,
   seed: 'Seed',
   seedAbout: 'The same seed gives the same random face again.',
   useSeed: 'Use',
@@ -322,6 +326,14 @@ export function ordinal(value) {
   const tens = n % 100;
   const ending = tens >= 11 && tens <= 13 ? 'th' : (['th', 'st', 'nd', 'rd'][n % 10] ?? 'th');
   return `${n}${ending}`;
+}
+
+/**
+ * Where a face stands: a percentile, or beyond people how many standard deviations from their middle.
+ * @param {number} value @param {number} place see distribution.js
+ */
+export function standing(value, place) {
+  return value < 0 || value > 1 ? text.sigmas(6 * place - 3) : ordinal(value);
 }
 
 /**
