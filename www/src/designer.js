@@ -24,7 +24,8 @@ import { createPicking } from './picking.js';
 import { createPortraits } from './portraits.js';
 import { createRandom } from './random.js';
 import { createSaved } from './saved.js';
-import { text } from './text.js';
+import { createShaping } from './shaping.js';
+import { text, titleOf } from './text.js';
 import { createToast } from './toast.js';
 import { createToolbar } from './toolbar.js';
 import { createTour } from './tour.js';
@@ -98,17 +99,38 @@ export async function createDesigner(model, stage, chosen) {
     canvas,
     camera: scene.camera,
     head,
-    hover(group) {
-      canvas.style.cursor = group ? 'pointer' : '';
+    hover(group, event) {
+      canvas.style.cursor = event && shaping.grips(event) ? 'move' : group ? 'pointer' : '';
       glow.hover(group);
     },
-    pick(group) {
-      panel.choose('features');
-      features.choose(group);
-      glow.flash(group);
-      hint.classList.add('is-done');
-    },
+    pick: select,
   });
+  /** The feature whose surface can be dragged: the one that was clicked. @type {string | null} */
+  let selected = null;
+  /** @param {string | null} group */
+  function select(group) {
+    if (group === null && selected === null) return;
+    selected = group;
+    glow.select(group);
+    stage.root.classList.toggle('is-shaping', group !== null);
+    hint.classList.remove('is-done');
+    if (group === null) {
+      hint.textContent = touch ? text.hintTouch : text.hint;
+      return;
+    }
+    panel.choose('features');
+    features.choose(group);
+    hint.textContent = (touch ? text.hintDragTouch : text.hintDrag)(titleOf(group).toLowerCase());
+  }
+  const shaping = createShaping(editor, {
+    canvas,
+    scene,
+    head,
+    selected: () => selected,
+    dragged: () => hint.classList.add('is-done'),
+  });
+  stage.root.append(...shaping.marks);
+  canvas.addEventListener('keydown', (event) => event.key === 'Escape' && select(null));
   const mix = createMix(editor, {
     groups: featuresOf(model),
     library,

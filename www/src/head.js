@@ -288,6 +288,8 @@ export function createHead(model, face) {
     lookBy(turns) {
       turnsOf = turns;
     },
+    /** @param {number} index of a vertex, on the face as it is now */
+    vertex: (index) => new Vector3().fromArray(present, 3 * index),
     /** @param {string} name of a landmark, on the face as it is now */
     landmark(name) {
       const found = landmark(present, name, new Vector3());
