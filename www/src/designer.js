@@ -100,7 +100,7 @@ export async function createDesigner(model, stage, chosen) {
     camera: scene.camera,
     head,
     hover(group, event) {
-      canvas.style.cursor = event && shaping.grips(event) ? 'move' : group ? 'pointer' : '';
+      canvas.style.cursor = event && group !== null && group === selected && shaping.grips(event) ? 'move' : group ? 'pointer' : '';
       glow.hover(group);
     },
     pick: select,
