@@ -221,3 +221,66 @@ for (const name of ['model', 'synthetic']) {
     });
   });
 }
+
+describe('exports of a face with an expression', () => {
+  const shown = { jawOpen: 0.4, mouthSmileLeft: 0.75, eyeLookUpLeft: 0.5 };
+  let model;
+  let face;
+  before(async () => {
+    const file = (name) => readFile(new URL(`../../www/public/${name}.phiz`, import.meta.url));
+    model = await load(await file('model'));
+    await model.loadExpressions(await file('expressions'));
+    face = model.face();
+    face.randomize({ seed: 5 });
+    face.expression = shown;
+  });
+  after(() => model.free());
+
+  test('OBJ, PLY and STL have the face as it is shown', () => {
+    const rest = face.clone();
+    rest.expression = {};
+    assert.ok(farthest(face.positions.slice(), rest.positions) > 3, 'it is shown');
+    const vertices = corners(model);
+    const ply = new PLYLoader().parse(toPly(face).buffer).getAttribute('position').array;
+    assert.ok(farthest(face.positions, ply) < KEPT);
+    const stl = new STLLoader().parse(toStl(face).buffer).getAttribute('position').array;
+    const standing = Float32Array.from(stl, (_, i) => [stl[i], stl[i + 1], -stl[i - 1]][i % 3]);
+    assert.ok(farthest(face.positions, standing, (i) => vertices[i]) < KEPT);
+    const [first] = new OBJLoader().parse(new TextDecoder().decode(toObj(face))).children;
+    assert.ok(farthest(face.positions, first.geometry.getAttribute('position').array, (i) => vertices[i]) < KEPT);
+    const plain = toGlb(face, { targets: false });
+    assert.ok(jsonOf(plain).meshes[0].weights === undefined);
+    rest.free();
+  });
+
+  test('GLB has a target for each expression by ARKit’s name, which gives the mesh of the page', async () => {
+    const glb = toGlb(face);
+    const { issues } = await validator.validateBytes(glb);
+    assert.deepEqual([issues.numErrors, issues.numWarnings], [0, 0], JSON.stringify(issues.messages));
+    const mesh = (await parseGlb(glb)).scene.getObjectByName('face');
+    const { targetNames, phiz } = jsonOf(glb).meshes[0].extras;
+    assert.deepEqual(targetNames, [...model.controls.map(({ name }) => name), ...model.expressions]);
+    assert.deepEqual(phiz.expressions, model.expressions);
+    assert.equal(model.expressions.length, 51);
+    // It opens with the expression that it was shown with.
+    for (const [name, at] of Object.entries(mesh.morphTargetDictionary)) {
+      assert.ok(Math.abs(mesh.morphTargetInfluences[at] - (shown[name] ?? 0)) < 1e-6, name);
+    }
+    const probe = face.clone();
+    const at = new Vector3();
+    for (const name of ['jawOpen', 'mouthSmileRight', 'eyeBlinkLeft', 'eyeLookInRight', 'cheekPuff', 'mouthRollLower']) {
+      probe.expression = { [name]: 1 };
+      const expected = probe.positions.slice();
+      mesh.morphTargetInfluences.fill(0);
+      mesh.morphTargetInfluences[mesh.morphTargetDictionary[name]] = 1;
+      const driven = new Float32Array(expected.length);
+      for (let v = 0; v < model.vertexCount; v++) {
+        mesh.getVertexPosition(v, at);
+        driven.set([1000 * at.x, 1000 * at.y, 1000 * at.z], 3 * v);
+      }
+      const error = farthest(expected, driven);
+      assert.ok(error < 0.05, `${name}: ${error} mm`);
+    }
+    probe.free();
+  });
+});

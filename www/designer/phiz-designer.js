@@ -250,9 +250,6 @@ export class PhizDesigner extends HTMLElement {
    * @returns {Drawn}
    */
   #draw(model) {
-    const probe = document.createElement('canvas').getContext('webgl2');
-    if (!probe) throw new Error(text.noWebGL);
-    probe.getExtension('WEBGL_lose_context')?.loseContext();
     const face = model.face();
     const head = createHead(model, face);
     face.free();

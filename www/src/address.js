@@ -1,30 +1,36 @@
+import { decodeExpression, encodeExpression, splitHash } from './expressioncode.js';
 import { text } from './text.js';
 
 /**
- * The whole face in the page's address: kept as it changes, followed when it is edited.
+ * The whole face in the page's address, with its expression: kept as it changes, followed when it
+ * is edited.
  *
  * @param {import('./editor.js').Editor} editor
+ * @param {{ load: () => Promise<void> }} expressions
  * @param {(sentence: string) => void} say
  */
-export function createAddress(editor, say) {
+export function createAddress(editor, expressions, say) {
   const { model, face } = editor;
   const fresh = model.face();
   const median = fresh.code;
   fresh.free();
 
-  function link() {
-    const code = face.code;
+  /** @param {string} code */
+  function link(code) {
+    const shown = encodeExpression(model.expressions, face.expression);
     const url = new URL(location.href);
-    url.hash = code === median ? '' : code;
+    url.hash = shown ? `${code}~${shown}` : code;
     return url;
   }
-  const write = () => window.history.replaceState(null, '', link());
+  const write = () => window.history.replaceState(null, '', link(face.code === median ? '' : face.code));
   editor.onStep(write);
-  window.addEventListener('hashchange', () => {
-    const code = location.hash.slice(1) || median;
-    if (code === face.code) return;
+  window.addEventListener('hashchange', async () => {
+    const asked = splitHash(location.hash);
+    const code = asked.code || median;
+    if (code === face.code && asked.expression === encodeExpression(model.expressions, face.expression)) return;
     try {
-      editor.take(code);
+      if (asked.expression) await expressions.load();
+      editor.take(code, decodeExpression(model.expressions, asked.expression));
     } catch {
       say(text.badCode);
     }
@@ -33,14 +39,13 @@ export function createAddress(editor, say) {
   return {
     write,
     async copy() {
-      const url = new URL(location.href);
-      url.hash = face.code;
+      const { href } = link(face.code);
       try {
-        await navigator.clipboard.writeText(url.href);
+        await navigator.clipboard.writeText(href);
         say(text.linkCopied);
       } catch {
         // Without permission or a secure origin there is no clipboard: let the person copy it.
-        window.prompt(text.linkManual, url.href);
+        window.prompt(text.linkManual, href);
       }
     },
   };

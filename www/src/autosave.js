@@ -1,3 +1,4 @@
+import { encodeExpression } from './expressioncode.js';
 import { keep, recall } from './store.js';
 
 /**
@@ -7,17 +8,20 @@ import { keep, recall } from './store.js';
 export function createAutosave(modelName) {
   const key = `phiz-face-${modelName}`;
   return {
-    /** @returns {{ code: string, locked: string[], held: string[] } | null} the face of the last visit */
+    /** @returns {{ code: string, locked: string[], held: string[], expression: string } | null} the face of the last visit */
     last() {
       const kept = /** @type {any} */ (recall(key));
       if (!kept || typeof kept.code !== 'string') return null;
       /** @param {unknown} list */
       const names = (list) => (Array.isArray(list) ? list.filter((name) => typeof name === 'string') : []);
-      return { code: kept.code, locked: names(kept.locked), held: names(kept.held) };
+      return { code: kept.code, locked: names(kept.locked), held: names(kept.held), expression: typeof kept.expression === 'string' ? kept.expression : '' };
     },
     /** @param {import('./editor.js').Editor} editor */
-    follow({ face, onStep }) {
-      onStep(() => void keep(key, { code: face.code, locked: face.locked, held: face.lockedMeasures ?? [] }));
+    follow({ face, model, onStep }) {
+      onStep(() => {
+        const expression = encodeExpression(model.expressions, face.expression);
+        keep(key, { code: face.code, locked: face.locked, held: face.lockedMeasures ?? [], expression });
+      });
     },
   };
 }

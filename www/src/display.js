@@ -1,4 +1,5 @@
 import { distances, heatColours, scaleEnd } from './heat.js';
+import { sameExpression } from './history.js';
 
 /**
  * What the stage shows: the face, or for a while another one; both, split by a line; its distance
@@ -17,13 +18,22 @@ export function createDisplay({ face, head, scene, onScale }) {
   let plain = false;
   /** @type {{ other: import('phiz').Face, at: number } | null} */
   let split = null;
-  /** @type {Float32Array | null} */
+  /** The face that distances are from. @type {import('phiz').Face | null} */
   let reference = null;
   const colours = new Float32Array(3 * face.model.vertexCount);
 
+  /** Another face beside this one, or in its place, makes the same face. @param {import('phiz').Face} other */
+  function alike(other) {
+    const { expression } = face;
+    if (!sameExpression(other.expression, expression)) other.expression = expression;
+    return other;
+  }
+  const shown = () => (instead ? alike(instead) : face);
+
   function heat() {
     if (!reference || plain) return head.paintHeat(null);
-    const away = distances((instead ?? face).positions, reference);
+    const from = alike(reference).positions.slice();
+    const away = distances(shown().positions, from);
     const end = scaleEnd(away);
     heatColours(away, end, colours);
     head.paintHeat(colours);
@@ -31,7 +41,7 @@ export function createDisplay({ face, head, scene, onScale }) {
   }
   /** @param {readonly [number, number]} [range] */
   function refresh(range) {
-    head.update(instead ?? face, split ? undefined : range);
+    head.update(shown(), split ? undefined : range);
     heat();
     scene.shapeChanged();
   }
@@ -41,7 +51,7 @@ export function createDisplay({ face, head, scene, onScale }) {
       sides && {
         at: sides.at,
         pose(side) {
-          head.update(side === 'left' ? sides.other : (instead ?? face));
+          head.update(side === 'left' ? alike(sides.other) : shown());
           head.heatStrength.value = side === 'right' && reference && !plain ? 1 : 0;
         },
       },
@@ -68,9 +78,12 @@ export function createDisplay({ face, head, scene, onScale }) {
       applySplit();
       refresh();
     },
-    /** Colours the distance from a face; null stops. @param {import('phiz').Face | null} other */
+    /**
+     * Colours the distance from a face, as it is whenever this one changes; null stops.
+     * @param {import('phiz').Face | null} other
+     */
     heat(other) {
-      reference = other && other.positions.slice();
+      reference = other;
       refresh();
     },
     /**

@@ -3,15 +3,31 @@
 // is laid out by the size of the change, from -3 to +3 standard deviations, and the population's
 // density stands behind it.
 
+// Beyond the limits nobody stands, and there are no percentiles: there a value is its place.
+
 /**
  * @typedef {{
- *   place: (percentile: number) => number,
- *   percentile: (place: number) => number,
+ *   place: (value: number) => number,
+ *   value: (place: number) => number,
  *   density: number[],
+ *   of: (face: import('phiz').Face) => number,
+ *   reach: (face: import('phiz').Face, value: number) => void,
  * }} Distribution
- * `place` goes from 0 (the lower limit) to 1 (the upper), linear in the change of shape; `density`
- * is the share of people around equally spaced places, the highest 1.
+ * A value is a percentile, or beyond the limits a place. `place` goes from 0 (the lower limit) to 1
+ * (the upper), linear in the change of shape; `density` is the share of people around equally spaced
+ * places, the highest 1. `of` is where a face stands, `reach` takes it to a value beyond the limits.
  */
+
+/** The limits are at three standard deviations either side. @param {number} place */
+export const sigmas = (place) => 6 * place - 3;
+/** @param {number} deviations */
+export const placeOfSigmas = (deviations) => (deviations + 3) / 6;
+/** How far sliders go, as values. */
+export const PEOPLE = /** @type {const} */ ([0, 1]);
+/** Six standard deviations either side. */
+export const BEYOND = /** @type {const} */ ([-0.5, 1.5]);
+/** @param {number} value */
+export const isBeyond = (value) => value < PEOPLE[0] || value > PEOPLE[1];
 
 const STEPS = 50;
 const BARS = 61;
@@ -52,40 +68,81 @@ function smoothDensity(percentiles, places) {
 /**
  * Reads the distributions out of the model by asking a face of its own.
  * @param {import('phiz').FaceModel} model
- * @returns {(control: string) => Distribution}
+ * @returns {(control: import('phiz').Control) => Distribution}
  */
 export function createDistributions(model) {
   const probe = model.face();
   /** @type {Map<string, Distribution>} */
   const known = new Map();
+
+  /**
+   * What a control reads, as a number that is linear in the change of shape, and how to set it to any
+   * such number: a length in mm, or how far along its direction the coefficients are.
+   * @param {import('phiz').Control} control
+   */
+  function readingOf({ name, measure }) {
+    if (measure) {
+      return {
+        read: (/** @type {import('phiz').Face} */ face) => face.measure(measure),
+        write: (/** @type {import('phiz').Face} */ face, /** @type {number} */ mm) => face.setMeasure(measure, mm),
+      };
+    }
+    probe.set(name, 0);
+    const low = probe.coefficients;
+    probe.set(name, 1);
+    const direction = probe.coefficients.map((value, i) => value - low[i]);
+    const length = direction.reduce((sum, value) => sum + value * value, 0);
+    /** @param {import('phiz').Face} face */
+    const read = ({ coefficients }) => direction.reduce((sum, way, i) => sum + (coefficients[i] - low[i]) * way, 0) / length;
+    return {
+      read,
+      write(/** @type {import('phiz').Face} */ face, /** @type {number} */ along) {
+        const more = along - read(face);
+        // Coefficients are set without regard to lengths that are held: those are brought back.
+        const held = face.lockedMeasures.map((held) => /** @type {const} */ ([held, face.measure(held)]));
+        const before = face.coefficients;
+        face.coefficients = before.map((value, i) => value + more * direction[i]);
+        try {
+          for (const [measured, mm] of held) face.setMeasure(measured, mm);
+        } catch (error) {
+          face.coefficients = before;
+          throw error;
+        }
+      },
+    };
+  }
+
   return (control) => {
-    const found = known.get(control);
+    const found = known.get(control.name);
     if (found) return found;
     const median = probe.coefficients;
+    const { read, write } = readingOf(control);
     /** @param {number} percentile */
     const at = (percentile) => {
-      probe.set(control, percentile);
-      return probe.coefficients;
+      probe.set(control.name, percentile);
+      return read(probe);
     };
     const low = at(0);
-    const direction = at(1).map((value, i) => value - low[i]);
-    const length = direction.reduce((sum, value) => sum + value * value, 0);
+    const span = at(1) - low;
     const percentiles = [0, 0.01];
     for (let i = 1; i < STEPS; i++) percentiles.push(i / STEPS);
     percentiles.push(0.99, 1);
-    const places = percentiles.map((percentile) => {
-      const coefficients = at(percentile);
-      let along = 0;
-      for (let i = 0; i < direction.length; i++) along += (coefficients[i] - low[i]) * direction[i];
-      return along / length;
-    });
+    const places = percentiles.map((percentile) => (at(percentile) - low) / span);
     probe.coefficients = median;
+    /** A face that was set to a limit stands on it, give or take what a length is off by. */
+    const nearly = 0.002;
+    /** @type {Distribution} */
     const made = {
-      place: (/** @type {number} */ percentile) => interpolate(percentiles, places, percentile),
-      percentile: (/** @type {number} */ place) => interpolate(places, percentiles, place),
+      place: (value) => (isBeyond(value) ? value : interpolate(percentiles, places, value)),
+      value: (place) => (isBeyond(place) ? place : interpolate(places, percentiles, place)),
       density: smoothDensity(percentiles, places),
+      of(face) {
+        const place = (read(face) - low) / span;
+        return place < -nearly || place > 1 + nearly ? place : face.get(control.name);
+      },
+      reach: (face, value) => write(face, low + value * span),
     };
-    known.set(control, made);
+    known.set(control.name, made);
     return made;
   };
 }

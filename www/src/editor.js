@@ -1,6 +1,14 @@
 import { createHistory, restore } from './history.js';
 
 /**
+ * Expressions are shown in whole per cents, which is what an address keeps of them.
+ * @param {Record<string, number>} weights
+ */
+function wholePercents(weights) {
+  return Object.fromEntries(Object.entries(weights).map(([name, weight]) => [name, Math.round(100 * Math.min(1, Math.max(0, weight))) / 100]));
+}
+
+/**
  * What can be done to the face. Whatever the way in (slider, key, button, link), a change ends
  * here: history is kept, and everybody who shows the face is told.
  *
@@ -85,6 +93,15 @@ export function createEditor(model, face) {
       attempt(() => face.set(control, value));
       shapeChanged(face.changed);
     },
+    /**
+     * Part of a gesture that the controls have no words for.
+     * @param {(face: import('phiz').Face) => void} change
+     */
+    moveBy(change) {
+      history.begin();
+      attempt(() => change(face));
+      shapeChanged();
+    },
     /** @param {number} mm */
     moveAlpha(mm) {
       history.begin();
@@ -116,9 +133,29 @@ export function createEditor(model, face) {
     clear(control) {
       step(alone(`clear ${control}`), () => attempt(() => face.clear(control)));
     },
-    /** @param {string} [region] */
+    /** @param {string} [region] all of the face, and its expression, when absent */
     reset(region) {
-      step('reset', () => attempt(() => face.reset(region)));
+      step('reset', () =>
+        attempt(() => {
+          face.reset(region);
+          if (region === undefined) face.expression = {};
+        }),
+      );
+    },
+    /**
+     * Part of a gesture: some expressions change, the others stay.
+     * @param {Record<string, number>} weights 0 to 1
+     */
+    moveExpression(weights) {
+      history.begin();
+      face.expression = wholePercents({ ...face.expression, ...weights });
+      shapeChanged();
+    },
+    /** One step: these expressions and no others. @param {Record<string, number>} weights 0 to 1 */
+    express(weights) {
+      step(alone('express'), () => {
+        face.expression = wholePercents(weights);
+      });
     },
     /**
      * @param {{ seed?: number, spread?: number, regions?: string[] }} options
@@ -134,11 +171,12 @@ export function createEditor(model, face) {
     /**
      * Becomes the face of a code; what is locked stays locked, and changes all the same: it was
      * asked for by name.
-     * @param {string} code
+     * @param {string} code @param {Record<string, number>} [expression] as it is, when absent
      */
-    take(code) {
+    take(code, expression) {
       step(alone('take'), () => {
         face.code = code;
+        if (expression) face.expression = expression;
       });
     },
     undo() {

@@ -15,8 +15,9 @@ const LARGEST = 8192;
  *
  * @param {import('phiz').Face} face
  * @param {Parameters<typeof portrait>[0]} view
+ * @param {{ any: boolean, load: () => Promise<void> }} expressions
  */
-export function createExports(face, view) {
+export function createExports(face, view, expressions) {
   const status = element('p', { class: 'note', role: 'status' });
 
   /**
@@ -40,6 +41,8 @@ export function createExports(face, view) {
   async function mesh(ending) {
     // Who exports nothing does not wait for the writers.
     const writers = await import('phiz/export');
+    // What moves in the file is what the model knows of by then.
+    if (ending === 'glb' && expressions.any) await expressions.load();
     const write = { glb: writers.toGlb, obj: writers.toObj, ply: writers.toPly, stl: writers.toStl }[ending];
     return new Blob([write(face)], { type: MESHES[ending] });
   }

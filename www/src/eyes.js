@@ -1,6 +1,8 @@
 import {
   BufferAttribute,
   CanvasTexture,
+  Matrix3,
+  Matrix4,
   Mesh,
   MeshPhysicalMaterial,
   SphereGeometry,
@@ -17,6 +19,8 @@ const IRIS_DEPTH = 0.8;
 /** The cornea is a cap of a smaller sphere that meets the eyeball at the edge of the iris. */
 const CORNEA = 0.66;
 const CORNEA_CENTRE = Math.sqrt(1 - IRIS * IRIS) - Math.sqrt(CORNEA * CORNEA - IRIS * IRIS);
+
+const CORNEA_HEIGHT = CORNEA_CENTRE + CORNEA - 1;
 
 /** How far the surface is from the centre, by the cosine of the angle to the gaze. */
 function surface(/** @type {number} */ cosine) {
@@ -128,6 +132,7 @@ const DECLARATIONS = /* glsl */ `
   uniform vec3 upperLid;
   uniform vec3 lowerLid;
   uniform vec2 corners;
+  uniform mat3 gaze;
   uniform mat3 normalMatrix;
   float irisPart;
   float lidShade;
@@ -150,16 +155,18 @@ const COLOUR = /* glsl */ `
 
     vec4 veins = texture2D(poreMap, vEye.xy * vec2(0.9, 1.6));
     vec3 sclera = vec3(0.83, 0.80, 0.77);
-    float side = smoothstep(corners.x, corners.y, abs(vEye.x));
+    // The lids stay where they are when the eye turns.
+    vec3 inHead = gaze * vEye;
+    float side = smoothstep(corners.x, corners.y, abs(inHead.x));
     sclera = mix(sclera, vec3(0.80, 0.60, 0.55), 0.55 * side);
     sclera *= mix(vec3(1.0), vec3(0.98, 0.9, 0.88), veins.a * (0.5 + 0.5 * side));
     diffuseColor.rgb = mix(sclera, iris, irisPart);
 
     // The lids shade the eye: a soft band under the upper one, a thin one over the lower one.
-    float x = vEye.x;
+    float x = inHead.x;
     float top = upperLid.x + x * (upperLid.y + x * upperLid.z);
     float bottom = lowerLid.x + x * (lowerLid.y + x * lowerLid.z);
-    lidShade = smoothstep(-0.1, 0.42, top - vEye.y) * smoothstep(-0.12, 0.2, vEye.y - bottom);
+    lidShade = smoothstep(-0.1, 0.42, top - inHead.y) * smoothstep(-0.12, 0.2, inHead.y - bottom);
     lidShade = mix(lidShade, lidShade * 0.55, side);
     diffuseColor.rgb *= mix(vec3(0.42, 0.28, 0.24), vec3(1.0), lidShade);
   }
@@ -249,6 +256,8 @@ export function createEyes(sockets, pores) {
       upperLid: { value: new Vector3(0.5, 0, 0) },
       lowerLid: { value: new Vector3(-0.5, 0, 0) },
       corners: { value: [0.6, 1.05] },
+      gaze: { value: new Matrix3() },
+      behind: { value: 0 },
     };
     const material = new MeshPhysicalMaterial({
       roughness: 0.6,
@@ -261,7 +270,7 @@ export function createEyes(sockets, pores) {
       shader.vertexShader = shader.vertexShader
         .replace(
           '#include <common>',
-          '#include <common>\nvarying vec3 vEye; varying vec3 vEyeView; varying vec3 vEyeNormal;',
+          '#include <common>\nvarying vec3 vEye; varying vec3 vEyeView; varying vec3 vEyeNormal; uniform float behind;',
         )
         .replace(
           '#include <begin_vertex>',
@@ -269,6 +278,15 @@ export function createEyes(sockets, pores) {
           vEye = position;
           vEyeNormal = normal;
           vEyeView = position - (inverse(modelViewMatrix) * vec4(0.0, 0.0, 0.0, 1.0)).xyz;`,
+        )
+        .replace(
+          '#include <project_vertex>',
+          /* glsl */ `#include <project_vertex>
+          {
+            // The model's lids clear its eyeballs, which have no cornea.
+            vec4 back = projectionMatrix * (mvPosition - vec4(0.0, 0.0, behind, 0.0));
+            gl_Position.z = back.z / back.w * gl_Position.w;
+          }`,
         );
       shader.fragmentShader = shader.fragmentShader
         .replace('#include <common>', `#include <common>\n${DECLARATIONS}`)
@@ -311,7 +329,14 @@ export function createEyes(sockets, pores) {
       const half = (Math.abs(local[0].x) + Math.abs(local[3].x)) / 2;
       uniforms.corners.value = [half * 0.55, half * 1.05];
     }
-    return { mesh, update };
+    /** @param {Vector3} turn an axis times an angle @param {boolean} moved whether the lids may have */
+    function turn(turn, moved) {
+      const angle = turn.length();
+      mesh.quaternion.setFromAxisAngle(angle > 0 ? turn.clone().divideScalar(angle) : turn, angle);
+      uniforms.gaze.value.setFromMatrix4(new Matrix4().makeRotationFromQuaternion(mesh.quaternion));
+      uniforms.behind.value = moved ? CORNEA_HEIGHT * mesh.scale.x : 0;
+    }
+    return { mesh, update, turn };
   });
   return {
     meshes: eyes.map((eye) => eye.mesh),
@@ -319,6 +344,13 @@ export function createEyes(sockets, pores) {
     /** @param {Float32Array} positions */
     update(positions) {
       for (const eye of eyes) eye.update(positions);
+    },
+    /**
+     * @param {Vector3[]} turns of the subject's right and left eye, an axis times an angle
+     * @param {boolean} moved whether the lids may be anywhere but at rest
+     */
+    turn(turns, moved) {
+      eyes.forEach((eye, side) => eye.turn(turns[side], moved));
     },
   };
 }

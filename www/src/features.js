@@ -1,8 +1,9 @@
+import { isBeyond, placeOfSigmas, sigmas } from './distribution.js';
 import { element } from './element.js';
 import { icon } from './icons.js';
 import { createMeasures } from './measures.js';
 import { createSlider } from './slider.js';
-import { ordinal, text, titleOf } from './text.js';
+import { standing, text, titleOf } from './text.js';
 
 const FIRST = 6;
 const ORDER = ['head', 'forehead', 'eyes', 'nose', 'mouth', 'chin'];
@@ -18,12 +19,13 @@ export function featuresOf(model) {
  *
  * @param {import('./editor.js').Editor} editor
  * @param {{
- *   distributions: (control: string) => import('./distribution.js').Distribution,
+ *   distributions: ReturnType<typeof import('./distribution.js').createDistributions>,
+ *   limits: import('./limits.js').Limits,
  *   random: ReturnType<typeof import('./random.js').createRandom>,
  *   preview: (group: string | null) => void,
  * }} parts
  */
-export function createFeatures(editor, { distributions, random, preview }) {
+export function createFeatures(editor, { distributions, limits, random, preview }) {
   const { model, face } = editor;
   const groups = featuresOf(model);
   let chosen = groups.includes('nose') ? 'nose' : groups[0];
@@ -69,13 +71,13 @@ export function createFeatures(editor, { distributions, random, preview }) {
     },
   });
 
-  /** @type {{ control: import('phiz').Control, slider: import('./slider.js').Slider }[]} */
+  /** @type {{ control: import('phiz').Control, slider: import('./slider.js').Slider, distribution: import('./distribution.js').Distribution }[]} */
   let rows = [];
   /** Where the sliders stood when one of them was taken up. @type {number[] | null} */
   let before = null;
 
   function hold() {
-    before = rows.map(({ control }) => face.get(control.name));
+    before = rows.map(({ distribution }) => distribution.of(face));
     measures.hold();
   }
   /** @param {string} what */
@@ -88,34 +90,54 @@ export function createFeatures(editor, { distributions, random, preview }) {
   function build() {
     const all = model.controls.filter((control) => control.group === chosen && !control.measure);
     const open = opened.has(chosen);
-    rows = (open ? all : all.slice(0, FIRST)).map((control) => ({
-      control,
-      slider: createSlider({
+    rows = (open ? all : all.slice(0, FIRST)).map((control) => {
+      const distribution = distributions(control);
+      /** @param {number} value */
+      const move = (value) => {
+        if (isBeyond(value)) editor.moveBy((present) => distribution.reach(present, value));
+        else editor.move(control.name, value);
+      };
+      const done = () => finish(`move ${control.name}`);
+      const slider = createSlider({
         name: control.name,
         label: control.name,
         id: `control-${control.name.replaceAll(/\W+/g, '-')}`,
         about: control.description || text.finer(titleOf(chosen).toLowerCase()),
         title: text.resetControl,
-        limits: control.limits,
+        limits: limits.present,
         step: 0.001,
         key: 0.01,
         neutral: 0.5,
-        distribution: distributions(control.name),
-        words: ordinal,
-        typed: {
-          label: text.typed(control.name),
-          unit: '',
-          min: 100 * control.limits[0],
-          max: 100 * control.limits[1],
-          step: 0.1,
-          show: (value) => Number((100 * value).toFixed(1)),
-          take: (percent) => editor.set(control.name, percent / 100),
-        },
-        move: (value) => editor.move(control.name, value),
+        distribution,
+        words: (value) => standing(value, distribution.place(value)),
+        typed: limits.beyond
+          ? {
+              label: text.typedSigmas(control.name),
+              unit: 'σ',
+              min: sigmas(limits.present[0]),
+              max: sigmas(limits.present[1]),
+              step: 0.01,
+              show: (value) => Number(sigmas(distribution.place(value)).toFixed(2)),
+              take: (deviations) => {
+                move(distribution.value(placeOfSigmas(deviations)));
+                done();
+              },
+            }
+          : {
+              label: text.typed(control.name),
+              unit: '',
+              min: 100 * control.limits[0],
+              max: 100 * control.limits[1],
+              step: 0.1,
+              show: (value) => Number((100 * Math.min(1, Math.max(0, value))).toFixed(1)),
+              take: (percent) => editor.set(control.name, percent / 100),
+            },
+        move,
         hold,
-        finish: () => finish(`move ${control.name}`),
-      }),
-    }));
+        finish: done,
+      });
+      return { control, slider, distribution };
+    });
     before = null;
     sliders.replaceChildren(...rows.map(({ slider }) => slider.root));
     more.hidden = all.length <= FIRST;
@@ -151,8 +173,8 @@ export function createFeatures(editor, { distributions, random, preview }) {
   });
 
   function refresh() {
-    rows.forEach(({ control, slider }, i) => {
-      const value = face.get(control.name);
+    rows.forEach(({ slider, distribution }, i) => {
+      const value = distribution.of(face);
       slider.show(value);
       const was = before?.[i];
       slider.ghost(was !== undefined && Math.abs(was - value) > 0.005 ? was : null);
@@ -208,10 +230,11 @@ export function createFeatures(editor, { distributions, random, preview }) {
       sliders,
       more,
       element('section', { class: 'part' }, element('h3', {}, text.randomFaces), random.amount),
-      element('details', { class: 'advanced' }, element('summary', {}, text.advanced), alpha.root, random.again),
+      element('details', { class: 'advanced' }, element('summary', {}, text.advanced), limits.box(), alpha.root, random.again),
     ),
   );
   choose(chosen);
+  limits.onChange(build);
   editor.onShape(refresh);
   editor.onStep(refresh);
 

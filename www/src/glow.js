@@ -1,5 +1,9 @@
+/** How strongly what is selected shows. */
+const SELECTED = 0.5;
+
 /**
- * What the pointer is on shows while it is there; what was picked glows once.
+ * What the pointer is on shows while it is there; what was picked glows, and stays marked while it is
+ * selected.
  *
  * @param {ReturnType<typeof import('./head.js').createHead>} head
  * @param {ReturnType<typeof import('./scene.js').createScene>} scene
@@ -9,6 +13,8 @@ export function createGlow(head, scene) {
   let strength = 0;
   let goal = 0;
   let pick = 0;
+  /** What the glow falls to. */
+  let floor = 0;
   let last = 0;
   /** @type {string | null} */
   let hovered = null;
@@ -19,10 +25,10 @@ export function createGlow(head, scene) {
     last = now;
     const step = still.matches ? 1 : elapsed / 140;
     strength += Math.max(-step, Math.min(step, goal - strength));
-    pick = Math.max(0, pick - elapsed / 900);
+    pick = Math.max(floor, pick - elapsed / 900);
     head.markStrength[0] = strength;
     head.markStrength[1] = pick;
-    if (strength !== goal || pick > 0) scene.invalidate();
+    if (strength !== goal || pick > floor) scene.invalidate();
   });
 
   return {
@@ -34,10 +40,11 @@ export function createGlow(head, scene) {
       goal = group ? 1 : 0;
       scene.invalidate();
     },
-    /** @param {string} group */
-    flash(group) {
-      head.highlight(1, group);
-      pick = still.matches ? 0 : 1;
+    /** @param {string | null} group */
+    select(group) {
+      if (group) head.highlight(1, group);
+      floor = group ? SELECTED : 0;
+      pick = group && !still.matches ? 1 : floor;
       scene.invalidate();
     },
   };

@@ -36,6 +36,7 @@ function openEdge(triangles) {
 export function createHead(model, face) {
   const vertexCount = model.vertexCount;
   const corners = model.uvVertices;
+  const regionOf = model.regionOf;
   const cornerCount = corners.length;
 
   // Views on wasm memory die with the next call: the face at rest is copied.
@@ -184,6 +185,10 @@ export function createHead(model, face) {
   const duplicates = [];
   for (let i = vertexCount; i < cornerCount; i++) duplicates.push(i);
 
+  const still = [new Vector3(), new Vector3()];
+  /** @type {(expression: Record<string, number>) => Vector3[]} */
+  let turnsOf = () => still;
+
   /**
    * Takes over a range of the face's vertices.
    * @param {import('phiz').Face} from
@@ -205,12 +210,14 @@ export function createHead(model, face) {
       attribute.needsUpdate = true;
     }
     present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
+    const { expression } = from;
+    eyes.turn(turnsOf(expression), Object.keys(expression).length > 0);
     eyes.update(present);
     lashes.update(present, eyes.centres);
   }
 
-  // What belongs to no feature's block is the head's.
-  const groups = model.regionGroups.map((g) => (g === null ? 'head' : model.regions[g]));
+  /** The feature of each region. @type {readonly string[]} */
+  let groups = model.regionNames.map(() => 'head');
   /** @type {Map<string, Float32Array>} */
   const soft = new Map();
   /** @param {string} group */
@@ -219,7 +226,7 @@ export function createHead(model, face) {
     if (!weights) {
       const inside = groups.map((name) => name === group);
       weights = smoothed(
-        Float32Array.from(model.regionOf, (region) => (inside[region] ? 1 : 0)),
+        Float32Array.from(regionOf, (region) => (inside[region] ? 1 : 0)),
         skinTriangles,
         4,
       );
@@ -252,9 +259,20 @@ export function createHead(model, face) {
     heat.needsUpdate = true;
   }
 
+  /**
+   * Tells features apart, which takes a model that has them: the head may be drawn from one that is
+   * a face and no more.
+   * @param {import('phiz').FaceModel} whole of the same mesh
+   */
+  function divide(whole) {
+    // What belongs to no feature's block is the head's.
+    groups = whole.regionGroups.map((g) => (g === null ? 'head' : whole.regions[g]));
+    soft.clear();
+  }
+
   /** @param {number} corner */
   function groupAt(corner) {
-    return groups[model.regionOf[corners[corner]]];
+    return groups[regionOf[corners[corner]]];
   }
 
   const centre = bounds.getCenter(new Vector3());
@@ -265,6 +283,13 @@ export function createHead(model, face) {
     highlight,
     paintHeat,
     groupAt,
+    divide,
+    /** @param {typeof turnsOf} turns how far expressions turn the eyes */
+    lookBy(turns) {
+      turnsOf = turns;
+    },
+    /** @param {number} index of a vertex, on the face as it is now */
+    vertex: (index) => new Vector3().fromArray(present, 3 * index),
     /** @param {string} name of a landmark, on the face as it is now */
     landmark(name) {
       const found = landmark(present, name, new Vector3());

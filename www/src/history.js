@@ -1,8 +1,8 @@
-// Undo and redo. What can be undone is the whole of a face: its code, and what is locked. A step is
-// two such states; one step a gesture, however many events it had. There is no limit: a step is half
-// a kilobyte.
+// Undo and redo. What can be undone is the whole of a face: its code, what is locked, and the
+// expression on it. A step is two such states; one step a gesture, however many events it had. There
+// is no limit: a step is half a kilobyte.
 
-/** @typedef {{ code: string, locked: string[], held: string[] }} State */
+/** @typedef {{ code: string, locked: string[], held: string[], expression: Record<string, number> }} State */
 /** @typedef {{ before: State, after: State, what: string, at: number }} Step */
 
 /** Presses of an arrow key closer than this (ms) are one gesture. */
@@ -14,6 +14,7 @@ export function stateOf(face) {
     code: face.code,
     locked: [...face.locked],
     held: [...(face.lockedMeasures ?? [])],
+    expression: face.expression,
   };
 }
 
@@ -22,17 +23,24 @@ function sameNames(a, b) {
   return a.length === b.length && a.every((name) => b.includes(name));
 }
 
+/** @param {Record<string, number>} a @param {Record<string, number>} b */
+export function sameExpression(a, b) {
+  return sameNames(Object.keys(a), Object.keys(b)) && Object.entries(a).every(([name, weight]) => b[name] === weight);
+}
+
 /** @param {State} a @param {State} b */
 export function sameState(a, b) {
   return (
     a.code === b.code &&
     sameNames(a.locked, b.locked) &&
-    sameNames(a.held, b.held)
+    sameNames(a.held, b.held) &&
+    sameExpression(a.expression, b.expression)
   );
 }
 
 /** @param {import('phiz').Face} face @param {State} state */
 export function restore(face, state) {
+  if (!sameExpression(face.expression, state.expression)) face.expression = state.expression;
   for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
   for (const region of state.locked) face.lock(region);
   // A held measure would bend what is set; it is held again at the length that the face then has.

@@ -1,183 +1,24 @@
-import { createAbout } from './about.js';
-import { createAddress } from './address.js';
-import { createAutosave } from './autosave.js';
-import { createCompare } from './compare.js';
-import { createDisplay } from './display.js';
-import { createDistributions } from './distribution.js';
-import { createEditor } from './editor.js';
-import { element } from './element.js';
-import { createExports } from './exports.js';
 import { Failure, showFailure } from './failure.js';
-import { createExplanation } from './explain.js';
-import { createFeatures, featuresOf } from './features.js';
-import { createGlow } from './glow.js';
-import { createHead } from './head.js';
-import { createLibrary } from './library.js';
-import { checkBrowser, loadModel } from './loading.js';
-import { createMeanings } from './meanings.js';
-import { createMix } from './mix.js';
+import { checkBrowser, loadHead, loadModel, showLoading } from './loading.js';
 import { chosenModel } from './models.js';
-import { keepOffline } from './offline.js';
-import { createPanel } from './panel.js';
-import { createPicking } from './picking.js';
-import { createPortraits } from './portraits.js';
-import { createRandom } from './random.js';
-import { createSaved } from './saved.js';
-import { createScene } from './scene.js';
-import { text } from './text.js';
-import { createTheme } from './theme.js';
-import { createToast } from './toast.js';
-import { createToolbar } from './toolbar.js';
-import { createTour } from './tour.js';
-import { createViewpoint } from './viewpoint.js';
-
-/**
- * The face to begin with: the link's, or the last visit's, or the median.
- * @param {import('phiz').FaceModel} model
- * @param {{ code: string, locked: string[], held: string[] } | null} last
- */
-function firstFace(model, last) {
-  const code = location.hash.slice(1);
-  let refused = false;
-  if (code) {
-    try {
-      return { face: model.fromCode(code), refused, restored: false };
-    } catch {
-      refused = true;
-    }
-  } else if (last) {
-    try {
-      const face = model.fromCode(last.code);
-      for (const region of last.locked) if (model.regions.includes(region)) face.lock(region);
-      for (const { name } of model.measures) if (last.held.includes(name)) face.lockMeasure(name);
-      return { face, refused, restored: true };
-    } catch {
-      // It is of an older model with the same name, and cannot come back.
-    }
-  }
-  return { face: model.face(), refused, restored: false };
-}
 
 async function start() {
   checkBrowser();
   const chosen = chosenModel();
-  const model = await loadModel(chosen.url);
-  // The head at rest is painted on the median face, whatever the link asks for.
-  const median = model.face();
-  const head = createHead(model, median);
-  const medianCode = median.code;
-  median.free();
-  const autosave = createAutosave(chosen.name);
-  const last = autosave.last();
-  const { face, refused, restored } = firstFace(model, last);
-  const editor = createEditor(model, face);
-  const toast = createToast();
-
-  const canvas = element('canvas', { class: 'view', tabindex: 0, role: 'img', 'aria-label': text.stage });
-  const touch = window.matchMedia('(pointer: coarse)').matches;
-  const hint = element('p', { class: 'hint' }, touch ? text.hintTouch : text.hint);
-  const stage = element('main', { class: 'stage' }, canvas, hint, toast.root);
-  const app = element('div', { class: 'app' }, stage);
-  // The canvas has to be laid out before the scene measures it.
-  document.body.replaceChildren(app);
-  const scene = createScene(canvas, head.subject);
-  scene.scene.add(head.group);
-  const glow = createGlow(head, scene);
-  stage.append(createViewpoint(canvas, scene));
-
-  const display = createDisplay({ face, head, scene, onScale: (millimetres) => compare.setScale(millimetres) });
-  const library = createLibrary(model, chosen.name);
-  const portraits = createPortraits(model, display);
-
-  const random = createRandom(editor, toast.say);
-  const distributions = createDistributions(model);
-  const features = createFeatures(editor, {
-    distributions,
-    random,
-    preview: glow.hover,
-  });
-  const picking = createPicking({
-    canvas,
-    camera: scene.camera,
-    head,
-    hover(group) {
-      canvas.style.cursor = group ? 'pointer' : '';
-      glow.hover(group);
-    },
-    pick(group) {
-      panel.choose('features');
-      features.choose(group);
-      glow.flash(group);
-      hint.classList.add('is-done');
-    },
-  });
-  const mix = createMix(editor, {
-    groups: featuresOf(model),
-    library,
-    portraits,
-    display,
-    groupUnder: picking.groupUnder,
-    preview: glow.hover,
-    say: toast.say,
-  });
-  const meanings = createMeanings(editor, { distributions });
-  const compare = createCompare(editor, { library, display, stage });
-  const saved = createSaved(editor, { library, portraits, say: toast.say });
-  const explanation = createExplanation(editor);
-  const panel = createPanel(text.panel, explanation.about, [
-    { name: 'features', title: text.modes.features, root: features.root },
-    ...(meanings.any ? [{ name: 'meanings', title: text.modes.meanings, ...meanings }] : []),
-    { name: 'mix', title: text.modes.mix, ...mix },
-    { name: 'compare', title: text.modes.compare, ...compare },
-    { name: 'saved', title: text.modes.saved, ...saved },
-  ]);
-  const about = createAbout(model, chosen.name, () => tour.start());
-  const theme = createTheme((name) => {
-    scene.setTheme(name);
-    portraits.retake();
-  });
-  const address = createAddress(editor, toast.say);
-  const toolbar = createToolbar(editor, {
-    randomise: () => random.randomise(),
-    copyLink: address.copy,
-    theme: theme.toggle,
-    take: () => exports.showModal(),
-    help: about.show,
-  });
-  app.prepend(toolbar);
-  app.append(panel.root);
-  const tour = createTour(panel);
-  stage.append(explanation.open, explanation.root, tour.invitation);
-  const exports = createExports(face, scene);
-  document.body.append(about.root, exports, ...tour.parts);
-
-  editor.onShape((range) => {
-    display.refresh(range);
-  });
-  editor.onRefusal((why) => toast.say(text.refused(why)));
-  canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));
-  canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
-  head.update(face);
-
-  window.designer = {
-    model,
-    face,
-    get frames() {
-      return scene.frames;
-    },
-    onScreen: (name) => scene.onScreen(head.landmark(name)),
-  };
-  autosave.follow(editor);
-  if (restored) address.write();
-  // A link shows another face than the one that was being worked on: that one is not lost.
-  const left = last && !restored && last.code !== face.code && last.code !== medianCode ? last.code : null;
-  const kept = left !== null && library.adopt(text.lastVisit(new Date().toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' })), left);
-  if (!chosen.known) toast.say(text.unknownModel);
-  else if (refused) toast.say(text.badCode);
-  else if (kept) toast.say(text.lastKept);
-  else if (restored && last?.code !== medianCode) toast.say(text.back);
-  document.documentElement.dataset.ready = 'true';
-  keepOffline();
+  const progress = showLoading();
+  // three.js comes in and is compiled while the head does and is.
+  const drawing = import('./stage.js');
+  const head = chosen.head && (await loadHead(chosen.head));
+  const { createStage } = await drawing;
+  let stage = head && createStage(head);
+  head?.free();
+  // The head is on the screen before the model takes the line and the processor.
+  if (stage) await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
+  const designing = import('./designer.js');
+  const model = await loadModel(chosen.url, stage ? stage.progress : progress);
+  stage ??= createStage(model);
+  const { createDesigner } = await designing;
+  await createDesigner(model, stage, chosen);
 }
 
 start().catch((error) => {

@@ -1,8 +1,9 @@
+import { isBeyond } from './distribution.js';
 import { element } from './element.js';
 import { icon } from './icons.js';
 import { groupOfMeasure } from './measures.js';
 import { createSlider } from './slider.js';
-import { ordinal, text, titleOf } from './text.js';
+import { standing, text, titleOf } from './text.js';
 
 /** Lengths that a face may be asked for, mm; whether it can have them is the model's to say. */
 const LENGTHS = /** @type {const} */ ([0.1, 400]);
@@ -11,18 +12,23 @@ const LENGTHS = /** @type {const} */ ([0.1, 400]);
  * The controls that mean a length: its slider, its number, its lock.
  *
  * @param {import('./editor.js').Editor} editor
- * @param {{ distributions: (control: string) => import('./distribution.js').Distribution }} parts
+ * @param {{
+ *   distributions: ReturnType<typeof import('./distribution.js').createDistributions>,
+ *   limits: import('./limits.js').Limits,
+ * }} parts
  */
-export function createMeanings(editor, { distributions }) {
+export function createMeanings(editor, { distributions, limits }) {
   const { model, face } = editor;
   let visible = false;
   /** Where the sliders stood when one of them was taken up. @type {number[] | null} */
   let before = null;
 
-  /** @type {{ name: string, measure: string, slider: import('./slider.js').Slider, lock: HTMLButtonElement }[]} */
-  const rows = [];
+  /** @type {{ measure: string, distribution: import('./distribution.js').Distribution, slider: import('./slider.js').Slider, lock: HTMLButtonElement }[]} */
+  let rows = [];
   /** @param {import('phiz').Control} control @param {string} measure */
-  function row({ name, description, limits }, measure) {
+  function row(control, measure) {
+    const { name, description } = control;
+    const distribution = distributions(control);
     /** @param {Parameters<typeof icon>[0]} sign @param {string} words @param {() => void} onclick */
     const tool = (sign, words, onclick) =>
       element('button', { type: 'button', class: 'tool small', 'aria-label': words, title: words, onclick }, icon(sign));
@@ -34,12 +40,12 @@ export function createMeanings(editor, { distributions }) {
       id: `meaning-${name.replaceAll(/\W+/g, '-')}`,
       about: description,
       title: text.resetControl,
-      limits,
+      limits: limits.present,
       step: 0.001,
       key: 0.01,
       neutral: 0.5,
-      distribution: distributions(name),
-      words: (value) => text.lengthAndRank(face.measure(measure), ordinal(value)),
+      distribution,
+      words: (value) => text.lengthAndRank(face.measure(measure), standing(value, distribution.place(value))),
       typed: {
         label: text.typedLength(measure),
         unit: 'mm',
@@ -49,9 +55,12 @@ export function createMeanings(editor, { distributions }) {
         show: () => Number(face.measure(measure).toFixed(1)),
         take: (mm) => editor.setMeasure(measure, mm),
       },
-      move: (value) => editor.move(name, value),
+      move: (value) => {
+        if (isBeyond(value)) editor.moveBy((present) => distribution.reach(present, value));
+        else editor.move(name, value);
+      },
       hold: () => {
-        before = rows.map((entry) => face.get(entry.name));
+        before = rows.map((entry) => entry.distribution.of(face));
       },
       finish: () => {
         before = null;
@@ -59,15 +68,15 @@ export function createMeanings(editor, { distributions }) {
       },
       extra: [element('span', { class: 'row-tools' }, clear, lock)],
     });
-    rows.push({ name, measure, slider, lock });
+    rows.push({ measure, distribution, slider, lock });
     return slider.root;
   }
 
   function refresh() {
     if (!visible) return;
     const held = face.lockedMeasures;
-    rows.forEach(({ name, measure, slider, lock }, i) => {
-      const value = face.get(name);
+    rows.forEach(({ measure, distribution, slider, lock }, i) => {
+      const value = distribution.of(face);
       slider.show(value);
       const was = before?.[i];
       slider.ghost(was !== undefined && Math.abs(was - value) > 0.005 ? was : null);
@@ -81,10 +90,12 @@ export function createMeanings(editor, { distributions }) {
   editor.onShape(refresh);
   editor.onStep(refresh);
 
-  const scroll = element('div', { class: 'scroll' }, element('p', { class: 'note' }, text.meaningsAbout));
+  const list = element('div', {});
   let built = false;
   function build() {
     built = true;
+    rows = [];
+    list.replaceChildren();
     /** @type {Map<string, HTMLElement>} */
     const parts = new Map();
     for (const control of model.controls) {
@@ -94,16 +105,26 @@ export function createMeanings(editor, { distributions }) {
       if (!part) {
         part = element('section', { class: 'part' }, element('h3', {}, titleOf(group)));
         parts.set(group, part);
-        scroll.append(part);
+        list.append(part);
       }
       part.append(row(control, control.measure));
     }
   }
 
+  limits.onChange(() => {
+    if (!built) return;
+    build();
+    refresh();
+  });
+
   return {
     /** Whether the model has such controls. */
     any: model.controls.some(({ measure }) => measure),
-    root: element('div', {}, scroll),
+    root: element(
+      'div',
+      {},
+      element('div', { class: 'scroll' }, element('p', { class: 'note' }, text.meaningsAbout), list, limits.box()),
+    ),
     /** @param {boolean} now */
     shown(now) {
       visible = now;

@@ -1,18 +1,24 @@
 /**
- * The models that come with the page: their files, by the name that `?model=` takes.
- * @type {Readonly<Record<string, string>>}
+ * The models that come with the page, by the name that `?model=` takes: the file, the file of the
+ * median face alone, which shows first, and that of the expressions.
+ * @type {Readonly<Record<string, { file: string, head?: string, expressions?: string }>>}
  */
-const FILES = { people: 'model.phiz', synthetic: 'synthetic.phiz' };
+const MODELS = {
+  people: { file: 'model.phiz', head: 'head.phiz', expressions: 'expressions.phiz' },
+  synthetic: { file: 'synthetic.phiz' },
+};
 
 /** The names, the default's first. */
-export const modelNames = Object.keys(FILES);
+export const modelNames = Object.keys(MODELS);
 
-/** The model that the page's address asks for: its name, its file, and whether there is one. */
+/** The model that the page's address asks for: its name, its files, and whether there is one. */
 export function chosenModel() {
   const asked = new URLSearchParams(location.search).get('model') ?? modelNames[0];
-  const known = Object.hasOwn(FILES, asked);
+  const known = Object.hasOwn(MODELS, asked);
   const name = known ? asked : modelNames[0];
-  return { name, known, url: new URL(FILES[name], document.baseURI) };
+  const { file, head, expressions } = MODELS[name];
+  const at = (/** @type {string} */ path) => new URL(path, document.baseURI);
+  return { name, known, url: at(file), head: head ? at(head) : null, expressions: expressions ? at(expressions) : null };
 }
 
 /**

@@ -2,8 +2,8 @@
 // into a depth buffer from many sides. Nostrils, eye sockets, ears and lips get their depth from
 // this. It is computed once, on the median face: a slider changes it less than the eye can see.
 
-const DIRECTIONS = 96;
-const SIZE = 288;
+const DIRECTIONS = 64;
+const SIZE = 224;
 
 /**
  * @param {Float32Array} positions 3 a vertex, mm
@@ -114,7 +114,8 @@ function normalised(v) {
 }
 
 /**
- * Draws one triangle into the depth buffer; larger is nearer.
+ * Draws one triangle into the depth buffer; larger is nearer. One that is seen from behind has
+ * something before it.
  * @param {Float32Array} depth
  * @param {Float32Array} p
  * @param {number} a @param {number} b @param {number} c
@@ -122,21 +123,28 @@ function normalised(v) {
 function fill(depth, p, a, b, c) {
   const ax = p[a], ay = p[a + 1], bx = p[b], by = p[b + 1], cx = p[c], cy = p[c + 1];
   const area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
-  if (area === 0) return;
-  const x0 = Math.max(0, Math.floor(Math.min(ax, bx, cx)));
-  const x1 = Math.min(SIZE - 1, Math.ceil(Math.max(ax, bx, cx)));
-  const y0 = Math.max(0, Math.floor(Math.min(ay, by, cy)));
-  const y1 = Math.min(SIZE - 1, Math.ceil(Math.max(ay, by, cy)));
+  if (area <= 0) return;
+  const x0 = Math.max(0, Math.floor(ax < bx ? (ax < cx ? ax : cx) : bx < cx ? bx : cx));
+  const x1 = Math.min(SIZE - 1, Math.ceil(ax > bx ? (ax > cx ? ax : cx) : bx > cx ? bx : cx));
+  const y0 = Math.max(0, Math.floor(ay < by ? (ay < cy ? ay : cy) : by < cy ? by : cy));
+  const y1 = Math.min(SIZE - 1, Math.ceil(ay > by ? (ay > cy ? ay : cy) : by > cy ? by : cy));
+  // Weights of the corners, which change by as much from each pixel to the next.
+  const ua = (by - cy) / area;
+  const ub = (cy - ay) / area;
+  const px = x0 + 0.5;
+  const za = p[a + 2], zb = p[b + 2], zc = p[c + 2];
   for (let y = y0; y <= y1; y++) {
-    for (let x = x0; x <= x1; x++) {
-      const px = x + 0.5, py = y + 0.5;
-      const wa = ((bx - px) * (cy - py) - (by - py) * (cx - px)) / area;
-      const wb = ((cx - px) * (ay - py) - (cy - py) * (ax - px)) / area;
+    const py = y + 0.5;
+    let wa = ((bx - px) * (cy - py) - (by - py) * (cx - px)) / area;
+    let wb = ((cx - px) * (ay - py) - (cy - py) * (ax - px)) / area;
+    for (let o = y * SIZE + x0; o <= y * SIZE + x1; o++) {
       const wc = 1 - wa - wb;
-      if (wa < 0 || wb < 0 || wc < 0) continue;
-      const z = wa * p[a + 2] + wb * p[b + 2] + wc * p[c + 2];
-      const o = y * SIZE + x;
-      if (z > depth[o]) depth[o] = z;
+      if (wa >= 0 && wb >= 0 && wc >= 0) {
+        const z = wa * za + wb * zb + wc * zc;
+        if (z > depth[o]) depth[o] = z;
+      }
+      wa += ua;
+      wb += ub;
     }
   }
 }

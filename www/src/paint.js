@@ -71,19 +71,22 @@ function distanceTo(polygon, x, y) {
 }
 
 /**
- * Distance to an open line of points.
- * @param {[number, number, number][]} line @param {number} x @param {number} y
+ * Signed distances to a polygon on a grid; 99 where they are surely larger than `reach`.
+ * @param {number[][]} polygon @param {number[]} xs @param {number[]} ys @param {number} reach
  */
-function distanceToLine(line, x, y) {
-  let nearest = Infinity;
-  for (let i = 1; i < line.length; i++) {
-    const [ax, ay] = line[i - 1];
-    const ex = line[i][0] - ax;
-    const ey = line[i][1] - ay;
-    const t = Math.min(1, Math.max(0, ((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey || 1)));
-    nearest = Math.min(nearest, Math.hypot(x - ax - ex * t, y - ay - ey * t));
+function distances(polygon, xs, ys, reach) {
+  const found = new Float32Array(xs.length * ys.length).fill(99);
+  const [left, right, low, high] = [0, 1].flatMap((k) => {
+    const all = polygon.map((p) => p[k]);
+    return [Math.min(...all) - reach, Math.max(...all) + reach];
+  });
+  for (const [j, y] of ys.entries()) {
+    if (y < low || y > high) continue;
+    for (const [i, x] of xs.entries()) {
+      if (x >= left && x <= right) found[j * xs.length + i] = distanceTo(polygon, x, y);
+    }
   }
-  return nearest;
+  return found;
 }
 
 /**
@@ -113,46 +116,55 @@ export function paintFace(at) {
     -80, chin[1] - 25, 160, 160,
   ]);
   const pixels = new Uint8Array(SIZE * SIZE * 4);
-  const blob = (
-    /** @type {number} */ x, /** @type {number} */ y,
-    /** @type {number} */ cx, /** @type {number} */ cy,
-    /** @type {number} */ rx, /** @type {number} */ ry,
-  ) => Math.exp(-(((x - cx) / rx) ** 2) - ((y - cy) / ry) ** 2);
+  const [xs, ys] = [0, 1].map((k) => Array.from({ length: SIZE }, (_, i) => frame[k] + ((i + 0.5) / SIZE) * frame[2 + k]));
 
+  const blood = new Float32Array(SIZE * SIZE);
+  /**
+   * A patch of blood, a Gaussian across times a Gaussian along.
+   * @param {number} strength @param {number} cx @param {number} cy @param {number} rx @param {number} ry
+   */
+  const patch = (strength, cx, cy, rx, ry) => {
+    const [across, along] = [xs.map((x) => Math.exp(-(((x - cx) / rx) ** 2))), ys.map((y) => Math.exp(-(((y - cy) / ry) ** 2)))];
+    for (let j = 0; j < SIZE; j++) {
+      const row = strength * along[j];
+      if (row < 1e-4) continue;
+      for (let i = 0; i < SIZE; i++) blood[j * SIZE + i] += row * across[i];
+    }
+  };
+  patch(0.85, tip[0], tip[1] - 1, 11, 9);
+  for (const wing of wings) patch(0.55, wing[0], wing[1] + 4, 8, 7);
+  for (const [cx, cy] of centres) {
+    patch(0.62, cx * 1.32, cy - 0.55 * apart, 19, 15);
+    patch(0.3, cx, cy - 0.16 * apart, 15, 6);
+    // The caruncle and the inner corners.
+    patch(0.5, cx * 0.52, cy - 2, 4.5, 4);
+  }
+  patch(0.35, chin[0], chin[1] + 12, 16, 9);
+
+  // Beyond these distances (mm) nothing depends on them any more.
+  const fromLips = distances(lips, xs, ys, 9);
+  const fromLids = distances(outlines[0], xs, ys, 11);
+  distances(outlines[1], xs, ys, 11).forEach((d, o) => {
+    if (d < fromLids[o]) fromLids[o] = d;
+  });
+  const jawAt = xs.map((x) => jawHeight(jaw, x));
   for (let j = 0; j < SIZE; j++) {
     for (let i = 0; i < SIZE; i++) {
-      const x = frame[0] + ((i + 0.5) / SIZE) * frame[2];
-      const y = frame[1] + ((j + 0.5) / SIZE) * frame[3];
-      const o = 4 * (j * SIZE + i);
+      const [x, y] = [xs[i], ys[j]];
+      const at = j * SIZE + i;
+      const [lip, lid] = [fromLips[at], fromLids[at]];
+      const flush = blood[at] + 0.75 * (1 - smoothstep(0, 2.4, lid)) + 0.3 * (1 - smoothstep(0, 7, lip));
       const near = Math.abs(x) < span && Math.abs(y - mouth[0][1]) < span;
-      const lip = near ? 1 - smoothstep(-1.5, 1.1, distanceTo(lips, x, y)) : 0;
-      const lids = outlines.map((outline, k) =>
-        Math.abs(x - centres[k][0]) < 40 && Math.abs(y - centres[k][1]) < 30
-          ? distanceTo(outline, x, y)
-          : 99,
-      );
-      const lid = Math.min(...lids);
-      let blood = 0.85 * blob(x, y, tip[0], tip[1] - 1, 11, 9);
-      for (const wing of wings) blood += 0.55 * blob(x, y, wing[0], wing[1] + 4, 8, 7);
-      for (const [cx, cy] of centres) {
-        blood += 0.62 * blob(x, y, cx * 1.32, cy - 0.55 * apart, 19, 15);
-        blood += 0.3 * blob(x, y, cx, cy - 0.16 * apart, 15, 6);
-        // The caruncle and the inner corners.
-        blood += 0.5 * blob(x, y, cx * 0.52, cy - 2, 4.5, 4);
-      }
-      blood += 0.35 * blob(x, y, chin[0], chin[1] + 12, 16, 9);
-      blood += 0.75 * (1 - smoothstep(0, 2.4, lid));
-      blood += 0.3 * (1 - smoothstep(0, 7, near ? distanceTo(lips, x, y) : 99));
-      const thin = 1 - smoothstep(3, 11, lid);
       const beard =
         near || y < mouth[0][1] + 18
-          ? smoothstep(2, 9, Math.abs(distanceTo(lips, x, y))) *
+          ? smoothstep(2, 9, Math.abs(lip)) *
             smoothstep(mouth[0][1] + 26, mouth[0][1] + 4, y + 0.25 * Math.abs(x)) *
-            (1 - smoothstep(-2, 14, y - jawHeight(jaw, x) - 42))
+            (1 - smoothstep(-2, 14, y - jawAt[i] - 42))
           : 0;
-      pixels[o] = 255 * lip;
-      pixels[o + 1] = 255 * Math.min(1, blood);
-      pixels[o + 2] = 255 * thin;
+      const o = 4 * at;
+      pixels[o] = 255 * (1 - smoothstep(-1.5, 1.1, lip));
+      pixels[o + 1] = 255 * Math.min(1, flush);
+      pixels[o + 2] = 255 * (1 - smoothstep(3, 11, lid));
       pixels[o + 3] = 255 * Math.min(1, Math.max(0, beard));
     }
   }

@@ -42,6 +42,8 @@ export function createPanel(label, changed, sections) {
       root.hidden = !present;
       tabs[i].setAttribute('aria-selected', String(present));
       tabs[i].tabIndex = present ? 0 : -1;
+      // On a phone they do not all fit.
+      if (present) tabs[i].parentElement?.scrollTo({ left: tabs[i].offsetLeft - 40 });
     });
     before?.shown?.(false);
     sections.find((section) => section.name === name)?.shown?.(true);

@@ -3,14 +3,14 @@ import { Raycaster, Vector2 } from 'three';
 const CLICK_REACH = 6;
 
 /**
- * Tells which feature is under the pointer, and which one was clicked.
+ * Tells which feature is under the pointer, and which one was clicked: none, beside the head.
  *
  * @param {{
  *   canvas: HTMLCanvasElement,
  *   camera: import('three').Camera,
  *   head: ReturnType<typeof import('./head.js').createHead>,
- *   hover: (group: string | null) => void,
- *   pick: (group: string) => void,
+ *   hover: (group: string | null, event: PointerEvent | null) => void,
+ *   pick: (group: string | null) => void,
  * }} on
  */
 export function createPicking({ canvas, camera, head, hover, pick }) {
@@ -48,7 +48,7 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
     // One look-up a frame, however many events.
     if (!waiting) {
       requestAnimationFrame(() => {
-        if (waiting) hover(groupUnder(waiting));
+        if (waiting) hover(groupUnder(waiting), waiting);
         waiting = null;
       });
     }
@@ -56,7 +56,7 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
   });
   canvas.addEventListener('pointerleave', () => {
     waiting = null;
-    hover(null);
+    hover(null, null);
   });
   canvas.addEventListener('pointerdown', (event) => {
     touches += 1;
@@ -72,8 +72,7 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
     const moved = Math.hypot(event.clientX - down.x, event.clientY - down.y);
     down = null;
     if (moved > CLICK_REACH) return;
-    const group = groupUnder(event);
-    if (group) pick(group);
+    pick(groupUnder(event));
   });
 
   return { groupUnder: groupOnHead };

@@ -22,22 +22,24 @@ export function createPores() {
       const gy = (y / SIZE) * CELLS;
       const cx = Math.floor(gx);
       const cy = Math.floor(gy);
-      let first = 9;
-      let second = 9;
+      // Squares of the distances to the nearest two points.
+      let first = 81;
+      let second = 81;
       let depth = 0;
       for (let j = -1; j <= 1; j++) {
         for (let i = -1; i <= 1; i++) {
           const [px, py, d] = points[((cy + j + CELLS) % CELLS) * CELLS + ((cx + i + CELLS) % CELLS)];
-          const distance = Math.hypot(cx + i + px - gx, cy + j + py - gy);
-          if (distance < first) {
+          const [dx, dy] = [cx + i + px - gx, cy + j + py - gy];
+          const square = dx * dx + dy * dy;
+          if (square < first) {
             second = first;
-            first = distance;
+            first = square;
             depth = d;
-          } else if (distance < second) second = distance;
+          } else if (square < second) second = square;
         }
       }
-      const pore = Math.exp(-((first / 0.24) ** 2)) * depth;
-      const furrow = Math.exp(-(((second - first) / 0.16) ** 2));
+      const pore = Math.exp(-first / 0.24 ** 2) * depth;
+      const furrow = Math.exp(-(((Math.sqrt(second) - Math.sqrt(first)) / 0.16) ** 2));
       height[y * SIZE + x] = -0.75 * pore - 0.4 * furrow;
     }
   }
@@ -74,19 +76,19 @@ function patches(random) {
   for (const [cells, weight] of [[4, 1], [9, 0.8], [21, 0.6], [47, 0.45]]) {
     const grid = Float32Array.from({ length: cells * cells }, random);
     total += weight;
+    const places = Array.from({ length: SIZE }, (_, i) => {
+      const at = (i / SIZE) * cells;
+      const low = Math.floor(at);
+      return { low, high: (low + 1) % cells, part: smooth(at - low) };
+    });
     for (let y = 0; y < SIZE; y++) {
+      const { low, high, part: v } = places[y];
       for (let x = 0; x < SIZE; x++) {
-        const gx = (x / SIZE) * cells;
-        const gy = (y / SIZE) * cells;
-        const cx = Math.floor(gx);
-        const cy = Math.floor(gy);
-        const u = smooth(gx - cx);
-        const v = smooth(gy - cy);
-        const g = (/** @type {number} */ i, /** @type {number} */ j) =>
-          grid[((cy + j) % cells) * cells + ((cx + i) % cells)];
-        const low = g(0, 0) + (g(1, 0) - g(0, 0)) * u;
-        const high = g(0, 1) + (g(1, 1) - g(0, 1)) * u;
-        sum[y * SIZE + x] += weight * (low + (high - low) * v);
+        const { low: left, high: right, part: u } = places[x];
+        const [a, b] = [grid[low * cells + left], grid[high * cells + left]];
+        const [c, d] = [grid[low * cells + right], grid[high * cells + right]];
+        const [below, above] = [a + (c - a) * u, b + (d - b) * u];
+        sum[y * SIZE + x] += weight * (below + (above - below) * v);
       }
     }
   }

@@ -1,15 +1,9 @@
 import {
   ACESFilmicToneMapping,
-  BackSide,
-  BoxGeometry,
   Color,
   DirectionalLight,
-  Mesh,
-  MeshBasicMaterial,
   PCFShadowMap,
   PerspectiveCamera,
-  PlaneGeometry,
-  PMREMGenerator,
   Scene,
   Spherical,
   Vector3,
@@ -17,6 +11,9 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { backdropUniforms, createBackdrop, paintBackdrop } from './backdrop.js';
+import { Failure } from './failure.js';
+import { createStudio } from './studio.js';
+import { text } from './text.js';
 
 const DEGREE = Math.PI / 180;
 
@@ -28,44 +25,6 @@ const VIEWS = {
 };
 
 /** @typedef {keyof typeof VIEWS} View */
-
-/**
- * A photographer's studio as an environment map: a dim room and soft boxes, which also are what
- * the eyes mirror.
- * @param {WebGLRenderer} renderer
- */
-function studio(renderer) {
-  const room = new Scene();
-  const wall = new MeshBasicMaterial({ color: new Color(0.3, 0.31, 0.33), side: BackSide });
-  room.add(new Mesh(new BoxGeometry(20, 20, 20), wall));
-  /** @param {number[]} at @param {number[]} size @param {number[]} colour @param {number} power */
-  const softbox = (at, size, colour, power) => {
-    const [r, g, b] = colour.map((c) => c * power);
-    const panel = new Mesh(
-      new PlaneGeometry(size[0], size[1]),
-      new MeshBasicMaterial({ color: new Color(r, g, b) }),
-    );
-    panel.position.fromArray(at);
-    panel.lookAt(0, 0, 0);
-    room.add(panel);
-  };
-  softbox([-4.6, 3.1, 7.2], [3.6, 4.2], [1, 0.96, 0.9], 10);
-  softbox([7.5, 1.5, 4.5], [3.2, 6], [0.92, 0.96, 1], 2.2);
-  softbox([0, 9.5, 0], [9, 9], [1, 1, 1], 1.5);
-  softbox([6, 3, -7], [2.5, 7], [1, 0.97, 0.93], 5);
-  softbox([-7, 2, -6], [2.5, 7], [0.9, 0.95, 1], 4);
-  softbox([0, -9, 2], [12, 12], [1, 0.9, 0.82], 0.45);
-  const generator = new PMREMGenerator(renderer);
-  const map = generator.fromScene(room, 0.015).texture;
-  generator.dispose();
-  room.traverse((object) => {
-    if (object instanceof Mesh) {
-      object.geometry.dispose();
-      object.material.dispose();
-    }
-  });
-  return map;
-}
 
 /** Three-point light: a warm key with a soft shadow, a cool fill, a rim from behind. */
 function createLights() {
@@ -97,7 +56,9 @@ function createLights() {
  * @param {{ centre: Vector3, height: number }} subject what to look at, mm
  */
 export function createScene(canvas, subject) {
-  const renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+  const context = canvas.getContext('webgl2', { antialias: true, powerPreference: 'high-performance' });
+  if (!context) throw new Failure(text.noWebGL);
+  const renderer = new WebGLRenderer({ canvas, context });
   renderer.toneMapping = ACESFilmicToneMapping;
   renderer.toneMappingExposure = 0.88;
   renderer.shadowMap.enabled = true;
@@ -108,7 +69,7 @@ export function createScene(canvas, subject) {
   renderer.shadowMap.needsUpdate = true;
 
   const scene = new Scene();
-  scene.environment = studio(renderer);
+  scene.environment = createStudio();
   scene.environmentIntensity = 0.62;
   scene.add(createBackdrop());
   for (const light of createLights()) {
@@ -259,11 +220,16 @@ export function createScene(canvas, subject) {
     invalidate();
   }
 
+  /** Width, height and pixel ratio. @type {number[]} */
+  let size = [];
   function resize() {
     const { clientWidth, clientHeight } = canvas;
     if (!clientWidth || !clientHeight) return;
+    const now = [clientWidth, clientHeight, Math.min(window.devicePixelRatio, 2)];
+    if (now.every((value, i) => value === size[i])) return;
+    size = now;
     const before = homeDistance();
-    renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    renderer.setPixelRatio(now[2]);
     renderer.setSize(clientWidth, clientHeight, false);
     renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
     camera.aspect = clientWidth / clientHeight;

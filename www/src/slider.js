@@ -1,3 +1,4 @@
+import { isBeyond } from './distribution.js';
 import { element } from './element.js';
 import { text } from './text.js';
 
@@ -29,7 +30,7 @@ function bell(density) {
  * One gesture is from `hold` to `finish`: a drag, a run of one key, a typed number.
  *
  * @param {{
- *   name: string, label: string, id: string, about: string, title?: string,
+ *   name: string, label: string | Node, id: string, about: string, title?: string,
  *   limits: readonly [number, number], step: number, key: number, neutral: number,
  *   distribution?: import('./distribution.js').Distribution,
  *   words: (value: number) => string,
@@ -43,8 +44,15 @@ function bell(density) {
  */
 export function createSlider(spec) {
   const [min, max] = spec.limits;
-  const place = spec.distribution?.place ?? ((value) => (value - min) / (max - min));
-  const valueAt = spec.distribution?.percentile ?? ((at) => min + at * (max - min));
+  const { distribution } = spec;
+  // Where on the track a value is, 0 to 1, and the other way round.
+  const [first, last] = distribution ? [distribution.place(min), distribution.place(max)] : [min, max];
+  const along = (/** @type {number} */ at) => (at - first) / (last - first);
+  const place = (/** @type {number} */ value) => Math.min(1, Math.max(0, along(distribution?.place(value) ?? value)));
+  const valueAt = (/** @type {number} */ at) => {
+    const there = first + at * (last - first);
+    return distribution?.value(there) ?? there;
+  };
   /** @type {{ pointer: number, grip: number, x: number, moving: boolean } | null} */
   let drag = null;
   let held = false;
@@ -78,7 +86,7 @@ export function createSlider(spec) {
     min,
     max,
     step: spec.step,
-    'aria-describedby': `${spec.id}-about`,
+    'aria-describedby': spec.about ? `${spec.id}-about` : null,
     title: spec.title,
     // Assistive technology and browsers' own gestures come this way.
     oninput: () => {
@@ -208,7 +216,13 @@ export function createSlider(spec) {
     element('span', { class: 'thumb' }),
     input,
   );
-  if (spec.distribution) track.prepend(bell(spec.distribution.density));
+  if (distribution) {
+    track.prepend(bell(distribution.density));
+    // Where people end.
+    track.style.setProperty('--low', String(Math.max(0, along(0))));
+    track.style.setProperty('--high', String(Math.min(1, along(1))));
+    track.classList.toggle('goes-beyond', first < 0);
+  }
   track.style.setProperty('--rest', String(place(spec.neutral)));
   const root = element(
     'div',
@@ -216,7 +230,7 @@ export function createSlider(spec) {
     element('label', { for: spec.id }, spec.label),
     element('span', { class: 'reading' }, value, number),
     track,
-    element('p', { class: 'about', id: `${spec.id}-about` }, spec.about),
+    ...(spec.about ? [element('p', { class: 'about', id: `${spec.id}-about` }, spec.about)] : []),
     ...(spec.extra ?? []),
   );
 
@@ -240,7 +254,8 @@ export function createSlider(spec) {
         value.textContent = words;
         value.setAttribute('aria-label', text.typeValue(spec.name, words));
       }
-      root.classList.toggle('is-moved', Math.abs(present - spec.neutral) > 0.0051 * (max - min));
+      root.classList.toggle('is-moved', Math.abs(present - spec.neutral) > 0.0051 * (distribution ? 1 : max - min));
+      root.classList.toggle('is-beyond', distribution !== undefined && isBeyond(present));
     },
     /**
      * Marks where it stood before something else was moved; null takes the mark away.

@@ -4,12 +4,15 @@ export const text = {
   name: 'phiz',
   tagline: 'face designer',
   loading: 'Loading the face model',
+  loadingSliders: 'The sliders are on their way',
   features: 'Features',
   panel: 'Ways to shape the face',
-  modes: { features: 'Features', meanings: 'Meanings', mix: 'Mix', compare: 'Compare', saved: 'Faces' },
-  stage: 'The face. Drag to turn it, scroll or pinch to come closer, click a feature to shape it. The arrow keys turn it, plus and minus zoom.',
+  modes: { features: 'Features', meanings: 'Meanings', expressions: 'Expressions', mix: 'Mix', compare: 'Compare', saved: 'Faces' },
+  stage: 'The face. Drag to turn it, scroll or pinch to come closer, click a feature and drag it to shape it. The arrow keys turn it, plus and minus zoom.',
   hint: 'Click a feature to shape it',
   hintTouch: 'Tap a feature to shape it',
+  hintDrag: (/** @type {string} */ group) => `Drag the ${group} to shape it, with Alt for one side. Drag beside it to turn the head.`,
+  hintDragTouch: (/** @type {string} */ group) => `Drag the ${group} to shape it, beside it to turn the head`,
   views: 'View',
   view: { front: 'Front', quarter: 'Three-quarter', profile: 'Profile' },
   resetView: 'Reset the view',
@@ -36,6 +39,10 @@ export const text = {
   alpha: 'Blending distance',
   alphaTyped: 'Blending distance in mm',
   alphaAbout: 'How far a change of one feature reaches into the skin around it.',
+  beyond: 'Go beyond people',
+  beyondAbout: 'Sliders end where almost nobody is: three standard deviations from the middle. With this they go to six, and numbers are typed in standard deviations.',
+  sigmas: (/** @type {number} */ deviations) => `${deviations < 0 ? '−' : '+'}${Math.abs(deviations).toFixed(1)} σ, beyond people`,
+  typedSigmas: (/** @type {string} */ name) => `${name} in standard deviations`,
   seed: 'Seed',
   seedAbout: 'The same seed gives the same random face again.',
   useSeed: 'Use',
@@ -54,6 +61,7 @@ export const text = {
   redone: 'Redone',
   millimetres: (/** @type {number} */ mm) => `${mm.toFixed(1)} mm`,
   badCode: 'The link holds no face of this model, so the median face is shown.',
+  badExpression: 'The link’s expression could not be shown, so the face is at rest.',
   groups: /** @type {Record<string, string>} */ ({
     head: 'Head',
     forehead: 'Forehead',
@@ -67,7 +75,7 @@ export const text = {
   exportTitle: 'Take the face with you',
   exportMesh: 'As a mesh',
   exportFormats: {
-    glb: 'for Blender, three.js and game engines: metres, and every slider as a named shape key',
+    glb: 'for Blender, three.js and game engines: metres, and every slider and expression as a named shape key',
     obj: 'for any modelling program: millimetres, texture coordinates, parts as groups',
     ply: 'for MeshLab and research code: millimetres, vertex colours, the model’s vertex order',
     stl: 'for a 3D printer: millimetres',
@@ -166,6 +174,66 @@ export const text = {
   meaningsAbout: 'Each of these sets one length. Type a number, or lock a length and let the rest of the face follow.',
   lockMeasure: (/** @type {string} */ name) => `Lock the ${name}`,
   clearMeasure: (/** @type {string} */ name) => `Undo what ${name} did`,
+  neutral: 'Neutral',
+  blink: 'Eyes shut',
+  bothSides: 'Left and right together',
+  gaze: 'Gaze',
+  gazeAbout: 'Drag the pupil, or use the arrow keys: the eyes look there. A double-click looks ahead.',
+  gazeAt: (/** @type {number} */ x, /** @type {number} */ y) => {
+    const part = (/** @type {number} */ value, /** @type {string} */ more, /** @type {string} */ less) =>
+      Math.abs(value) < 0.005 ? [] : [`${value > 0 ? more : less} ${Math.round(100 * Math.abs(value))} %`];
+    return [...part(x, 'right', 'left'), ...part(y, 'up', 'down')].join(', ') || 'ahead';
+  },
+  eachEye: 'Each eye by itself',
+  loadingExpressions: 'The expressions are on their way …',
+  noExpressions: (/** @type {string} */ why) => `The expressions did not come: ${why}`,
+  noExpressionsHere: 'this model has none.',
+  tryAgain: 'Try again',
+  resetExpression: 'Double-click, or the Delete key, goes back to rest. Type a number for an exact value.',
+  typedExpression: (/** @type {string} */ name) => `${name}, in per cent`,
+  expressionGroups: { eyes: 'Eyes', brows: 'Brows', mouth: 'Mouth', jaw: 'Jaw', cheeks: 'Cheeks and nose' },
+  /** A side is the subject's. */
+  expression: (/** @type {string} */ name, /** @type {string | undefined} */ side) =>
+    `${text.expressionNames[name] ?? name}${side === 'Left' ? ', left' : side === 'Right' ? ', right' : ''}`,
+  expressionNames: /** @type {Record<string, string>} */ ({
+    eyeBlink: 'Blink',
+    eyeSquint: 'Squint',
+    eyeWide: 'Wide open',
+    eyeLookDownLeft: 'Left eye down',
+    eyeLookDownRight: 'Right eye down',
+    eyeLookInLeft: 'Left eye inward',
+    eyeLookInRight: 'Right eye inward',
+    eyeLookOutLeft: 'Left eye outward',
+    eyeLookOutRight: 'Right eye outward',
+    eyeLookUpLeft: 'Left eye up',
+    eyeLookUpRight: 'Right eye up',
+    browDown: 'Down',
+    browInnerUp: 'Inner ends up',
+    browOuterUp: 'Outer ends up',
+    mouthClose: 'Lips together',
+    mouthDimple: 'Dimple',
+    mouthFrown: 'Frown',
+    mouthFunnel: 'Funnel',
+    mouthLeft: 'To the left',
+    mouthLowerDown: 'Lower lip down',
+    mouthPress: 'Press',
+    mouthPucker: 'Pucker',
+    mouthRight: 'To the right',
+    mouthRollLower: 'Lower lip rolled in',
+    mouthRollUpper: 'Upper lip rolled in',
+    mouthShrugLower: 'Lower lip shrugged',
+    mouthShrugUpper: 'Upper lip shrugged',
+    mouthSmile: 'Smile',
+    mouthStretch: 'Stretch',
+    mouthUpperUp: 'Upper lip up',
+    jawForward: 'Forward',
+    jawLeft: 'To the left',
+    jawOpen: 'Open',
+    jawRight: 'To the right',
+    cheekPuff: 'Cheeks puffed',
+    cheekSquint: 'Cheek raised',
+    noseSneer: 'Sneer',
+  }),
   refused: (/** @type {string} */ why) => `That cannot be done: ${why}.`,
   happening: 'What is happening?',
   closeHappening: 'Close the explanation',
@@ -180,6 +248,10 @@ export const text = {
     meanings: [
       'Each slider is the direction in which one length of the face varies most purely. Where lengths go together in people, such as the widths of the nose and the mouth, others move a little, too: the dashed marks show where they were.',
       'A length that is locked stays to the last hundredth of a millimetre. The rest of the face follows as the population would have it.',
+    ],
+    expressions: [
+      'Each slider is one of the movements that Apple’s ARKit names, so that a face made here can be driven by programs that know those names.',
+      'They follow the face: lids close as far as they are open, broad mouths smile broadly. The face itself stays as it is under its expression, and so do its lengths and percentiles.',
     ],
     mix: [
       'A face is a list of numbers, one an eigenmesh. To mix two faces is to go part of the way from the one list to the other, for all of it or for one feature.',
@@ -205,7 +277,7 @@ export const text = {
   done: 'Done',
   step: (/** @type {number} */ n, /** @type {number} */ of) => `${n} of ${of}`,
   tourSteps: /** @type {readonly { at: string, mode: string, title: string, words: string }[]} */ ([
-    { at: '.view', mode: 'features', title: 'The face', words: 'Drag to turn it. Click a feature, and its sliders open.' },
+    { at: '.view', mode: 'features', title: 'The face', words: 'Drag to turn it. Click a feature, and its sliders open; then drag its surface, and the most probable face follows.' },
     { at: '.sliders .control', mode: 'features', title: 'Sliders that know people', words: 'The hill shows where people are; the number is how many of a hundred have less. Click it to type. Double-click the slider to go back.' },
     { at: '.feature-head', mode: 'features', title: 'Random, reset, lock', words: 'Lock what you like and let chance change the rest. “How unusual”, further down, says how far it may go.' },
     { at: '.tray', mode: 'mix', title: 'Mix', words: 'Drag a face onto a feature of the head, and the head takes that feature over.' },
@@ -256,6 +328,14 @@ export function ordinal(value) {
   const tens = n % 100;
   const ending = tens >= 11 && tens <= 13 ? 'th' : (['th', 'st', 'nd', 'rd'][n % 10] ?? 'th');
   return `${n}${ending}`;
+}
+
+/**
+ * Where a face stands: a percentile, or beyond people how many standard deviations from their middle.
+ * @param {number} value @param {number} place see distribution.js
+ */
+export function standing(value, place) {
+  return value < 0 || value > 1 ? text.sigmas(6 * place - 3) : ordinal(value);
 }
 
 /**

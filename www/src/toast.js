@@ -6,10 +6,10 @@ export function createToast() {
   let timer = 0;
   return {
     root,
-    /** @param {string} sentence */
+    /** @param {string} sentence nothing takes the last one away */
     say(sentence) {
       root.textContent = sentence;
-      root.classList.add('is-shown');
+      root.classList.toggle('is-shown', sentence !== '');
       clearTimeout(timer);
       timer = window.setTimeout(() => root.classList.remove('is-shown'), 4200);
     },

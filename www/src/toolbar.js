@@ -12,13 +12,14 @@ function tool(name, label, onclick) {
 }
 
 /**
- * The bar over the page, and its keys: undo and redo.
+ * The buttons of the bar over the page, and its keys: undo and redo.
  *
  * @param {import('./editor.js').Editor} editor
+ * @param {HTMLElement} tools where its buttons go
  * @param {{ randomise: () => void, copyLink: () => void, take: () => void, theme: () => void, help: () => void }} on
  *   `take`: the face leaves the page, as a file or a picture.
  */
-export function createToolbar(editor, { randomise, copyLink, take, theme, help }) {
+export function createToolbar(editor, tools, { randomise, copyLink, take, theme, help }) {
   const undo = tool('undo', text.undo, () => editor.undo());
   const redo = tool('redo', text.redo, () => editor.redo());
   function refresh() {
@@ -40,31 +41,24 @@ export function createToolbar(editor, { randomise, copyLink, take, theme, help }
     else editor.undo();
   });
 
-  return element(
-    'header',
-    { class: 'bar' },
-    element('h1', { class: 'brand' }, text.name, ' ', element('span', {}, text.tagline)),
+  tools.append(
+    undo,
+    redo,
+    tool('reset', text.resetAll, () => editor.reset()),
     element(
-      'div',
-      { class: 'tools' },
-      undo,
-      redo,
-      tool('reset', text.resetAll, () => editor.reset()),
-      element(
-        'button',
-        { type: 'button', class: 'button', 'aria-label': text.randomise, title: text.randomise, onclick: randomise },
-        icon('dice'),
-        element('span', {}, text.randomise),
-      ),
-      element(
-        'button',
-        { type: 'button', class: 'button primary', 'aria-label': text.copyLink, title: text.copyLink, onclick: copyLink },
-        icon('link'),
-        element('span', {}, text.copyLink),
-      ),
-      tool('save', text.exportTitle, take),
-      tool('theme', text.theme, theme),
-      tool('help', text.about, help),
+      'button',
+      { type: 'button', class: 'button', 'aria-label': text.randomise, title: text.randomise, onclick: randomise },
+      icon('dice'),
+      element('span', {}, text.randomise),
     ),
+    element(
+      'button',
+      { type: 'button', class: 'button primary', 'aria-label': text.copyLink, title: text.copyLink, onclick: copyLink },
+      icon('link'),
+      element('span', {}, text.copyLink),
+    ),
+    tool('save', text.exportTitle, take),
+    tool('theme', text.theme, theme),
+    tool('help', text.about, help),
   );
 }

@@ -1,6 +1,6 @@
 import { ByteWriter } from './bytes.js';
 import { meshOf, provenance } from './mesh.js';
-import { morphTargets } from './targets.js';
+import { atRest, expressionTargets, morphTargets } from './targets.js';
 
 // glTF 2.0, the numbers of its enumerations.
 const UNSIGNED_SHORT = 5123;
@@ -112,14 +112,20 @@ function displacement(buffer, xyz, moves) {
 
 /**
  * Binary glTF 2.0, in metres: one mesh whose first vertices are the model's in its order, with
- * vertex colours and, unless they are not wanted, a named morph target for each control. A weight
- * of 1 moves the face by one standard deviation of the control; the file's own face has weights 0.
+ * vertex colours and, unless they are not wanted, a named morph target for each control and then for
+ * each expression that the model has loaded. A weight of 1 moves the face by one standard deviation of
+ * the control, or is all of the expression. The file's own face is at rest, with the weights of the
+ * expression that it shows; without targets, what it shows is the mesh.
  *
  * @param {import('phiz').Face} face
  * @param {{ targets?: boolean, targetNormals?: boolean }} [options]
  */
 export function toGlb(face, { targets = true, targetNormals = true } = {}) {
-  const { positions, normals, colours, uvs, corners, triangles } = meshOf(face);
+  const morphs = targets ? morphTargets(face) : [];
+  const expressions = targets ? expressionTargets(face) : [];
+  const base = targets ? atRest(face) : face;
+  const { positions, normals, colours, uvs, corners, triangles } = meshOf(base);
+  if (base !== face) base.free();
   const count = corners.length;
   const buffer = new Buffer();
 
@@ -165,8 +171,7 @@ export function toGlb(face, { targets = true, targetNormals = true } = {}) {
     }),
   };
 
-  const morphs = targets ? morphTargets(face) : [];
-  const targetAccessors = morphs.map((target) => {
+  const targetAccessors = [...morphs, ...expressions].map((target) => {
     /** @param {Float32Array} xyz @param {number} still */
     const moves = (xyz, still) =>
       Array.from(corners, (v) => [0, 1, 2].some((k) => Math.abs(xyz[3 * v + k]) > still));
@@ -181,6 +186,7 @@ export function toGlb(face, { targets = true, targetNormals = true } = {}) {
   });
 
   const { about } = face.model;
+  const shown = face.expression;
   const json = {
     asset: {
       version: '2.0',
@@ -195,13 +201,17 @@ export function toGlb(face, { targets = true, targetNormals = true } = {}) {
       {
         name: 'face',
         primitives: [
-          { attributes, indices, material: 0, ...(morphs.length && { targets: targetAccessors }) },
+          { attributes, indices, material: 0, ...(targetAccessors.length && { targets: targetAccessors }) },
         ],
-        ...(morphs.length && {
-          weights: morphs.map(() => 0),
+        ...(targetAccessors.length && {
+          weights: [...morphs.map(() => 0), ...expressions.map(({ name }) => shown[name] ?? 0)],
           extras: {
-            targetNames: morphs.map(({ name }) => name),
-            phiz: { weight: 'standard deviations', targets: morphs.map(({ name, group, direction }) => ({ name, group, direction })) },
+            targetNames: [...morphs, ...expressions].map(({ name }) => name),
+            phiz: {
+              weight: 'standard deviations',
+              targets: morphs.map(({ name, group, direction }) => ({ name, group, direction })),
+              expressions: expressions.map(({ name }) => name),
+            },
           },
         }),
       },

@@ -1,4 +1,7 @@
-/** A face as files that other programs read. Each function gives the bytes of one file. */
+/**
+ * A face as files that other programs read. Each function gives the bytes of one file, which shows
+ * the face with its expression.
+ */
 
 import type { Face } from 'phiz';
 
@@ -44,13 +47,31 @@ export interface MorphTarget {
  */
 export function morphTargets(face: Face): MorphTarget[];
 
+/** What an expression does to a face. */
+export interface ExpressionTarget {
+  /** The expression's name, which is ARKit's. */
+  readonly name: string;
+  /** How far weight 1 moves each vertex, mm, three numbers a vertex. */
+  readonly positions: Float32Array;
+  /** How weight 1 changes each normal. */
+  readonly normals: Float32Array;
+}
+
+/**
+ * A target for each expression that the model has loaded, measured on this face at rest. Each at
+ * weight 1 is exactly the face with that expression. Between, and together, targets go straight
+ * ways, where lids in this package slide on the eyeball.
+ */
+export function expressionTargets(face: Face): ExpressionTarget[];
+
 /**
  * Binary glTF 2.0, in metres as glTF has it (y up, the face looks along +z). One mesh: vertex i < N
  * is vertex i of the model, those behind repeat vertices on a seam of the texture coordinates.
  * Colours are per vertex.
  *
- * @param options `targets` (default true) adds a morph target for each control, named in
- *   `mesh.extras.targetNames`; see `MorphTarget` for what a weight means. `targetNormals` (default
+ * @param options `targets` (default true) adds a morph target for each control, and for each
+ *   expression that the model has loaded, named in `mesh.extras.targetNames`; see `MorphTarget` for
+ *   what a weight means. The mesh is then the face at rest, and the weights are its expression. `targetNormals` (default
  *   true) gives them normals, which doubles the file; programs that compute normals need none.
  */
 export function toGlb(

@@ -2,4 +2,4 @@ export { toGlb } from './glb.js';
 export { toObj } from './obj.js';
 export { toPly } from './ply.js';
 export { toStl } from './stl.js';
-export { morphTargets } from './targets.js';
+export { expressionTargets, morphTargets } from './targets.js';

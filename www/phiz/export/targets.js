@@ -1,4 +1,13 @@
 /**
+ * What an expression does to a face at weight 1.
+ *
+ * @typedef {object} ExpressionTarget
+ * @property {string} name the expression's
+ * @property {Float32Array} positions displacement of each vertex, mm
+ * @property {Float32Array} normals change of each normal
+ */
+
+/**
  * What one control does to a face, as morph targets have it: weight 1 is one standard deviation.
  *
  * @typedef {object} MorphTarget
@@ -42,6 +51,33 @@ function directionOf(median, control) {
   return direction;
 }
 
+/** A copy of a face, without its expression. @param {import('phiz').Face} face */
+export function atRest(face) {
+  const rest = face.clone();
+  rest.expression = {};
+  return rest;
+}
+
+/**
+ * A target for each expression that the model has loaded, on this face at rest.
+ * @param {import('phiz').Face} face
+ * @returns {ExpressionTarget[]}
+ */
+export function expressionTargets(face) {
+  const probe = atRest(face);
+  try {
+    const rest = { positions: probe.positions.slice(), normals: probe.normals.slice() };
+    return face.model.expressions.map((name) => {
+      probe.expression = { [name]: 1 };
+      /** @param {'positions' | 'normals'} key */
+      const change = (key) => probe[key].map((x, i) => x - rest[key][i]);
+      return { name, positions: change('positions'), normals: change('normals') };
+    });
+  } finally {
+    probe.free();
+  }
+}
+
 /**
  * A morph target for each control, measured on the face through the package itself. Vertices are
  * linear in the coefficients, so the face plus weighted targets is the face with its coefficients
@@ -52,7 +88,7 @@ function directionOf(median, control) {
  */
 export function morphTargets(face) {
   const median = face.model.face();
-  const probe = face.clone();
+  const probe = atRest(face);
   try {
     const base = face.coefficients;
     return face.controls.map((control) => {

@@ -1,0 +1,201 @@
+// What the face does: the panel of expressions, driven as a person would.
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+import { differing, fingerOn, landmarkOnScreen, launch, moveSlider, open, picture, SCREENSHOTS, serve } from './site.js';
+
+/** @type {import('playwright-core').Browser} */
+let browser;
+/** @type {Awaited<ReturnType<typeof serve>>} */
+let site;
+before(async () => {
+  site = await serve();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  await site?.close();
+});
+
+/** @param {import('playwright-core').Page} page @returns {Promise<Record<string, number>>} in whole per cents */
+const shown = (page) =>
+  page.evaluate(() => Object.fromEntries(Object.entries(window.designer.face.expression).map(([name, weight]) => [name, Math.round(100 * weight)])));
+
+/** @param {import('playwright-core').Page} page */
+async function openPanel(page) {
+  await page.getByRole('tab', { name: 'Expressions' }).click();
+  await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor({ timeout: 30_000 });
+}
+
+/** A box of the picture around a landmark, in fractions. */
+async function around(page, name, size) {
+  const at = await landmarkOnScreen(page, name);
+  const box = await page.locator('canvas.view').boundingBox();
+  assert.ok(box);
+  const [x, y] = [(at.x - box.x) / box.width, (at.y - box.y) / box.height];
+  return /** @type {[number, number, number, number]} */ ([x - size, y - size, x + size, y + size]);
+}
+
+describe('expressions', () => {
+  for (const [device, options] of /** @type {const} */ ([
+    ['desktop', {}],
+    ['phone', { viewport: { width: 320, height: 640 }, hasTouch: true, isMobile: true, colorScheme: 'dark' }],
+  ])) {
+    test(`a smile, a wink, a glance, and back, on a ${device}`, async () => {
+      const { context, page, complaints, requests } = await open(browser, site, options);
+      assert.ok(!requests.some((url) => url.endsWith('/expressions.phiz')), 'they come when they are wanted');
+      const rest = await picture(page, `expressions-${device}-rest`);
+      const code = await page.evaluate(() => window.designer.face.code);
+      await openPanel(page);
+      // All of them are there: 15 by themselves, 14 on both sides, 8 glances.
+      assert.equal(await page.locator('.expressions input[type=range]').count(), 37);
+
+      // Both sides by default.
+      await moveSlider(page, 'Smile mouthSmile', 0.8);
+      assert.deepEqual(await shown(page), { mouthSmileLeft: 80, mouthSmileRight: 80 });
+      const mouth = await around(page, 'ibug_57', 0.15);
+      const brow = await around(page, 'ibug_27', 0.04);
+      const smile = await picture(page, `expressions-${device}-smile`);
+      assert.ok(differing(rest, smile, mouth) > 200, `${differing(rest, smile, mouth)} pixels of the mouth`);
+      assert.equal(differing(rest, smile, [0, 0, 0.12, 0.12]), 0, 'not the backdrop');
+      assert.ok(differing(rest, smile, brow) < 0.2 * differing(rest, smile, mouth));
+      assert.equal(await page.evaluate(() => window.designer.face.code), code, 'the face is the same face');
+
+      // Undo and redo are of the expression, too.
+      await page.getByRole('button', { name: 'Undo', exact: true }).click();
+      assert.deepEqual(await shown(page), {});
+      assert.equal(differing(rest, await picture(page, `expressions-${device}-undone`)), 0);
+      await page.getByRole('button', { name: 'Redo', exact: true }).click();
+      assert.deepEqual(await shown(page), { mouthSmileLeft: 80, mouthSmileRight: 80 });
+
+      // One side alone.
+      await page.getByLabel('Left and right together').uncheck();
+      await moveSlider(page, 'Blink, left eyeBlinkLeft', 1);
+      assert.deepEqual(await shown(page), { eyeBlinkLeft: 100, mouthSmileLeft: 80, mouthSmileRight: 80 });
+      const wink = await picture(page, `expressions-${device}-wink`);
+      const [open1, shut] = [await around(page, 'ibug_37', 0.03), await around(page, 'ibug_43', 0.03)];
+      assert.ok(differing(smile, wink, shut) > 5 * differing(smile, wink, open1) + 20, `${differing(smile, wink, shut)}, ${differing(smile, wink, open1)}`);
+
+      // The pupil goes where it is dragged; the subject's left is on the right.
+      await page.getByRole('button', { name: 'Neutral' }).click();
+      assert.deepEqual(await shown(page), {});
+      const field = page.locator('.gaze');
+      await field.scrollIntoViewIfNeeded();
+      const box = await field.boundingBox();
+      assert.ok(box);
+      const [from, to] = /** @type {[number, number][]} */ ([
+        [box.x + box.width / 2, box.y + box.height / 2],
+        [box.x + box.width - 20, box.y + box.height / 2 - 12],
+      ]);
+      if (device === 'phone') await (await fingerOn(context, page))(from, to);
+      else {
+        await page.mouse.move(...from);
+        await page.mouse.down();
+        await page.mouse.move(...to, { steps: 4 });
+        await page.mouse.up();
+      }
+      const glance = await shown(page);
+      assert.ok(glance.eyeLookOutLeft > 60 && glance.eyeLookOutLeft === glance.eyeLookInRight && !glance.eyeLookInLeft, JSON.stringify(glance));
+      assert.ok(glance.eyeLookUpLeft > 10 && !glance.eyeLookDownLeft);
+      const looking = await picture(page, `expressions-${device}-glance`);
+      assert.ok(differing(rest, looking, await around(page, 'ibug_43', 0.03)) > 15, 'the eyes turn');
+      await page.getByRole('slider', { name: 'Gaze' }).press('Home');
+      assert.deepEqual(await shown(page), {});
+
+      const shutBoth = page.getByRole('button', { name: 'Eyes shut' });
+      await shutBoth.click();
+      assert.deepEqual(await shown(page), { eyeBlinkLeft: 100, eyeBlinkRight: 100 });
+      assert.equal(await shutBoth.getAttribute('aria-pressed'), 'true');
+      await picture(page, `expressions-${device}-shut`);
+      await page.screenshot({ path: join(SCREENSHOTS, `expressions-${device}-page.png`) });
+      await shutBoth.click();
+      assert.deepEqual(await shown(page), {});
+      assert.equal(differing(rest, await picture(page, `expressions-${device}-again`)), 0);
+      assert.deepEqual(complaints, []);
+      await context.close();
+    });
+  }
+
+  test('the address and the browser keep it, a new face takes it over, and the exports show it', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await openPanel(page);
+    await moveSlider(page, 'Open jawOpen', 0.37);
+    await page.getByLabel('Left and right together').uncheck();
+    await moveSlider(page, 'Frown, right mouthFrownRight', 0.52);
+    const wanted = { jawOpen: 37, mouthFrownRight: 52 };
+    assert.deepEqual(await shown(page), wanted);
+    const median = new URL(page.url()).hash;
+    assert.match(median, /^#~[\w-]+$/, 'of the median face there is only the expression');
+
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    assert.deepEqual(await shown(page), wanted, 'another person, the same face made');
+    const face = await picture(page, 'expressions-kept');
+    const { hash } = new URL(page.url());
+    assert.match(hash, /^#[\w-]+~[\w-]+$/);
+
+    // Somebody else opens the link.
+    const other = await open(browser, site, { hash });
+    assert.deepEqual(await shown(other.page), wanted);
+    const mesh = (/** @type {import('playwright-core').Page} */ where) => where.evaluate(() => Array.from(window.designer.face.positions));
+    assert.deepEqual(await mesh(other.page), await mesh(page), 'bit for bit');
+    const linkedTo = await picture(other.page, 'expressions-linked');
+    assert.ok(differing(face, linkedTo) < 20, `${differing(face, linkedTo)} pixels`);
+    await other.page.getByRole('tab', { name: 'Expressions' }).click();
+    await other.page.getByRole('slider', { name: 'mouthFrownRight' }).waitFor();
+    assert.equal(await other.page.getByLabel('Left and right together').isChecked(), false, 'one side alone is not shown as both');
+    await other.context.close();
+    const damaged = await open(browser, site, { hash: '#~____' });
+    assert.match((await damaged.page.locator('.toast').textContent()) ?? '', /expression could not be shown/);
+    assert.deepEqual(await shown(damaged.page), {});
+    await damaged.context.close();
+
+    // The last visit.
+    const again = await context.newPage();
+    await again.goto(site.url);
+    await again.waitForFunction(() => document.documentElement.dataset.ready === 'true');
+    assert.deepEqual(await shown(again), wanted);
+    await again.close();
+
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    const take = async (/** @type {string} */ format) => {
+      const [file] = await Promise.all([
+        page.waitForEvent('download'),
+        page.getByRole('dialog').getByRole('button', { name: format, exact: true }).click(),
+      ]);
+      return readFile(await file.path());
+    };
+    const [x, y, z] = await page.evaluate(() => Array.from(window.designer.face.positions.slice(0, 3)));
+    assert.ok((await take('OBJ')).toString().includes(`v ${x.toFixed(4)} ${y.toFixed(4)} ${z.toFixed(4)} `));
+    const glb = await take('GLB');
+    const json = JSON.parse(glb.subarray(20, 20 + glb.readUInt32LE(12)).toString());
+    const { weights, extras } = json.meshes[0];
+    assert.equal(weights[extras.targetNames.indexOf('jawOpen')].toFixed(2), '0.37');
+    await page.keyboard.press('Escape');
+
+    // All of the face goes back, and comes back.
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    assert.deepEqual(await shown(page), {});
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await shown(page), wanted);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('when the file does not come, the panel says so and tries again', async () => {
+    const { context, page } = await open(browser, site, { serviceWorkers: 'block' });
+    await page.route('**/expressions.phiz', (route) => route.abort());
+    await page.getByRole('tab', { name: 'Expressions' }).click();
+    await page.getByText('The expressions did not come').waitFor();
+    await page.unroute('**/expressions.phiz');
+    await page.getByRole('button', { name: 'Try again' }).click();
+    await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor();
+    await context.close();
+  });
+
+  test('a model that has none has no such panel', async () => {
+    const { context, page } = await open(browser, site, { hash: '?model=synthetic' });
+    assert.equal(await page.getByRole('tab', { name: 'Expressions' }).count(), 0);
+    await context.close();
+  });
+});

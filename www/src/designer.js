@@ -1,0 +1,215 @@
+import { createAbout } from './about.js';
+import { createAddress } from './address.js';
+import { createAutosave } from './autosave.js';
+import { createCompare } from './compare.js';
+import { createDisplay } from './display.js';
+import { createDistributions } from './distribution.js';
+import { createEditor } from './editor.js';
+import { element } from './element.js';
+import { createExports } from './exports.js';
+import { decodeExpression, splitHash } from './expressioncode.js';
+import { createExpressions } from './expressions.js';
+import { measureTurns } from './eyeturns.js';
+import { createExplanation } from './explain.js';
+import { createFeatures, featuresOf } from './features.js';
+import { createGlow } from './glow.js';
+import { createLibrary } from './library.js';
+import { createLimits } from './limits.js';
+import { createExpressionFile } from './loading.js';
+import { createMeanings } from './meanings.js';
+import { createMix } from './mix.js';
+import { keepOffline } from './offline.js';
+import { createPanel } from './panel.js';
+import { createPicking } from './picking.js';
+import { createPortraits } from './portraits.js';
+import { createRandom } from './random.js';
+import { createSaved } from './saved.js';
+import { createShaping } from './shaping.js';
+import { text, titleOf } from './text.js';
+import { createToast } from './toast.js';
+import { createToolbar } from './toolbar.js';
+import { createTour } from './tour.js';
+import { createViewpoint } from './viewpoint.js';
+
+/**
+ * The face to begin with: the link's, or the last visit's, or the median.
+ * @param {import('phiz').FaceModel} model
+ * @param {ReturnType<ReturnType<typeof createAutosave>['last']>} last
+ */
+function firstFace(model, last) {
+  const { code, expression } = splitHash(location.hash);
+  let refused = false;
+  if (code || expression) {
+    try {
+      return { face: code ? model.fromCode(code) : model.face(), expression, refused, restored: false };
+    } catch {
+      refused = true;
+    }
+  } else if (last) {
+    try {
+      const face = model.fromCode(last.code);
+      for (const region of last.locked) if (model.regions.includes(region)) face.lock(region);
+      for (const { name } of model.measures) if (last.held.includes(name)) face.lockMeasure(name);
+      return { face, expression: last.expression, refused, restored: true };
+    } catch {
+      // It is of an older model with the same name, and cannot come back.
+    }
+  }
+  return { face: model.face(), expression: '', refused, restored: false };
+}
+
+/**
+ * Everything that shapes the face, around the stage that shows it.
+ *
+ * @param {import('phiz').FaceModel} model
+ * @param {import('./stage.js').Stage} stage
+ * @param {ReturnType<typeof import('./models.js').chosenModel>} chosen
+ */
+export async function createDesigner(model, stage, chosen) {
+  const { canvas, head, scene, theme } = stage;
+  head.divide(model);
+  const median = model.face();
+  const medianCode = median.code;
+  median.free();
+  const autosave = createAutosave(chosen.name);
+  const last = autosave.last();
+  const { face, expression, refused, restored } = firstFace(model, last);
+  const editor = createEditor(model, face);
+  const toast = createToast();
+
+  const touch = window.matchMedia('(pointer: coarse)').matches;
+  const hint = element('p', { class: 'hint' }, touch ? text.hintTouch : text.hint);
+  const glow = createGlow(head, scene);
+  stage.root.append(hint, toast.root, createViewpoint(canvas, scene));
+
+  const display = createDisplay({ face, head, scene, onScale: (millimetres) => compare.setScale(millimetres) });
+  const library = createLibrary(model, chosen.name);
+  const portraits = createPortraits(model, display);
+
+  const random = createRandom(editor, toast.say);
+  const distributions = createDistributions(model);
+  const limits = createLimits();
+  const features = createFeatures(editor, {
+    distributions,
+    limits,
+    random,
+    preview: glow.hover,
+  });
+  const picking = createPicking({
+    canvas,
+    camera: scene.camera,
+    head,
+    hover(group, event) {
+      canvas.style.cursor = event && group !== null && group === selected && shaping.grips(event) ? 'move' : group ? 'pointer' : '';
+      glow.hover(group);
+    },
+    pick: select,
+  });
+  /** The feature whose surface can be dragged: the one that was clicked. @type {string | null} */
+  let selected = null;
+  /** @param {string | null} group */
+  function select(group) {
+    if (group === null && selected === null) return;
+    selected = group;
+    glow.select(group);
+    stage.root.classList.toggle('is-shaping', group !== null);
+    hint.classList.remove('is-done');
+    if (group === null) {
+      hint.textContent = touch ? text.hintTouch : text.hint;
+      return;
+    }
+    panel.choose('features');
+    features.choose(group);
+    hint.textContent = (touch ? text.hintDragTouch : text.hintDrag)(titleOf(group).toLowerCase());
+  }
+  const shaping = createShaping(editor, {
+    canvas,
+    scene,
+    head,
+    selected: () => selected,
+    dragged: () => hint.classList.add('is-done'),
+  });
+  stage.root.append(...shaping.marks);
+  canvas.addEventListener('keydown', (event) => event.key === 'Escape' && select(null));
+  const mix = createMix(editor, {
+    groups: featuresOf(model),
+    library,
+    portraits,
+    display,
+    groupUnder: picking.groupUnder,
+    preview: glow.hover,
+    say: toast.say,
+  });
+  const file = createExpressionFile(model, chosen.expressions, () => head.lookBy(measureTurns(model)));
+  const expressions = createExpressions(editor, file);
+  const meanings = createMeanings(editor, { distributions, limits });
+  const compare = createCompare(editor, { library, display, stage: stage.root });
+  const saved = createSaved(editor, { library, portraits, say: toast.say });
+  const explanation = createExplanation(editor);
+  const panel = createPanel(text.panel, explanation.about, [
+    { name: 'features', title: text.modes.features, root: features.root },
+    ...(meanings.any ? [{ name: 'meanings', title: text.modes.meanings, ...meanings }] : []),
+    ...(file.any ? [{ name: 'expressions', title: text.modes.expressions, ...expressions }] : []),
+    { name: 'mix', title: text.modes.mix, ...mix },
+    { name: 'compare', title: text.modes.compare, ...compare },
+    { name: 'saved', title: text.modes.saved, ...saved },
+  ]);
+  const about = createAbout(model, chosen.name, () => tour.start());
+  theme.follow(portraits.retake);
+  const address = createAddress(editor, file, toast.say);
+  createToolbar(editor, stage.tools, {
+    randomise: () => random.randomise(),
+    copyLink: address.copy,
+    theme: theme.toggle,
+    take: () => exports.showModal(),
+    help: about.show,
+  });
+  stage.furnish(panel.root);
+  const tour = createTour(panel);
+  stage.root.append(explanation.open, explanation.root, tour.invitation);
+  const exports = createExports(face, scene, file);
+  document.body.append(about.root, exports, ...tour.parts);
+
+  editor.onShape((range) => {
+    display.refresh(range);
+  });
+  editor.onRefusal((why) => toast.say(text.refused(why)));
+  canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));
+  canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
+  display.refresh();
+
+  window.designer = {
+    model,
+    face,
+    get frames() {
+      return scene.frames;
+    },
+    onScreen: (name) => scene.onScreen(head.landmark(name)),
+  };
+  // Not a step: there is nothing before it to go back to.
+  let unexpressed = false;
+  if (expression) {
+    toast.say(text.loadingExpressions);
+    try {
+      await file.load();
+      face.expression = decodeExpression(model.expressions, expression);
+    } catch {
+      unexpressed = true;
+    }
+    toast.say('');
+    display.refresh();
+  }
+  autosave.follow(editor);
+  if (restored) address.write();
+  // A link shows another face than the one that was being worked on: that one is not lost.
+  const left = last && !restored && last.code !== face.code && last.code !== medianCode ? last.code : null;
+  const kept = left !== null && library.adopt(text.lastVisit(new Date().toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' })), left);
+  if (!chosen.known) toast.say(text.unknownModel);
+  else if (refused) toast.say(text.badCode);
+  else if (unexpressed) toast.say(text.badExpression);
+  else if (kept) toast.say(text.lastKept);
+  else if (restored && last?.code !== medianCode) toast.say(text.back);
+  document.documentElement.dataset.ready = 'true';
+  keepOffline();
+}
+

@@ -1,0 +1,282 @@
+import { CubeTexture, DataTexture, DataUtils, HalfFloatType, LinearFilter, LinearMipmapLinearFilter, RGBAFormat } from 'three';
+
+// A photographer's studio as an environment: a dim room and soft boxes, which also are what the
+// eyes mirror. three.js would draw such a room and prefilter it on the graphics card, with hundreds
+// of samples for each of half a million texels, on which a weak one spends seconds. But the room is
+// six rectangles, and a processor has it in less than a tenth of one.
+
+const SIZE = 128;
+/** From 128 down to 8 texels a side, the least that diffuse light can be read from. */
+const LEVELS = 5;
+const WALL = [0.3, 0.31, 0.33];
+/** The width of a soft box's edge, radians: about a texel. */
+const EDGE = 0.018;
+
+/** @param {number[]} a @param {number[]} b */
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+/** @param {number[]} a @param {number[]} b */
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+/** @param {number[]} a */
+const normalised = (a) => a.map((x) => x / Math.hypot(...a));
+
+/**
+ * A soft box that faces the middle of the room.
+ * @param {number[]} at @param {number[]} size @param {number[]} colour @param {number} power
+ */
+function softbox(at, size, colour, power) {
+  const away = normalised(at);
+  const across = normalised(cross(Math.abs(away[1]) > 0.999 ? [0, 0, 1] : [0, 1, 0], away));
+  const half = size.map((s) => s / 2);
+  const distance = Math.hypot(...at);
+  return {
+    away,
+    across,
+    up: cross(away, across),
+    half,
+    distance,
+    // No direction further from its middle than this meets it, or the soft edge around it.
+    cosine: distance / Math.hypot(distance, half[0] + distance * EDGE, half[1] + distance * EDGE),
+    colour: colour.map((c) => c * power),
+  };
+}
+
+const BOXES = [
+  softbox([-4.6, 3.1, 7.2], [3.6, 4.2], [1, 0.96, 0.9], 10),
+  softbox([7.5, 1.5, 4.5], [3.2, 6], [0.92, 0.96, 1], 2.2),
+  softbox([0, 9.5, 0], [9, 9], [1, 1, 1], 1.5),
+  softbox([6, 3, -7], [2.5, 7], [1, 0.97, 0.93], 5),
+  softbox([-7, 2, -6], [2.5, 7], [0.9, 0.95, 1], 4),
+  softbox([0, -9, 2], [12, 12], [1, 0.9, 0.82], 0.45),
+];
+
+/**
+ * What is seen in a direction, into `seen`. No box stands before another.
+ * @param {number[]} way of length 1 @param {number[]} seen
+ */
+function radiance(way, seen) {
+  for (let k = 0; k < 3; k++) seen[k] = WALL[k];
+  for (const box of BOXES) {
+    const cosine = dot(way, box.away);
+    if (cosine < box.cosine) continue;
+    const t = box.distance / cosine;
+    const soft = t * EDGE;
+    const across = Math.min(1, Math.max(0, (box.half[0] - Math.abs(t * dot(way, box.across))) / soft + 0.5));
+    const along = Math.min(1, Math.max(0, (box.half[1] - Math.abs(t * dot(way, box.up))) / soft + 0.5));
+    for (let k = 0; k < 3; k++) seen[k] += (box.colour[k] - seen[k]) * across * along;
+  }
+}
+
+/**
+ * The direction of each face's middle, of its columns and of its rows; three.js mirrors x for cube
+ * maps.
+ */
+const FACES = [
+  [-1, 0, 0, 0, 0, -1, 0, -1, 0],
+  [1, 0, 0, 0, 0, 1, 0, -1, 0],
+  [0, 1, 0, -1, 0, 0, 0, 0, 1],
+  [0, -1, 0, -1, 0, 0, 0, 0, -1],
+  [0, 0, 1, -1, 0, 0, 0, -1, 0],
+  [0, 0, -1, 1, 0, 0, 0, -1, 0],
+];
+
+/** One level: six faces of `size` x `size` texels, red, green and blue. @typedef {{ size: number, faces: Float32Array[] }} Level */
+
+/**
+ * @param {number} size
+ * @param {(way: number[], colour: number[], square: number) => void} look writes the colour of a
+ *   direction; `square` is the square of the texel's distance from the middle of the cube
+ * @returns {Level}
+ */
+function level(size, look) {
+  const way = [0, 0, 0];
+  const colour = [0, 0, 0];
+  const faces = FACES.map((axes) => {
+    const texels = new Float32Array(3 * size * size);
+    for (let j = 0, o = 0; j < size; j++) {
+      const t = (2 * j + 1) / size - 1;
+      for (let i = 0; i < size; i++, o += 3) {
+        const s = (2 * i + 1) / size - 1;
+        const square = 1 + s * s + t * t;
+        const length = Math.sqrt(square);
+        for (let k = 0; k < 3; k++) way[k] = (axes[k] + s * axes[3 + k] + t * axes[6 + k]) / length;
+        look(way, colour, square);
+        texels[o] = colour[0];
+        texels[o + 1] = colour[1];
+        texels[o + 2] = colour[2];
+      }
+    }
+    return texels;
+  });
+  return { size, faces };
+}
+
+/** Half the size, each texel the mean of four. @param {Level} from @returns {Level} */
+function halved({ size, faces }) {
+  const half = size / 2;
+  return {
+    size: half,
+    faces: faces.map((texels) => {
+      const mean = new Float32Array(3 * half * half);
+      for (let at = 0; at < mean.length; at++) {
+        const pixel = (at / 3) | 0;
+        const o = 3 * (2 * ((pixel / half) | 0) * size + 2 * (pixel % half)) + (at % 3);
+        mean[at] = (texels[o] + texels[o + 3] + texels[o + 3 * size] + texels[o + 3 * size + 3]) / 4;
+      }
+      return mean;
+    }),
+  };
+}
+
+/**
+ * Adds what a level has in a direction, between its texels.
+ * @param {number[]} sum @param {number} weight @param {Level} level
+ * @param {number} x @param {number} y @param {number} z
+ */
+function read(sum, weight, { size, faces }, x, y, z) {
+  const ax = Math.abs(x);
+  const ay = Math.abs(y);
+  const az = Math.abs(z);
+  let face;
+  let s;
+  let t;
+  if (ax >= ay && ax >= az) {
+    face = x < 0 ? 0 : 1;
+    s = (x < 0 ? -z : z) / ax;
+    t = -y / ax;
+  } else if (ay >= az) {
+    face = y > 0 ? 2 : 3;
+    s = -x / ay;
+    t = (y > 0 ? z : -z) / ay;
+  } else {
+    face = z > 0 ? 4 : 5;
+    s = (z > 0 ? -x : x) / az;
+    t = -y / az;
+  }
+  const texels = faces[face];
+  const i = Math.min(size - 1, Math.max(0, (s + 1) * 0.5 * size - 0.5));
+  const j = Math.min(size - 1, Math.max(0, (t + 1) * 0.5 * size - 0.5));
+  const left = Math.min(size - 2, i | 0);
+  const top = Math.min(size - 2, j | 0);
+  const u = i - left;
+  const v = j - top;
+  const o = 3 * (top * size + left);
+  for (let k = 0; k < 3; k++) {
+    const above = texels[o + k] + (texels[o + 3 + k] - texels[o + k]) * u;
+    const p = o + 3 * size + k;
+    const below = texels[p] + (texels[p + 3] - texels[p]) * u;
+    sum[k] += weight * (above + (below - above) * v);
+  }
+}
+
+/**
+ * A level as a surface of some roughness mirrors it: the GGX lobe around each direction, as
+ * three.js has it (the view along the normal, weighted with the cosine), by samples.
+ * @param {number} size @param {number} roughness @param {Level[]} sharp the room at all sizes
+ */
+function mirrored(size, roughness, sharp) {
+  const alpha2 = roughness ** 4;
+  // The sharper, the smaller the lobe, and the more texels there are to fill.
+  const samples = roughness < 0.2 ? 16 : 64;
+  // Each sample reads a level whose texels are as large as what it stands for.
+  const lobe = Array.from({ length: samples }, (_, i) => {
+    const x = (i + 0.5) / samples;
+    const inverse = 1 / (1 - x + alpha2 * x);
+    const cosine = (1 - x - alpha2 * x) * inverse;
+    const turn = i * 2.399963229728653;
+    const sine = Math.sqrt(Math.max(0, 1 - cosine * cosine));
+    const stands = (4 * Math.PI * alpha2 * inverse * inverse) / samples;
+    const texels = Math.sqrt(stands / ((4 * Math.PI) / (6 * SIZE * SIZE)));
+    const from = sharp[Math.max(0, Math.min(sharp.length - 1, Math.round(Math.log2(texels))))];
+    return { cosine, x: sine * Math.cos(turn), y: sine * Math.sin(turn), from };
+  }).filter(({ cosine }) => cosine > 0);
+  const total = lobe.reduce((sum, { cosine }) => sum + cosine, 0);
+  return level(size, (n, colour) => {
+    // Any two directions across: the lobe is round.
+    const [ux, uy, uz] = Math.abs(n[2]) < 0.9 ? [-n[1], n[0], 0] : [0, -n[2], n[1]];
+    const long = Math.sqrt(ux * ux + uy * uy + uz * uz);
+    const u = [ux / long, uy / long, uz / long];
+    const v = cross(n, u);
+    colour.fill(0);
+    for (const { cosine, x, y, from } of lobe) {
+      read(
+        colour,
+        cosine / total,
+        from,
+        n[0] * cosine + u[0] * x + v[0] * y,
+        n[1] * cosine + u[1] * x + v[1] * y,
+        n[2] * cosine + u[2] * x + v[2] * y,
+      );
+    }
+  });
+}
+
+/**
+ * The same for a rough surface, whose lobe is wide: every texel of a small level counts.
+ * @param {number} size @param {number} roughness @param {Level} from
+ */
+function diffused(size, roughness, from) {
+  const alpha2 = roughness ** 4;
+  /** Direction, solid angle, colour of each texel, seven numbers each. @type {number[]} */
+  const lights = [];
+  let texel = 0;
+  level(from.size, (way, _, square) => {
+    const o = 3 * (texel % from.size ** 2);
+    const colour = from.faces[Math.floor(texel / from.size ** 2)].subarray(o, o + 3);
+    lights.push(...way, square ** -1.5, ...colour);
+    texel += 1;
+  });
+  const list = Float32Array.from(lights);
+  return level(size, ([x, y, z], colour) => {
+    let red = 0;
+    let green = 0;
+    let blue = 0;
+    let total = 0;
+    for (let o = 0; o < list.length; o += 7) {
+      const cosine = x * list[o] + y * list[o + 1] + z * list[o + 2];
+      if (cosine <= 0) continue;
+      // The half vector lies at half the angle.
+      const spread = (0.5 + 0.5 * cosine) * (alpha2 - 1) + 1;
+      const weight = (cosine * list[o + 3]) / (spread * spread);
+      red += weight * list[o + 4];
+      green += weight * list[o + 5];
+      blue += weight * list[o + 6];
+      total += weight;
+    }
+    colour[0] = red / total;
+    colour[1] = green / total;
+    colour[2] = blue / total;
+  });
+}
+
+/** The studio, prefiltered as three.js expects it of an environment. */
+export function createStudio() {
+  const sharp = [level(SIZE, radiance)];
+  while (sharp[sharp.length - 1].size > 4) sharp.push(halved(sharp[sharp.length - 1]));
+  const levels = sharp.map((present, lod) => {
+    if (lod === 0) return present;
+    // Which level stands for which roughness is three.js's. One below the roughest tells it how many
+    // there are, and has nothing new.
+    const roughness = 1 - Math.sqrt(1 - Math.min(1, lod / (LEVELS - 1)));
+    return roughness < 0.45 ? mirrored(present.size, roughness, sharp) : diffused(present.size, roughness, sharp[3]);
+  });
+  const images = levels.map(({ size, faces }) =>
+    faces.map((texels) => {
+      const half = new Uint16Array(4 * size * size);
+      for (let i = 0; i < size * size; i++) {
+        for (let k = 0; k < 3; k++) half[4 * i + k] = DataUtils.toHalfFloat(texels[3 * i + k]);
+        half[4 * i + 3] = 0x3c00;
+      }
+      return new DataTexture(half, size, size, RGBAFormat, HalfFloatType);
+    }),
+  );
+  const texture = new CubeTexture(images[0]);
+  texture.mipmaps = images.slice(1).map((image) => new CubeTexture(image));
+  texture.format = RGBAFormat;
+  texture.type = HalfFloatType;
+  texture.magFilter = LinearFilter;
+  texture.minFilter = LinearMipmapLinearFilter;
+  texture.generateMipmaps = false;
+  texture.isPMREMTexture = true;
+  texture.needsUpdate = true;
+  return texture;
+}
