@@ -238,8 +238,9 @@ pub fn learn(
             (modelled.iter().map(off).collect::<Vec<_>>(), amounts)
         })
         .unzip();
-    let placed = |i: usize| {
-        let mut face = mean.clone();
+    let (count, average) = (off.len(), mean.clone());
+    let placed = move |i: usize| {
+        let mut face = average.clone();
         let each = modelled.iter().zip(&off[i]);
         each.for_each(|(&v, d)| face[v as usize] += d.as_dvec3());
         face
@@ -251,7 +252,7 @@ pub fn learn(
         residual: 1e-2,
         ..sparse::Settings::default()
     };
-    let basis = sparse::learn_from(off.len(), placed, &triangles, &features, &settings)?;
+    let basis = sparse::learn_from(count, placed, &triangles, &features, &settings)?;
     let basis = basis.in_sigmas();
     let mut candidates = BTreeMap::new();
     for (place, feature) in features.iter().enumerate() {

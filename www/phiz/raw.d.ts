@@ -30,7 +30,7 @@ export class Face {
   get(control: string): number;
   reset(region?: string): void;
   blend(other: Face, t: number, regions?: string[]): void;
-  randomize(options: { seed?: number; spread?: number; regions?: string[] }): number;
+  randomize(seed?: number, spread?: number, regions?: string[]): number;
   lock(region: string): void;
   unlock(region: string): void;
   locked(): string[];

@@ -405,6 +405,7 @@ impl<'a> Learner<'a> {
                     }
                 });
         }
+        drop(face);
         let square: f64 = samples.iter().map(|x| x * x).sum();
         // A nanometre of standard deviation over the whole field is no variation.
         if !(square > 1e-12) {

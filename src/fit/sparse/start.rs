@@ -79,25 +79,35 @@ pub(super) fn by_regions(
         components: vec![vec![0.0; 3 * n]; components],
         weights: vec![0.0; f * components],
     };
-    let mut left = samples.to_vec();
-    for (region, (_, vectors)) in spectra.iter().enumerate() {
-        let own: Vec<usize> = (0..components)
-            .filter(|&k| start.place[k] == region)
-            .collect();
-        for &k in &own {
-            let vector = vectors.col(ranked[k].2);
-            let largest = vector.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            let weights = &mut start.weights[k * f..(k + 1) * f];
-            weights
-                .iter_mut()
-                .zip(vector.iter())
-                .for_each(|(w, v)| *w = v / largest);
-        }
-        // Weights of one region are orthogonal: all its components come off in one go.
-        for k in own {
-            let weights = &start.weights[k * f..(k + 1) * f];
-            let fade = |i: usize| (1.0 - ramps[region][i]).max(0.0);
-            take_off(&mut left, weights, &mut start.components[k], fade);
+    for (k, weights) in start.weights.chunks_exact_mut(f).enumerate() {
+        let vector = spectra[start.place[k]].1.col(ranked[k].2);
+        let largest = vector.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let each = weights.iter_mut().zip(vector.iter());
+        each.for_each(|(w, v)| *w = v / largest);
+    }
+    // One region after another; weights of one region are orthogonal. What is left of a coordinate
+    // of a vertex knows of no other.
+    let squares: Vec<f64> = start.weights.chunks_exact(f).map(square).collect();
+    let mut order: Vec<usize> = (0..components).collect();
+    order.sort_by_key(|&k| start.place[k]);
+    let found: Vec<Vec<f64>> = (samples.par_chunks_exact(f).enumerate())
+        .map(|(column, x)| {
+            let mut left = x.to_vec();
+            let each = order.iter().map(|&k| {
+                let fade = (1.0 - ramps[start.place[k]][column / 3]).max(0.0);
+                take_off(
+                    &mut left,
+                    &start.weights[k * f..(k + 1) * f],
+                    squares[k],
+                    fade,
+                )
+            });
+            each.collect()
+        })
+        .collect();
+    for (column, found) in found.iter().enumerate() {
+        for (&k, c) in order.iter().zip(found) {
+            start.components[k][column] = *c;
         }
     }
     Ok(start)
@@ -151,32 +161,28 @@ pub(super) fn by_distance(
         let largest = weights.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
         weights.iter_mut().for_each(|w| *w /= largest);
         let map = support(centre);
-        take_off(&mut left, weights, &mut start.components[k], |i| {
-            1.0 - map[i]
+        let total = square(weights);
+        let each = left.par_chunks_exact_mut(f).zip(&mut start.components[k]);
+        each.enumerate().for_each(|(column, (x, c))| {
+            *c = take_off(x, weights, total, 1.0 - map[column / 3]);
         });
         start.place.push(centre);
     }
     Ok(start)
 }
 
-/// The component that weights make of what is left, faded, taken off what is left.
-fn take_off(
-    left: &mut [f64],
-    weights: &[f64],
-    component: &mut [f64],
-    fade: impl Fn(usize) -> f64 + Sync,
-) {
-    let f = weights.len();
-    let square: f64 = weights.iter().map(|w| w * w).sum();
-    left.par_chunks_exact_mut(f)
-        .zip(component)
-        .enumerate()
-        .for_each(|(column, (x, c))| {
-            let fade = fade(column / 3);
-            if fade > 0.0 {
-                let along: f64 = x.iter().zip(weights).map(|(x, w)| x * w).sum();
-                *c = along / square * fade;
-                x.iter_mut().zip(weights).for_each(|(x, w)| *x -= *c * w);
-            }
-        });
+fn square(weights: &[f64]) -> f64 {
+    weights.iter().map(|w| w * w).sum()
+}
+
+/// What weights, whose squares sum to `square`, make of what is left of a coordinate, faded, and
+/// taken off it.
+fn take_off(left: &mut [f64], weights: &[f64], square: f64, fade: f64) -> f64 {
+    if fade <= 0.0 {
+        return 0.0;
+    }
+    let along: f64 = left.iter().zip(weights).map(|(x, w)| x * w).sum();
+    let c = along / square * fade;
+    left.iter_mut().zip(weights).for_each(|(x, w)| *x -= c * w);
+    c
 }
