@@ -195,6 +195,11 @@ need_wasm_tools() {
 wasm() {
     local build=$1 flags=$2 out=$ROOT/target/wasm-$1
     shift 2
+    # Where this machine keeps its sources is nobody's business, and bytes.
+    local sources=${CARGO_HOME:-$HOME/.cargo}/registry/src crates
+    for crates in "$sources"/*/; do
+        flags+=" --remap-path-prefix=${crates%/}=crates"
+    done
     quietly "wasm-$build" env RUSTFLAGS="$flags" CARGO_TARGET_DIR="$out" \
         cargo build --profile wasm --locked --lib --target wasm32-unknown-unknown
     quietly "bindings-$build" wasm-bindgen --target web --out-name phiz --out-dir "$out/bindings" \
@@ -210,6 +215,8 @@ wasm() {
 
 package() {
     say "Building the package"
+    # Fetched first, so that the builds know where they lie.
+    quietly fetch cargo fetch --locked
     # Each is one thread for most of its time.
     wasm scalar "" &
     local scalar=$!
