@@ -38,6 +38,8 @@ mod face;
 pub mod fit;
 pub mod mesh;
 pub mod model;
+#[cfg(feature = "photo")]
+pub mod photo;
 mod predict;
 pub mod quantise;
 mod random;

@@ -482,7 +482,7 @@ impl Face {
     }
 
     /// How a vertex moves with each coefficient: mm a sigma.
-    fn jacobian(&self, vertex: u32) -> Vec<Vec3> {
+    pub(crate) fn jacobian(&self, vertex: u32) -> Vec<Vec3> {
         let mut rows = vec![Vec3::ZERO; self.state.len()];
         for (block, fades) in self.model.parts().blocks.iter().zip(&self.fades) {
             let mode = |k: usize, slot: usize| {
