@@ -10,24 +10,13 @@ use base64ct::{Base64UrlUnpadded, Encoding};
 
 use super::anchor::Anchor;
 use super::{FARTHEST, Face, GRID};
-use crate::{Error, Result};
+use crate::{Error, FaceModel, Result};
 
 impl Face {
     /// The face as a string of letters, digits, `-` and `_`: with [`crate::FaceModel::from_code`]
     /// it gives the same face, bit for bit. Locks are not kept in it.
     pub fn code(&self) -> String {
-        let mut bytes = self.model.derived.fingerprint.to_le_bytes().to_vec();
-        put(&mut bytes, (self.alpha * 1000.0).round() as u64);
-        let differences = self.state.iter().zip(&self.model.derived.median);
-        put_all(
-            &mut bytes,
-            differences.map(|(&c, &m)| i64::from(c) - i64::from(m)),
-        );
-        for anchor in &self.anchors {
-            put(&mut bytes, anchor.regions);
-            put_all(&mut bytes, anchor.state.iter().map(|&e| i64::from(e)));
-        }
-        Base64UrlUnpadded::encode_string(&bytes)
+        encode(&self.model, self.alpha, &self.state, &self.anchors)
     }
 
     /// Takes the coefficients and the fall-off distance of a code, and what locks took back.
@@ -87,6 +76,29 @@ impl Face {
         self.changed = 0..self.positions.len() as u32;
         Ok(())
     }
+}
+
+/// The code of a state (coefficients in grid units) with the model's fall-off distance.
+#[cfg(feature = "photo")]
+pub(crate) fn of_state(model: &FaceModel, state: &[i32]) -> String {
+    encode(model, model.parts().blending.alpha, state, &[])
+}
+
+/// The code of a state (coefficients in grid units) with a fall-off distance (mm), and of what locks
+/// took back.
+fn encode(model: &FaceModel, alpha: f32, state: &[i32], anchors: &[Anchor]) -> String {
+    let mut bytes = model.derived.fingerprint.to_le_bytes().to_vec();
+    put(&mut bytes, (alpha * 1000.0).round() as u64);
+    let differences = state.iter().zip(&model.derived.median);
+    put_all(
+        &mut bytes,
+        differences.map(|(&c, &m)| i64::from(c) - i64::from(m)),
+    );
+    for anchor in anchors {
+        put(&mut bytes, anchor.regions);
+        put_all(&mut bytes, anchor.state.iter().map(|&e| i64::from(e)));
+    }
+    Base64UrlUnpadded::encode_string(&bytes)
 }
 
 /// Numbers as zigzag varints, runs of zeros as their lengths.

@@ -1,7 +1,7 @@
 //! A face: a model and coefficients; everything else of it is computed.
 
 mod anchor;
-mod code;
+pub(crate) mod code;
 mod measured;
 mod probable;
 
@@ -25,6 +25,11 @@ const FARTHEST: f32 = 255.0;
 /// The grid point nearest to a coefficient in sigmas.
 pub(crate) fn grid(coefficient: f32) -> i32 {
     (f64::from(coefficient) * GRID).round() as i32
+}
+
+/// A point of the grid as a coefficient in sigmas.
+pub(crate) fn sigmas(point: i32) -> f32 {
+    (f64::from(point) / GRID) as f32
 }
 
 /// A length in mm at the nearest whole micrometre, which is what a code keeps of it.
@@ -127,10 +132,7 @@ impl Face {
 
     /// The coefficients in sigmas, block after block.
     pub fn coefficients(&self) -> Vec<f32> {
-        self.state
-            .iter()
-            .map(|&c| (f64::from(c) / GRID) as f32)
-            .collect()
+        self.state.iter().map(|&c| sigmas(c)).collect()
     }
 
     /// Replaces all coefficients (sigmas). Limits and locks do not apply, and nothing is left of
@@ -543,7 +545,7 @@ impl Face {
     }
 
     /// How a vertex moves with each coefficient: mm a sigma.
-    fn jacobian(&self, vertex: u32) -> Vec<Vec3> {
+    pub(crate) fn jacobian(&self, vertex: u32) -> Vec<Vec3> {
         let mut rows = vec![Vec3::ZERO; self.state.len()];
         let blocks = self.model.parts().blocks.iter().zip(&self.fades);
         for (b, (block, fades)) in blocks.enumerate() {

@@ -5,6 +5,7 @@ mod evaluate;
 mod expressions;
 mod head;
 mod landmarks;
+mod photograph;
 mod register;
 mod sample;
 mod simulate;
@@ -50,6 +51,8 @@ enum Verb {
     Simulate(simulate::SimulateArgs),
     /// Register simulated people and measure against the truth.
     Evaluate(evaluate::EvaluateArgs),
+    /// Fit a model to simulated photos of people and measure against the truth.
+    Photograph(photograph::PhotographArgs),
     /// Align, learn and bake: from registered faces to a model.
     Train(TrainArgs),
     /// Measure what a population is like and how well a model of it describes other faces.
@@ -187,6 +190,7 @@ fn main() -> ExitCode {
         Verb::Population(args) => synthetic(&args),
         Verb::Landmarks(args) => landmarks::run(&args),
         Verb::Evaluate(args) => evaluate::run(&args),
+        Verb::Photograph(args) => photograph::run(&args),
         Verb::Simulate(args) => simulate::run(&args),
         Verb::Train(args) => train(&args),
         Verb::Validate(args) => validate::run(&args),

@@ -1,0 +1,312 @@
+//! A face from a photo: camera and shape from 68 points (semantic reshaping, section 4.1).
+//!
+//! The unknowns are the pose (rotation, translation), the focal length, all coefficients of the
+//! population and the weights of expressions. Minus twice the logarithm of their probability is
+//!
+//! E = E_lan + E_reg, with
+//! E_lan = sum over points of (distance from the projected point / its standard deviation)^2, and
+//! E_reg = |z|^2 + sum (e / sigma_e)^2 + ((log f - log f_0) / sigma_f)^2 - 2 n_eff (log Z - log f),
+//!
+//! with z the coefficients in a basis in which they are independent and standard normal,
+//! e >= 0 the expression weights, f the focal length and Z the distance of the face. It is minimised
+//! by Gauss-Newton steps on iteratively reweighted least squares.
+//!
+//! The last term is not in the paper. The most probable pose is that of the *marginal* distribution
+//! over shapes, which has a factor det(H)^-1/2 of the curvature H in z that the joint one lacks: a
+//! head that is seen smaller is told less about, so more of its shapes will do. To first order in
+//! the size of the image of the head, which is as f / Z, it is that term, with n_eff = k - tr(H^-1)
+//! the number of the k coefficients that the points determine. Without it heads come out 3 % too
+//! small: when the head shrinks and comes nearer its image is the same, and the prior prefers less of
+//! every shape.
+
+mod camera;
+mod contour;
+pub mod raster;
+mod shape;
+mod solver;
+mod start;
+
+use glam::{DVec2, DVec3};
+
+pub use camera::Camera;
+
+use crate::{Error, Expressions, FaceModel, Result};
+use contour::JAW;
+use shape::{Points, Stencil};
+use solver::{Observed, State, Terms};
+
+/// How many points a face has in the scheme of iBUG.
+pub const POINTS: usize = 68;
+
+/// The longer side of film, mm: a focal length without a sensor's size is told as if for this.
+const FILM: f64 = 36.0;
+/// What people are photographed with: 50 mm on film, by a factor of 1.42 (one standard deviation)
+/// more or less. Within two lie the wide cameras of telephones (24 mm) and portrait lenses (100 mm).
+const FOCAL: (f64, f64) = (50.0, 0.35);
+/// The standard deviation of the logarithm of a focal length that is given. Programs round it, and
+/// crops by stabilisation are a few per cent.
+const KNOWN_FOCAL: f64 = 0.03;
+/// Farther outside of the image than so many times its size no point of a face in it is.
+const OUTSIDE: f64 = 2.0;
+
+/// A photo, as far as a fit asks.
+#[derive(Debug, Clone, Copy)]
+pub struct Photo<'a> {
+    /// The width, px.
+    pub width: u32,
+    /// The height, px.
+    pub height: u32,
+    /// The 68 points of iBUG (Sagonas et al. 2013), px, in their order: the subject's right jaw
+    /// first. x to the right and y down, from the upper left corner.
+    pub points: &'a [[f64; 2]],
+    /// The focal length in px, if it is known: that of EXIF as if for film of 36 mm, over 36, times
+    /// the image's longer side.
+    pub focal: Option<f64>,
+    /// The standard deviation of the points along each axis, px, if it is known. Otherwise it is
+    /// estimated.
+    pub noise: Option<f64>,
+}
+
+/// How well a fit tells the points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// The root mean square of the distances between the 51 points inside of the face's outline, as
+    /// given and as fitted, px.
+    pub rms_px: f64,
+    /// The same at the face, mm.
+    pub rms_mm: f64,
+    /// How unusual the face is: the length of its independent coefficients, as a part of what is
+    /// expected of as many as the points determine. Of people it is about 1.
+    pub unusual: f64,
+    /// How many of the coefficients the points determine.
+    pub determined: f64,
+    /// The angle between where the face looks and the direction of the camera, radians.
+    pub away: f64,
+}
+
+/// More than this is no face that was badly marked, mm. Five times what detectors are off.
+const WORST_RMS: f64 = 8.0;
+/// Nobody is so unusual.
+const MOST_UNUSUAL: f64 = 1.5;
+/// A face that looks farther away has no points that are seen: 110 degrees, a lost profile.
+const FARTHEST_AWAY: f64 = 110.0 / 180.0 * std::f64::consts::PI;
+
+impl Quality {
+    /// Why the points should not be taken for a face's, in a sentence; `None` when they may.
+    pub fn refusal(&self) -> Option<String> {
+        if !(self.rms_mm <= WORST_RMS) {
+            let off = self.rms_mm.round();
+            return Some(format!(
+                "These points are no face's: the nearest face is {off} mm off"
+            ));
+        }
+        if !(self.away <= FARTHEST_AWAY) {
+            return Some(
+                "These points are a face's from behind: are left and right exchanged?".into(),
+            );
+        }
+        (!(self.unusual <= MOST_UNUSUAL))
+            .then(|| "These points are no face's: nobody has such proportions".into())
+    }
+}
+
+/// A face that was fitted to a photo.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// The coefficients, for [`crate::Face::set_coefficients`]: these are on a face's grid.
+    pub coefficients: Vec<f32>,
+    /// The face's [`crate::Face::code`].
+    pub code: String,
+    /// The weight of each expression, 0..=1; empty when none were given.
+    pub expression: Vec<f64>,
+    /// The camera, in the frame of the model's heads.
+    pub camera: Camera,
+    /// From where each of the 68 points is given to where it is on the fitted face, px; jaw points
+    /// are where the face's outline is seen.
+    pub residuals: Vec<DVec2>,
+    /// How well it fits.
+    pub quality: Quality,
+}
+
+/// Fits faces of a model to photos.
+#[derive(Debug, Clone)]
+pub struct Fitter {
+    model: FaceModel,
+    expressions: usize,
+    /// The 68 points, then those of the jaw's paths but for their first.
+    points: Points,
+    /// For each jaw point its path, as indices into the points.
+    paths: Vec<Vec<usize>>,
+    /// The middle of the 68 points on the mean head.
+    pivot: DVec3,
+}
+
+impl Fitter {
+    /// Prepares fits of a model's faces, at rest or with expressions.
+    ///
+    /// # Errors
+    /// When the model lacks one of the 68 landmarks, or describes no people.
+    pub fn new(model: &FaceModel, expressions: Option<&Expressions>) -> Result<Self> {
+        if model.parts().population() == 0 {
+            return Err(Error::Mismatch(
+                "a photo needs a model of people, and this is one head".into(),
+            ));
+        }
+        let mut stencils: Vec<Stencil> = shape::ibug(model)?;
+        let mut paths = Vec::new();
+        for (i, path) in contour::paths(model, &stencils).into_iter().enumerate() {
+            let first = stencils.len();
+            stencils.extend(path.into_iter().skip(1));
+            paths.push(std::iter::once(i).chain(first..stencils.len()).collect());
+        }
+        let points = Points::new(model, expressions, &stencils);
+        let pivot = points.mean[..POINTS].iter().sum::<DVec3>() / POINTS as f64;
+        Ok(Self {
+            model: model.clone(),
+            expressions: expressions.map_or(0, |e| e.list().len()),
+            points,
+            paths,
+            pivot,
+        })
+    }
+
+    /// The model whose faces are fitted.
+    pub fn model(&self) -> &FaceModel {
+        &self.model
+    }
+
+    /// The face, camera and expression that a photo's points tell. The same points give the same
+    /// fit, whatever was fitted before.
+    ///
+    /// # Errors
+    /// When there are not 68 points, one is not a number or far outside of the image, they lie on a
+    /// line, or the image or the focal length is not above 0.
+    pub fn fit(&self, photo: &Photo) -> Result<Fit> {
+        let seen = checked(photo)?;
+        let longer = f64::from(photo.width.max(photo.height));
+        let focal = match photo.focal {
+            Some(focal) => (focal.ln(), KNOWN_FOCAL),
+            None => ((longer * FOCAL.0 / FILM).ln(), FOCAL.1),
+        };
+        let inner = &self.points.mean[JAW..POINTS];
+        let on_a_line = || Error::Mismatch("the points lie on a line: they are no face's".into());
+        let (rotation, scale) = start::orthographic(inner, &seen[JAW..]).ok_or_else(on_a_line)?;
+        let observed = Observed {
+            points: &self.points,
+            paths: &self.paths,
+            seen: &seen,
+        };
+        let terms = Terms {
+            coefficients: self.points.basis.ncols(),
+            expressions: self.expressions,
+            focal,
+            noise: photo.noise,
+            scale,
+        };
+        let centre = DVec2::new(f64::from(photo.width), f64::from(photo.height)) / 2.0;
+        let middle = |all: &[DVec2]| all.iter().sum::<DVec2>() / all.len() as f64;
+        let inner_middle = inner.iter().sum::<DVec3>() / inner.len() as f64;
+        let off = (rotation * (inner_middle - self.pivot)).truncate() * scale;
+        let pose = camera::Pose {
+            rotation,
+            place: (middle(&seen[JAW..]) - off - centre) / focal.0.exp(),
+            log_depth: focal.0 - scale.ln(),
+            log_focal: focal.0,
+            pivot: self.pivot,
+            centre,
+        };
+        let state = solver::solve(&observed, &terms, pose)
+            .ok_or_else(|| Error::Mismatch("no face is seen at these points".into()))?;
+        Ok(self.finish(&observed, state))
+    }
+
+    fn finish(&self, observed: &Observed, state: State) -> Fit {
+        let basis = &self.points.basis;
+        let (z, expression) = state.unknowns.split_at(basis.ncols());
+        let z = nalgebra::DVector::from_column_slice(z);
+        let mut grid = vec![0; self.model.parts().coefficients()];
+        for (point, value) in grid.iter_mut().zip((basis * &z).iter()) {
+            *point = crate::face::grid(*value as f32);
+        }
+        let residuals = observed.residuals(&state);
+        let inner = &residuals[JAW..];
+        let camera = state.pose.camera();
+        let towards = camera.position() - self.pivot;
+        let square: f64 = inner.iter().map(|r| r.length_squared()).sum();
+        let rms_px = (square / inner.len() as f64).sqrt();
+        Fit {
+            code: crate::face::code::of_state(&self.model, &grid),
+            coefficients: grid.into_iter().map(crate::face::sigmas).collect(),
+            expression: expression.to_vec(),
+            camera,
+            residuals,
+            quality: Quality {
+                rms_px,
+                rms_mm: rms_px * (state.pose.log_depth - state.pose.log_focal).exp(),
+                unusual: (z.norm_squared() / state.determined.max(1.0)).sqrt(),
+                determined: state.determined,
+                away: towards.angle_between(DVec3::Z),
+            },
+        }
+    }
+}
+
+/// The 68 points and then some vertices on the mean head (mm), and how each of them moves by each of
+/// the population's independent, standard normal modes (mm, a mode after another): what a fit sees of
+/// a model.
+///
+/// # Errors
+/// When the model lacks one of the 68 landmarks.
+#[cfg(feature = "fit")]
+pub(crate) fn linear(model: &FaceModel, vertices: &[u32]) -> Result<(Vec<DVec3>, Vec<DVec3>)> {
+    let mut stencils = shape::ibug(model)?;
+    stencils.extend(vertices.iter().map(|&v| vec![(v, 1.0)]));
+    let points = Points::new(model, None, &stencils);
+    let modes = (0..points.rates.nrows())
+        .flat_map(|k| (0..stencils.len()).map(move |i| (k, i)))
+        .map(|(k, i)| DVec3::from_array([0, 1, 2].map(|axis| points.rates[(k, 3 * i + axis)])))
+        .map(|rate| rate / shape::SPREAD)
+        .collect();
+    Ok((points.mean, modes))
+}
+
+/// The points of a photo, if it can be one.
+fn checked(photo: &Photo) -> Result<Vec<DVec2>> {
+    let size = DVec2::new(f64::from(photo.width), f64::from(photo.height));
+    if !(size.min_element() > 0.0) {
+        return Err(Error::Mismatch(format!(
+            "a photo of {} x {} pixels is none",
+            photo.width, photo.height
+        )));
+    }
+    if photo.points.len() != POINTS {
+        return Err(Error::Mismatch(format!(
+            "{} points were given, a face has {POINTS}",
+            photo.points.len()
+        )));
+    }
+    let positive = |what: &'static str, value: Option<f64>| match value {
+        Some(got) if !(got > 0.0 && got.is_finite()) => Err(Error::Value {
+            what,
+            wanted: "above 0 px".into(),
+            got,
+        }),
+        _ => Ok(()),
+    };
+    positive("the focal length", photo.focal)?;
+    positive("the points' noise", photo.noise)?;
+    let limits = [-OUTSIDE * size, (1.0 + OUTSIDE) * size];
+    for point in photo.points {
+        for axis in 0..2 {
+            let (least, most) = (limits[0][axis], limits[1][axis]);
+            if !(least..=most).contains(&point[axis]) {
+                return Err(Error::Value {
+                    what: "a point's coordinate",
+                    wanted: format!("from {least} to {most} px"),
+                    got: point[axis],
+                });
+            }
+        }
+    }
+    Ok(photo.points.iter().map(|&p| DVec2::from_array(p)).collect())
+}

@@ -1,0 +1,433 @@
+//! Gauss-Newton steps on iteratively reweighted least squares.
+
+use glam::{DVec2, DVec3};
+use nalgebra::{DMatrix, DVector};
+
+use super::POINTS;
+use super::camera::{POSE, Pose, Seen};
+use super::contour::{self, JAW};
+use super::shape::Points;
+
+/// The standard deviation of a point along each axis, as a length at the face, mm, before anything
+/// is known of them: 1.5 px of a face 300 px wide.
+const NOISE: f64 = 0.75;
+/// How much that counts against what the residuals say: as so many of them (the prior of the
+/// variance is inverse gamma).
+const NOISE_COUNT: f64 = 40.0;
+/// The standard deviations of a jaw point that is hidden, across the outline that it stands for and
+/// along it, in those of the other points. What level of the cheek somebody marks for it is a guess.
+const HIDDEN: [f64; 2] = [4.0 / 3.0, 12.0];
+/// The standard deviation along the outline of jaw points that are seen, before anything is known, in
+/// those of the other points: 12 px where they have 1.5. Taking them at 1.5 px is worse than leaving
+/// them out, when they were marked anywhere along it.
+const ALONG: f64 = 8.0;
+/// How much that counts against what the residuals say, as so many of them: detectors that keep to
+/// the jaw's own points should be believed.
+const ALONG_COUNT: f64 = 0.5;
+/// Points are distributed as Student's t with so many degrees of freedom: one that is three standard
+/// deviations off counts half.
+const FREEDOM: f64 = 8.0;
+/// The standard deviation of an expression's weight, of which only the positive half is there.
+const EXPRESSION: f64 = 0.3;
+/// Ten are the rule.
+const STEPS: usize = 40;
+/// A step is halved so many times before it is taken for none.
+const HALVINGS: usize = 8;
+/// Steps end when none of the unknowns, in their standard deviations, moves by more.
+const SETTLED: f64 = 1e-2;
+
+/// What is given of a face.
+pub(super) struct Observed<'a> {
+    pub points: &'a Points,
+    pub paths: &'a [Vec<usize>],
+    /// Where the 68 are, px.
+    pub seen: &'a [DVec2],
+}
+
+/// The terms of the energy, besides the points.
+pub(super) struct Terms {
+    /// How many unknowns are independent coefficients.
+    pub coefficients: usize,
+    /// How many are weights of expressions, after those.
+    pub expressions: usize,
+    /// The mean and standard deviation of the logarithm of the focal length in px.
+    pub focal: (f64, f64),
+    /// The standard deviation of a point along each axis, px, if it is known.
+    pub noise: Option<f64>,
+    /// About how large a mm is at the face, px.
+    pub scale: f64,
+}
+
+/// Where the solver stands.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    pub pose: Pose,
+    /// Independent coefficients, then weights of expressions.
+    pub unknowns: Vec<f64>,
+    /// How many of them the points determine.
+    pub determined: f64,
+}
+
+/// A point that is compared: which it stands for, and the directions of its two residuals.
+struct Match {
+    point: usize,
+    axes: [DVec2; 2],
+    /// Whether it is hidden, and stands for another point of its path.
+    hidden: bool,
+}
+
+/// The standard deviations of points, px.
+#[derive(Clone, Copy)]
+struct Noise {
+    /// Of the points inside of the outline, along each axis.
+    inner: f64,
+    /// Of the jaw's points that are seen, along the outline.
+    along: f64,
+}
+
+impl Noise {
+    /// Along the axes of the match of a point.
+    fn of(&self, point: usize, m: &Match) -> [f64; 2] {
+        match (point < JAW, m.hidden) {
+            (true, true) => HIDDEN.map(|noise| noise * self.inner),
+            (true, false) => [self.inner, self.along],
+            (false, _) => [self.inner; 2],
+        }
+    }
+}
+
+impl Observed<'_> {
+    fn place(&self, point: usize, state: &State) -> DVec3 {
+        self.points.place(point, &state.unknowns)
+    }
+
+    fn look(&self, point: usize, state: &State) -> Option<Seen> {
+        state.pose.see(self.place(point, state))
+    }
+
+    /// What each of the 68 stands for as things are; `None` when a part is behind the camera.
+    fn matches(&self, state: &State) -> Option<Vec<Match>> {
+        let at = |point: usize| Some(self.look(point, state)?.at);
+        let paths: Option<Vec<Vec<DVec2>>> = (self.paths.iter())
+            .map(|path| path.iter().map(|&p| at(p)).collect())
+            .collect();
+        let outline = contour::outline(&paths?, at(contour::NOSE)?);
+        let jaw = outline
+            .iter()
+            .zip(self.paths)
+            .map(|((k, along), path)| Match {
+                point: path[*k],
+                axes: [along.perp(), *along],
+                hidden: *k > 0,
+            });
+        let inner = (JAW..POINTS).map(|point| Match {
+            point,
+            axes: [DVec2::X, DVec2::Y],
+            hidden: false,
+        });
+        Some(jaw.chain(inner).collect())
+    }
+
+    /// From each point as given to where it is, px.
+    pub fn residuals(&self, state: &State) -> Vec<DVec2> {
+        let matches = self.matches(state).unwrap_or_default();
+        let each = matches.iter().zip(self.seen).map(|(m, &seen)| {
+            let there = self.look(m.point, state);
+            there.map_or(DVec2::INFINITY, |there| there.at - seen)
+        });
+        each.collect()
+    }
+
+    /// Residuals along the axes of the matches, px: two of each point.
+    fn off(&self, matches: &[Match], state: &State) -> Option<Vec<[f64; 2]>> {
+        let each = matches.iter().zip(self.seen).map(|(m, &seen)| {
+            let off = self.look(m.point, state)?.at - seen;
+            Some(m.axes.map(|axis| off.dot(axis)))
+        });
+        each.collect()
+    }
+}
+
+impl Terms {
+    fn count(&self) -> usize {
+        self.coefficients + self.expressions
+    }
+
+    /// The energy besides the points, with `determined` for n_eff.
+    fn prior(&self, state: &State, determined: f64) -> f64 {
+        let (z, e) = state.unknowns.split_at(self.coefficients);
+        let square = |all: &[f64]| all.iter().map(|x| x * x).sum::<f64>();
+        let focal = (state.pose.log_focal - self.focal.0) / self.focal.1;
+        square(z) + square(e) / (EXPRESSION * EXPRESSION) + focal * focal
+            - 2.0 * determined * (state.pose.log_depth - state.pose.log_focal)
+    }
+}
+
+/// The weight of a point whose residuals are these, in standard deviations.
+fn weight([x, y]: [f64; 2]) -> f64 {
+    let square = x * x + y * y;
+    (FREEDOM + 2.0) / (FREEDOM + square)
+}
+
+/// Half the gradient and half the curvature of the energy (Gauss-Newton's), pose last.
+struct Normal {
+    curvature: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+/// Minimises the energy from a first pose and the mean face on; `None` when the head ends up behind
+/// the camera.
+pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<State> {
+    let mut state = State {
+        pose,
+        unknowns: vec![0.0; terms.count()],
+        determined: 0.0,
+    };
+    let usual = NOISE * terms.scale;
+    let mut noise = Noise {
+        inner: terms.noise.unwrap_or(usual),
+        along: ALONG * terms.noise.unwrap_or(usual),
+    };
+    for _ in 0..STEPS {
+        let matches = observed.matches(&state)?;
+        let residuals = observed.off(&matches, &state)?;
+        let scaled = |(point, r): (usize, &[f64; 2])| {
+            let noise = noise.of(point, &matches[point]);
+            [r[0] / noise[0], r[1] / noise[1]]
+        };
+        let weights: Vec<f64> = (residuals.iter().enumerate())
+            .map(|r| weight(scaled(r)))
+            .collect();
+        let (step, determined) = step(observed, terms, &matches, &weights, noise, &state)?;
+        state.determined = determined;
+        // With weights, outline and n_eff as they are.
+        let energy = |state: &State| {
+            let residuals = observed.off(&matches, state)?;
+            let each = residuals.iter().enumerate().map(scaled);
+            let squares = each.map(|r| r[0] * r[0] + r[1] * r[1]);
+            let points: f64 = squares.zip(&weights).map(|(square, w)| w * square).sum();
+            Some(points + terms.prior(state, determined))
+        };
+        let before = energy(&state)?;
+        let mut part = 1.0;
+        let better = (0..HALVINGS).find_map(|_| {
+            let there = moved(&state, &step, part, terms);
+            part /= 2.0;
+            (energy(&there)? <= before).then_some(there)
+        });
+        let Some(there) = better else { break };
+        let most = step.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
+        state = there;
+        if terms.noise.is_none() {
+            let residuals = observed.off(&matches, &state)?;
+            noise = estimated(&residuals, &weights, &matches, determined, usual);
+        }
+        if most < SETTLED {
+            break;
+        }
+    }
+    Some(state)
+}
+
+/// The standard deviations of the points: their most probable values with the priors, `usual` px for
+/// those inside, the fit's freedom taken off.
+fn estimated(
+    residuals: &[[f64; 2]],
+    weights: &[f64],
+    matches: &[Match],
+    determined: f64,
+    usual: f64,
+) -> Noise {
+    let variance = |prior: f64, weight: f64, square: f64, count: f64| {
+        (weight * prior * prior + square) / (weight + count)
+    };
+    let mut squares = residuals
+        .iter()
+        .zip(weights)
+        .map(|(r, w)| r.map(|r| w * r * r));
+    let jaw: f64 = squares
+        .by_ref()
+        .take(JAW)
+        .zip(matches)
+        .filter(|s| !s.1.hidden)
+        .map(|s| s.0[1])
+        .sum();
+    let shown = matches[..JAW].iter().filter(|m| !m.hidden).count() as f64;
+    let inner: f64 = squares.map(|s| s[0] + s[1]).sum();
+    let count = 2.0 * (POINTS - JAW) as f64;
+    // The jaw takes its share of the freedom.
+    let free = (determined + POSE as f64) * count / (2.0 * POINTS as f64);
+    let count = (count - free).max(0.0);
+    Noise {
+        inner: variance(usual, NOISE_COUNT, inner, count).sqrt(),
+        along: variance(ALONG * usual, ALONG_COUNT, jaw, shown).sqrt(),
+    }
+}
+
+fn moved(state: &State, step: &DVector<f64>, part: f64, terms: &Terms) -> State {
+    let count = terms.count();
+    let mut there = state.clone();
+    for (i, x) in there.unknowns.iter_mut().enumerate() {
+        *x += part * step[i];
+        if i >= terms.coefficients {
+            *x = x.clamp(0.0, 1.0);
+        }
+    }
+    let turn: Vec<f64> = step.rows(count, POSE).iter().map(|s| part * s).collect();
+    there.pose = state.pose.moved(&turn);
+    there
+}
+
+/// The Gauss-Newton step, and how many unknowns the points determine.
+fn step(
+    observed: &Observed,
+    terms: &Terms,
+    matches: &[Match],
+    weights: &[f64],
+    noise: Noise,
+    state: &State,
+) -> Option<(DVector<f64>, f64)> {
+    let count = terms.count();
+    let mut normal = normal(observed, matches, weights, noise, state, count)?;
+    let tight = |i: usize| {
+        if i < terms.coefficients {
+            1.0
+        } else {
+            EXPRESSION.powi(-2)
+        }
+    };
+    for i in 0..count {
+        normal.curvature[(i, i)] += tight(i);
+        normal.gradient[i] += tight(i) * state.unknowns[i];
+    }
+    let focal = count + POSE - 1;
+    normal.curvature[(focal, focal)] += terms.focal.1.powi(-2);
+    normal.gradient[focal] += (state.pose.log_focal - terms.focal.0) / terms.focal.1.powi(2);
+    // Weights at a bound that the energy pushes them against stay there.
+    for i in terms.coefficients..count {
+        let (weight, slope) = (state.unknowns[i], normal.gradient[i]);
+        if (weight <= 0.0 && slope > 0.0) || (weight >= 1.0 && slope < 0.0) {
+            normal.curvature.row_mut(i).fill(0.0);
+            normal.curvature.column_mut(i).fill(0.0);
+            normal.curvature[(i, i)] = tight(i);
+            normal.gradient[i] = 0.0;
+        }
+    }
+    let factor = normal.curvature.cholesky()?;
+    // The factor begins with that of the unknowns without the pose.
+    let inverse = inverse_diagonal(factor.l_dirty(), count);
+    let left: f64 = inverse.iter().zip(0..).map(|(d, i)| tight(i) * d).sum();
+    let determined = count as f64 - left;
+    normal.gradient[count + 5] -= determined;
+    normal.gradient[count + 6] += determined;
+    let step = factor.solve(&-normal.gradient);
+    Some((step, determined))
+}
+
+/// The points' part of the normal equations.
+fn normal(
+    observed: &Observed,
+    matches: &[Match],
+    weights: &[f64],
+    noise: Noise,
+    state: &State,
+    count: usize,
+) -> Option<Normal> {
+    let all = count + POSE;
+    let mut row = vec![0.0; all];
+    let mut curvature = DMatrix::zeros(all, all);
+    let mut gradient = DVector::zeros(all);
+    for (m, (own, &weight)) in matches.iter().zip(weights).enumerate() {
+        let seen = observed.look(own.point, state)?;
+        let rates = [0, 1, 2].map(|axis| observed.points.along(own.point, axis));
+        for i in 0..2 {
+            let along = own.axes[i] * (weight.sqrt() / noise.of(m, own)[i]);
+            let [x, y, z] = seen.by_point.map(|d| d.dot(along));
+            let rates = rates[0].iter().zip(rates[1]).zip(rates[2]);
+            for (entry, ((x_rate, y_rate), z_rate)) in row.iter_mut().zip(rates) {
+                *entry = x * x_rate + y * y_rate + z * z_rate;
+            }
+            for (entry, by_pose) in row[count..].iter_mut().zip(&seen.by_pose) {
+                *entry = by_pose.dot(along);
+            }
+            add_row(
+                &row,
+                (seen.at - observed.seen[m]).dot(along),
+                &mut curvature,
+                &mut gradient,
+            );
+        }
+    }
+    curvature.fill_upper_triangle_with_lower_triangle();
+    Some(Normal {
+        curvature,
+        gradient,
+    })
+}
+
+/// Adds a residual's part to the normal equations: of the curvature the lower triangle.
+fn add_row(row: &[f64], residual: f64, curvature: &mut DMatrix<f64>, gradient: &mut DVector<f64>) {
+    let columns = curvature.as_mut_slice().chunks_exact_mut(row.len());
+    for (j, (column, &by)) in columns.zip(row).enumerate() {
+        if by != 0.0 {
+            for (sum, x) in column[j..].iter_mut().zip(&row[j..]) {
+                *sum += by * x;
+            }
+        }
+    }
+    for (sum, x) in gradient.iter_mut().zip(row) {
+        *sum += x * residual;
+    }
+}
+
+/// The diagonal of the inverse of the first `count` rows and columns of L L', from the lower
+/// triangular L: the squared lengths of the columns of its inverse.
+fn inverse_diagonal(lower: &DMatrix<f64>, count: usize) -> Vec<f64> {
+    let mut column = vec![0.0; count];
+    (0..count)
+        .map(|i| {
+            column.fill(0.0);
+            column[i] = 1.0;
+            for j in i..count {
+                let own = &lower.column(j);
+                let (done, rest) = column.split_at_mut(j + 1);
+                done[j] /= own[j];
+                let x = done[j];
+                for (sum, l) in rest.iter_mut().zip(own.iter().take(count).skip(j + 1)) {
+                    *sum -= l * x;
+                }
+            }
+            column[i..].iter().map(|x| x * x).sum()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inverse_is_that_of_the_leading_block() {
+        let mut random = crate::Random::new(4);
+        let rows = DMatrix::from_fn(6, 9, |_, _| random.normal());
+        let mut matrix = DMatrix::zeros(6, 6);
+        let mut gradient = DVector::zeros(6);
+        for row in rows.column_iter() {
+            let row: Vec<f64> = row.iter().copied().collect();
+            add_row(&row, 2.0, &mut matrix, &mut gradient);
+        }
+        matrix.fill_upper_triangle_with_lower_triangle();
+        assert!((&matrix - &rows * rows.transpose()).amax() < 1e-12);
+        assert!((gradient - 2.0 * rows.column_sum()).amax() < 1e-12);
+        let inverse = matrix.view((0, 0), (4, 4)).into_owned().try_inverse();
+        let inverse = inverse.expect("is definite").diagonal();
+        let factor = matrix.cholesky().expect("is definite");
+        let found = inverse_diagonal(factor.l_dirty(), 4);
+        assert!(
+            inverse
+                .iter()
+                .zip(found)
+                .all(|(a, b)| (a - b).abs() < 1e-9 * a)
+        );
+    }
+}
