@@ -191,30 +191,33 @@ need_wasm_tools() {
 
 # --- build --------------------------------------------------------------------------------------
 
-# wasm BUILD RUSTFLAGS [WASM-OPT FLAG...]: one build of the module in pkg/BUILD.
+# wasm BUILD NAME FEATURES RUSTFLAGS [WASM-OPT FLAG...]: one build of a module, pkg/BUILD/NAME.js.
 wasm() {
-    local build=$1 flags=$2 out=$ROOT/target/wasm-$1
-    shift 2
+    local build=$1 name=$2 features=$3 flags=$4 out=$ROOT/target/wasm-$1
+    shift 4
     quietly "wasm-$build" env RUSTFLAGS="$flags" CARGO_TARGET_DIR="$out" \
-        cargo build --profile wasm --locked --lib --target wasm32-unknown-unknown
-    quietly "bindings-$build" wasm-bindgen --target web --out-name phiz --out-dir "$out/bindings" \
-        "$out/wasm32-unknown-unknown/wasm/phiz.wasm"
+        cargo build --profile wasm --locked --lib --target wasm32-unknown-unknown \
+        --features "$features"
+    quietly "bindings-$build" wasm-bindgen --target web --out-name "$name" \
+        --out-dir "$out/bindings" "$out/wasm32-unknown-unknown/wasm/phiz.wasm"
     mkdir -p "pkg/$build"
-    cp "$out/bindings/phiz.js" "pkg/$build/phiz.js"
+    cp "$out/bindings/$name.js" "pkg/$build/$name.js"
     # Every feature that rustc uses by default; SIMD only where it was asked for.
     quietly "optimise-$build" wasm-opt -O3 --strip-debug --strip-producers \
         --enable-bulk-memory --enable-bulk-memory-opt --enable-nontrapping-float-to-int \
         --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue \
-        "$@" "$out/bindings/phiz_bg.wasm" -o "pkg/$build/phiz_bg.wasm"
+        "$@" "$out/bindings/${name}_bg.wasm" -o "pkg/$build/${name}_bg.wasm"
 }
 
 package() {
     say "Building the package"
     # Each is one thread for most of its time.
-    wasm scalar "" &
+    wasm scalar phiz "" "" &
     local scalar=$!
-    wasm simd "-C target-feature=+simd128" --enable-simd
+    wasm simd phiz "" "-C target-feature=+simd128" --enable-simd
     wait "$scalar"
+    # Fits are in f64, of which an instruction takes two at most: one build is enough.
+    wasm photo photo photo ""
     cp www/phiz/index.js www/phiz/index.d.ts www/phiz/package.json README.md LICENSE-* pkg/
     rm -rf pkg/export
     cp -r www/phiz/export pkg/export
@@ -239,7 +242,7 @@ build() {
     need_wasm_tools
     package
     site
-    sizes pkg/*/phiz_bg.wasm www/dist/assets/*.js www/public/model.phiz
+    sizes pkg/*/*_bg.wasm www/dist/assets/*.js www/public/model.phiz
 }
 
 serve() {
@@ -258,6 +261,8 @@ lints() {
     quietly clippy-fit cargo clippy --locked --all-targets --features fit -- -D warnings
     quietly clippy-wasm cargo clippy --locked --lib --test wasm --target wasm32-unknown-unknown \
         -- -D warnings
+    quietly clippy-photo cargo clippy --locked --lib --features photo \
+        --target wasm32-unknown-unknown -- -D warnings
     quietly docs env RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps --features fit
     quietly types npm run check --prefix www
 }

@@ -43,7 +43,10 @@ pub mod photo;
 mod predict;
 pub mod quantise;
 mod random;
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(target_arch = "wasm32", not(feature = "photo")))]
+mod wasm;
+#[cfg(all(target_arch = "wasm32", feature = "photo"))]
+#[path = "wasm/photo.rs"]
 mod wasm;
 
 pub use error::{Error, Result};

@@ -10,7 +10,7 @@ const here = (/** @type {string} */ path) => fileURLToPath(new URL(path, import.
 const dist = process.argv[2] ?? here('dist');
 
 /** Not part of the page: pages of their own, what is asked for rarely, and this. */
-const APART = /^(designer|examples)\/|^(synthetic|head)\.phiz$|^service-worker\.js$|^assets\/(crowd|three|examples)-/;
+const APART = /^(designer|examples)\/|^(synthetic|head)\.phiz$|^service-worker\.js$|^assets\/(crowd|three|examples|photo|photo_bg)-/;
 
 /** @type {Record<string, string>} */
 const files = {};

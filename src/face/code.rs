@@ -9,33 +9,13 @@ use base64::Engine;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 
 use super::{FARTHEST, Face, GRID};
-use crate::{Error, Result};
+use crate::{Error, FaceModel, Result};
 
 impl Face {
     /// The face as a string of letters, digits, `-` and `_`: with [`crate::FaceModel::from_code`]
     /// it gives the same face, bit for bit. Locks are not kept in it.
     pub fn code(&self) -> String {
-        let mut bytes = self.model.derived.fingerprint.to_le_bytes().to_vec();
-        put(&mut bytes, (self.alpha * 1000.0).round() as u64);
-        let median = &self.model.derived.median;
-        let differences: Vec<i64> = self
-            .state
-            .iter()
-            .zip(median)
-            .map(|(&c, &m)| i64::from(c) - i64::from(m))
-            .collect();
-        let mut at = 0;
-        while at < differences.len() {
-            let difference = differences[at];
-            put(&mut bytes, ((difference << 1) ^ (difference >> 63)) as u64);
-            at += 1;
-            if difference == 0 {
-                let more = differences[at..].iter().take_while(|&&d| d == 0).count();
-                put(&mut bytes, more as u64);
-                at += more;
-            }
-        }
-        URL_SAFE_NO_PAD.encode(bytes)
+        encode(&self.model, self.alpha, &self.state)
     }
 
     /// Takes the coefficients and the fall-off distance of a code.
@@ -85,6 +65,27 @@ impl Face {
         self.changed = 0..self.positions.len() as u32;
         Ok(())
     }
+}
+
+/// The code of a state (coefficients in grid units) with a fall-off distance (mm).
+pub(crate) fn encode(model: &FaceModel, alpha: f32, state: &[i32]) -> String {
+    let mut bytes = model.derived.fingerprint.to_le_bytes().to_vec();
+    put(&mut bytes, (alpha * 1000.0).round() as u64);
+    let differences: Vec<i64> = (state.iter().zip(&model.derived.median))
+        .map(|(&c, &m)| i64::from(c) - i64::from(m))
+        .collect();
+    let mut at = 0;
+    while at < differences.len() {
+        let difference = differences[at];
+        put(&mut bytes, ((difference << 1) ^ (difference >> 63)) as u64);
+        at += 1;
+        if difference == 0 {
+            let more = differences[at..].iter().take_while(|&&d| d == 0).count();
+            put(&mut bytes, more as u64);
+            at += more;
+        }
+    }
+    URL_SAFE_NO_PAD.encode(bytes)
 }
 
 fn put(bytes: &mut Vec<u8>, mut number: u64) {

@@ -1,6 +1,6 @@
 //! A face: a model and coefficients; everything else of it is computed.
 
-mod code;
+pub(crate) mod code;
 mod measured;
 mod probable;
 
@@ -22,6 +22,11 @@ const FARTHEST: f32 = 255.0;
 /// The grid point nearest to a coefficient in sigmas.
 pub(crate) fn grid(coefficient: f32) -> i32 {
     (f64::from(coefficient) * GRID).round() as i32
+}
+
+/// A point of the grid as a coefficient in sigmas.
+pub(crate) fn sigmas(point: i32) -> f32 {
+    (f64::from(point) / GRID) as f32
 }
 
 /// A length in mm at the nearest whole micrometre, which is what a code keeps of it.
@@ -118,10 +123,7 @@ impl Face {
 
     /// The coefficients in sigmas, block after block.
     pub fn coefficients(&self) -> Vec<f32> {
-        self.state
-            .iter()
-            .map(|&c| (f64::from(c) / GRID) as f32)
-            .collect()
+        self.state.iter().map(|&c| sigmas(c)).collect()
     }
 
     /// Replaces all coefficients (sigmas). Limits and locks do not apply: this is how a state is

@@ -69,7 +69,6 @@ pub struct Photo<'a> {
 
 /// How well a fit tells the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(target_arch = "wasm32", derive(serde::Serialize))]
 pub struct Quality {
     /// The root mean square of the distances between the 51 points inside of the face's outline, as
     /// given and as fitted, px.
@@ -116,6 +115,8 @@ impl Quality {
 pub struct Fit {
     /// The coefficients, for [`crate::Face::set_coefficients`]: these are on a face's grid.
     pub coefficients: Vec<f32>,
+    /// The face's [`crate::Face::code`].
+    pub code: String,
     /// The weight of each expression, 0..=1; empty when none were given.
     pub expression: Vec<f64>,
     /// The camera, in the frame of the model's heads.
@@ -216,27 +217,26 @@ impl Fitter {
         };
         let state = solver::solve(&observed, &terms, pose)
             .ok_or_else(|| Error::Mismatch("no face is seen at these points".into()))?;
-        self.finish(&observed, state)
+        Ok(self.finish(&observed, state))
     }
 
-    fn finish(&self, observed: &Observed, state: State) -> Result<Fit> {
+    fn finish(&self, observed: &Observed, state: State) -> Fit {
         let basis = &self.points.basis;
         let (z, expression) = state.unknowns.split_at(basis.ncols());
-        let mut face = self.model.face();
         let z = nalgebra::DVector::from_column_slice(z);
-        let mut coefficients = vec![0.0; self.model.parts().coefficients()];
-        for (c, value) in coefficients.iter_mut().zip((basis * &z).iter()) {
-            *c = *value as f32;
+        let mut grid = vec![0; self.model.parts().coefficients()];
+        for (point, value) in grid.iter_mut().zip((basis * &z).iter()) {
+            *point = crate::face::grid(*value as f32);
         }
-        face.set_coefficients(&coefficients)?;
         let residuals = observed.residuals(&state);
         let inner = &residuals[JAW..];
         let camera = state.pose.camera();
         let towards = camera.position() - self.pivot;
         let square: f64 = inner.iter().map(|r| r.length_squared()).sum();
         let rms_px = (square / inner.len() as f64).sqrt();
-        Ok(Fit {
-            coefficients: face.coefficients(),
+        Fit {
+            code: crate::face::code::encode(&self.model, self.model.parts().blending.alpha, &grid),
+            coefficients: grid.into_iter().map(crate::face::sigmas).collect(),
             expression: expression.to_vec(),
             camera,
             residuals,
@@ -247,7 +247,7 @@ impl Fitter {
                 determined: state.determined,
                 away: towards.angle_between(DVec3::Z),
             },
-        })
+        }
     }
 }
 

@@ -10,9 +10,10 @@ use crate::{Error, Expressions, Face, Result};
 /// A point of the surface, as vertices with weights that sum to 1.
 pub(super) type Stencil = Vec<(u32, f64)>;
 
-/// An axis is left out when all points together move by less than this with one standard deviation
-/// of it, mm: with noise of half a mm a point they would tell a thousandth of it.
-const FELT: f64 = 0.5;
+/// An axis is left out when one standard deviation of it moves all points together, the 68 and those of
+/// the paths, by less than this (the root of the sum of their squares), mm. A point then moves by 0.04
+/// mm, where it is seen to 0.75. It makes fits twice as fast, and no worse by a tenth of a per cent.
+const FELT: f64 = 0.7;
 /// People vary less than the registered faces that a model is learned from, which have the noise of
 /// registration besides: by this factor. Without it heads are fitted 1.2 % too large; at 0.85 they are
 /// 0.6 %, and shape and pose are best (150 people of ICT-FaceKit).

@@ -14,9 +14,16 @@ const NOISE: f64 = 0.75;
 /// How much that counts against what the residuals say: as so many of them (the prior of the
 /// variance is inverse gamma).
 const NOISE_COUNT: f64 = 40.0;
-/// A jaw point's standard deviation across the outline and along it, in those of the other points:
-/// 2 px and 12 px where they have 1.5. Taking them at 1.5 px is worse than leaving them out.
-const JAW_NOISE: [f64; 2] = [2.0 / 1.5, 12.0 / 1.5];
+/// The standard deviations of a jaw point that is hidden, across the outline that it stands for and
+/// along it, in those of the other points. What level of the cheek somebody marks for it is a guess.
+const HIDDEN: [f64; 2] = [4.0 / 3.0, 12.0];
+/// The standard deviation along the outline of jaw points that are seen, before anything is known, in
+/// those of the other points: 12 px where they have 1.5. Taking them at 1.5 px is worse than leaving
+/// them out, when they were marked anywhere along it.
+const ALONG: f64 = 8.0;
+/// How much that counts against what the residuals say, as so many of them: detectors that keep to
+/// the jaw's own points should be believed.
+const ALONG_COUNT: f64 = 0.5;
 /// Points are distributed as Student's t with so many degrees of freedom: one that is three standard
 /// deviations off counts half.
 const FREEDOM: f64 = 8.0;
@@ -27,7 +34,7 @@ const STEPS: usize = 40;
 /// A step is halved so many times before it is taken for none.
 const HALVINGS: usize = 8;
 /// Steps end when none of the unknowns, in their standard deviations, moves by more.
-const SETTLED: f64 = 3e-3;
+const SETTLED: f64 = 1e-2;
 
 /// What is given of a face.
 pub(super) struct Observed<'a> {
@@ -65,8 +72,28 @@ pub(super) struct State {
 struct Match {
     point: usize,
     axes: [DVec2; 2],
-    /// The standard deviations along the axes, in that of an inner point.
-    noise: [f64; 2],
+    /// Whether it is hidden, and stands for another point of its path.
+    hidden: bool,
+}
+
+/// The standard deviations of points, px.
+#[derive(Clone, Copy)]
+struct Noise {
+    /// Of the points inside of the outline, along each axis.
+    inner: f64,
+    /// Of the jaw's points that are seen, along the outline.
+    along: f64,
+}
+
+impl Noise {
+    /// Along the axes of the match of a point.
+    fn of(&self, point: usize, m: &Match) -> [f64; 2] {
+        match (point < JAW, m.hidden) {
+            (true, true) => HIDDEN.map(|noise| noise * self.inner),
+            (true, false) => [self.inner, self.along],
+            (false, _) => [self.inner; 2],
+        }
+    }
 }
 
 impl Observed<'_> {
@@ -91,12 +118,12 @@ impl Observed<'_> {
             .map(|((k, along), path)| Match {
                 point: path[*k],
                 axes: [along.perp(), *along],
-                noise: JAW_NOISE,
+                hidden: *k > 0,
             });
         let inner = (JAW..POINTS).map(|point| Match {
             point,
             axes: [DVec2::X, DVec2::Y],
-            noise: [1.0; 2],
+            hidden: false,
         });
         Some(jaw.chain(inner).collect())
     }
@@ -111,11 +138,11 @@ impl Observed<'_> {
         each.collect()
     }
 
-    /// Residuals in an inner point's standard deviations of 1 px: two of each point.
-    fn scaled(&self, matches: &[Match], state: &State) -> Option<Vec<[f64; 2]>> {
+    /// Residuals along the axes of the matches, px: two of each point.
+    fn off(&self, matches: &[Match], state: &State) -> Option<Vec<[f64; 2]>> {
         let each = matches.iter().zip(self.seen).map(|(m, &seen)| {
             let off = self.look(m.point, state)?.at - seen;
-            Some([0, 1].map(|i| off.dot(m.axes[i]) / m.noise[i]))
+            Some(m.axes.map(|axis| off.dot(axis)))
         });
         each.collect()
     }
@@ -137,8 +164,8 @@ impl Terms {
 }
 
 /// The weight of a point whose residuals are these, in standard deviations.
-fn weight(residual: &[f64; 2]) -> f64 {
-    let square = residual.iter().map(|r| r * r).sum::<f64>();
+fn weight([x, y]: [f64; 2]) -> f64 {
+    let square = x * x + y * y;
     (FREEDOM + 2.0) / (FREEDOM + square)
 }
 
@@ -156,25 +183,29 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
         unknowns: vec![0.0; terms.count()],
         determined: 0.0,
     };
-    let mut noise = terms.noise.unwrap_or(NOISE * terms.scale);
+    let usual = NOISE * terms.scale;
+    let mut noise = Noise {
+        inner: terms.noise.unwrap_or(usual),
+        along: ALONG * terms.noise.unwrap_or(usual),
+    };
     for _ in 0..STEPS {
         let matches = observed.matches(&state)?;
-        let residuals = observed.scaled(&matches, &state)?;
-        let in_noise = |r: &[f64; 2]| r.map(|r| r / noise);
-        let weights: Vec<f64> = residuals.iter().map(|r| weight(&in_noise(r))).collect();
+        let residuals = observed.off(&matches, &state)?;
+        let scaled = |(point, r): (usize, &[f64; 2])| {
+            let noise = noise.of(point, &matches[point]);
+            [r[0] / noise[0], r[1] / noise[1]]
+        };
+        let weights: Vec<f64> = (residuals.iter().enumerate())
+            .map(|r| weight(scaled(r)))
+            .collect();
         let (step, determined) = step(observed, terms, &matches, &weights, noise, &state)?;
         state.determined = determined;
         // With weights, outline and n_eff as they are.
         let energy = |state: &State| {
-            let residuals = observed.scaled(&matches, state)?;
-            let points: f64 = residuals
-                .iter()
-                .zip(&weights)
-                .map(|(r, w)| {
-                    let r = in_noise(r);
-                    w * (r[0] * r[0] + r[1] * r[1])
-                })
-                .sum();
+            let residuals = observed.off(&matches, state)?;
+            let each = residuals.iter().enumerate().map(scaled);
+            let squares = each.map(|r| r[0] * r[0] + r[1] * r[1]);
+            let points: f64 = squares.zip(&weights).map(|(square, w)| w * square).sum();
             Some(points + terms.prior(state, determined))
         };
         let before = energy(&state)?;
@@ -188,8 +219,8 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
         let most = step.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
         state = there;
         if terms.noise.is_none() {
-            let residuals = observed.scaled(&matches, &state)?;
-            noise = estimated(&residuals, &weights, determined, terms.scale);
+            let residuals = observed.off(&matches, &state)?;
+            noise = estimated(&residuals, &weights, &matches, determined, usual);
         }
         if most < SETTLED {
             break;
@@ -198,16 +229,39 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
     Some(state)
 }
 
-/// The standard deviation of the points, px: its most probable value with the prior, the fit's
-/// freedom taken off.
-fn estimated(residuals: &[[f64; 2]], weights: &[f64], determined: f64, scale: f64) -> f64 {
-    let inner = residuals.iter().zip(weights).skip(JAW);
-    let square: f64 = inner.map(|(r, w)| w * (r[0] * r[0] + r[1] * r[1])).sum();
+/// The standard deviations of the points: their most probable values with the priors, `usual` px for
+/// those inside, the fit's freedom taken off.
+fn estimated(
+    residuals: &[[f64; 2]],
+    weights: &[f64],
+    matches: &[Match],
+    determined: f64,
+    usual: f64,
+) -> Noise {
+    let variance = |prior: f64, weight: f64, square: f64, count: f64| {
+        (weight * prior * prior + square) / (weight + count)
+    };
+    let mut squares = residuals
+        .iter()
+        .zip(weights)
+        .map(|(r, w)| r.map(|r| w * r * r));
+    let jaw: f64 = squares
+        .by_ref()
+        .take(JAW)
+        .zip(matches)
+        .filter(|s| !s.1.hidden)
+        .map(|s| s.0[1])
+        .sum();
+    let shown = matches[..JAW].iter().filter(|m| !m.hidden).count() as f64;
+    let inner: f64 = squares.map(|s| s[0] + s[1]).sum();
     let count = 2.0 * (POINTS - JAW) as f64;
     // The jaw takes its share of the freedom.
     let free = (determined + POSE as f64) * count / (2.0 * POINTS as f64);
-    let prior = NOISE_COUNT * (NOISE * scale).powi(2);
-    ((prior + square) / (NOISE_COUNT + (count - free).max(0.0))).sqrt()
+    let count = (count - free).max(0.0);
+    Noise {
+        inner: variance(usual, NOISE_COUNT, inner, count).sqrt(),
+        along: variance(ALONG * usual, ALONG_COUNT, jaw, shown).sqrt(),
+    }
 }
 
 fn moved(state: &State, step: &DVector<f64>, part: f64, terms: &Terms) -> State {
@@ -230,7 +284,7 @@ fn step(
     terms: &Terms,
     matches: &[Match],
     weights: &[f64],
-    noise: f64,
+    noise: Noise,
     state: &State,
 ) -> Option<(DVector<f64>, f64)> {
     let count = terms.count();
@@ -261,12 +315,8 @@ fn step(
     }
     let factor = normal.curvature.cholesky()?;
     // The factor begins with that of the unknowns without the pose.
-    let own = factor.l_dirty().view((0, 0), (count, count));
-    let mut inverse = DMatrix::identity(count, count);
-    own.solve_lower_triangular_mut(&mut inverse);
-    let left: f64 = (0..count)
-        .map(|i| tight(i) * inverse.column(i).norm_squared())
-        .sum();
+    let inverse = inverse_diagonal(factor.l_dirty(), count);
+    let left: f64 = inverse.iter().zip(0..).map(|(d, i)| tight(i) * d).sum();
     let determined = count as f64 - left;
     normal.gradient[count + 5] -= determined;
     normal.gradient[count + 6] += determined;
@@ -279,32 +329,105 @@ fn normal(
     observed: &Observed,
     matches: &[Match],
     weights: &[f64],
-    noise: f64,
+    noise: Noise,
     state: &State,
     count: usize,
 ) -> Option<Normal> {
     let all = count + POSE;
-    let mut rows = DMatrix::zeros(all, 2 * matches.len());
-    let mut off = DVector::zeros(2 * matches.len());
+    let mut row = vec![0.0; all];
+    let mut curvature = DMatrix::zeros(all, all);
+    let mut gradient = DVector::zeros(all);
     for (m, (own, &weight)) in matches.iter().zip(weights).enumerate() {
         let seen = observed.look(own.point, state)?;
         let rates = [0, 1, 2].map(|axis| observed.points.along(own.point, axis));
         for i in 0..2 {
-            let scale = weight.sqrt() / (own.noise[i] * noise);
-            let along = own.axes[i] * scale;
+            let along = own.axes[i] * (weight.sqrt() / noise.of(m, own)[i]);
             let [x, y, z] = seen.by_point.map(|d| d.dot(along));
-            let mut row = rows.column_mut(2 * m + i);
-            for (u, entry) in row.iter_mut().take(count).enumerate() {
-                *entry = x * rates[0][u] + y * rates[1][u] + z * rates[2][u];
+            let rates = rates[0].iter().zip(rates[1]).zip(rates[2]);
+            for (entry, ((x_rate, y_rate), z_rate)) in row.iter_mut().zip(rates) {
+                *entry = x * x_rate + y * y_rate + z * z_rate;
             }
-            for (p, by_pose) in seen.by_pose.iter().enumerate() {
-                row[count + p] = by_pose.dot(along);
+            for (entry, by_pose) in row[count..].iter_mut().zip(&seen.by_pose) {
+                *entry = by_pose.dot(along);
             }
-            off[2 * m + i] = (seen.at - observed.seen[m]).dot(along);
+            add_row(
+                &row,
+                (seen.at - observed.seen[m]).dot(along),
+                &mut curvature,
+                &mut gradient,
+            );
         }
     }
+    curvature.fill_upper_triangle_with_lower_triangle();
     Some(Normal {
-        curvature: &rows * rows.transpose(),
-        gradient: rows * off,
+        curvature,
+        gradient,
     })
+}
+
+/// Adds a residual's part to the normal equations: of the curvature the lower triangle.
+fn add_row(row: &[f64], residual: f64, curvature: &mut DMatrix<f64>, gradient: &mut DVector<f64>) {
+    let columns = curvature.as_mut_slice().chunks_exact_mut(row.len());
+    for (j, (column, &by)) in columns.zip(row).enumerate() {
+        if by != 0.0 {
+            for (sum, x) in column[j..].iter_mut().zip(&row[j..]) {
+                *sum += by * x;
+            }
+        }
+    }
+    for (sum, x) in gradient.iter_mut().zip(row) {
+        *sum += x * residual;
+    }
+}
+
+/// The diagonal of the inverse of the first `count` rows and columns of L L', from the lower
+/// triangular L: the squared lengths of the columns of its inverse.
+fn inverse_diagonal(lower: &DMatrix<f64>, count: usize) -> Vec<f64> {
+    let mut column = vec![0.0; count];
+    (0..count)
+        .map(|i| {
+            column.fill(0.0);
+            column[i] = 1.0;
+            for j in i..count {
+                let own = &lower.column(j);
+                let (done, rest) = column.split_at_mut(j + 1);
+                done[j] /= own[j];
+                let x = done[j];
+                for (sum, l) in rest.iter_mut().zip(own.iter().take(count).skip(j + 1)) {
+                    *sum -= l * x;
+                }
+            }
+            column[i..].iter().map(|x| x * x).sum()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inverse_is_that_of_the_leading_block() {
+        let mut random = crate::Random::new(4);
+        let rows = DMatrix::from_fn(6, 9, |_, _| random.normal());
+        let mut matrix = DMatrix::zeros(6, 6);
+        let mut gradient = DVector::zeros(6);
+        for row in rows.column_iter() {
+            let row: Vec<f64> = row.iter().copied().collect();
+            add_row(&row, 2.0, &mut matrix, &mut gradient);
+        }
+        matrix.fill_upper_triangle_with_lower_triangle();
+        assert!((&matrix - &rows * rows.transpose()).amax() < 1e-12);
+        assert!((gradient - 2.0 * rows.column_sum()).amax() < 1e-12);
+        let inverse = matrix.view((0, 0), (4, 4)).into_owned().try_inverse();
+        let inverse = inverse.expect("is definite").diagonal();
+        let factor = matrix.cholesky().expect("is definite");
+        let found = inverse_diagonal(factor.l_dirty(), 4);
+        assert!(
+            inverse
+                .iter()
+                .zip(found)
+                .all(|(a, b)| (a - b).abs() < 1e-9 * a)
+        );
+    }
 }

@@ -41,6 +41,64 @@ export interface Control {
   readonly measure: string | null;
 }
 
+/** What is known of a photo. */
+export interface PhotoPoints {
+  /** px, whole. */
+  width: number;
+  /** px, whole. */
+  height: number;
+  /**
+   * The 68 points of iBUG as x, y, x, y ... in px, x to the right and y down from the upper left
+   * corner; the subject's right jaw first.
+   */
+  points: ArrayLike<number>;
+  /**
+   * The focal length in px, if it is known: that of EXIF as if for film of 36 mm, over 36, times the
+   * longer side. Otherwise it is estimated.
+   */
+  focal?: number;
+}
+
+/** A pinhole camera. Its frame is x to the right, y down, z forward; the head's is the model's. */
+export interface PhotoCamera {
+  /** The focal length, px. */
+  readonly focal: number;
+  /** The principal point, px: the middle of the image. */
+  readonly centre: readonly [number, number];
+  /** From the head's frame to the camera's: nine numbers, row by row. */
+  readonly rotation: readonly number[];
+  /** Where the head's origin is in the camera's frame, mm. */
+  readonly translation: readonly [number, number, number];
+  /** Yaw to the subject's left, pitch down, roll to its right, radians; 0 when it looks ahead. */
+  readonly angles: readonly [number, number, number];
+}
+
+/** How well a fit tells the points. */
+export interface PhotoQuality {
+  /** The root mean square distance of the 51 points inside of the outline, px. */
+  readonly rmsPx: number;
+  /** The same at the face, mm. */
+  readonly rmsMm: number;
+  /** How far the face is from the mean, as a part of what is usual. */
+  readonly unusual: number;
+  /** How many coefficients the points determine. */
+  readonly determined: number;
+  /** Why the points should not be taken for a face's, in a sentence; null when they may. */
+  readonly refusal: string | null;
+}
+
+/** What the points of a photo tell. */
+export interface PhotoFit {
+  /** The face, for `fromCode` and `Face.code`. */
+  readonly code: string;
+  readonly camera: PhotoCamera;
+  /** What is shown of each expression, as `Face.expression` takes it. */
+  readonly expression: Readonly<Record<string, number>>;
+  /** From each point as given to where it is on the fitted face, px. */
+  readonly residuals: readonly (readonly [number, number])[];
+  readonly quality: PhotoQuality;
+}
+
 /** A named range of triangles: `skin`, `left eyeball` ... */
 export interface Part {
   readonly name: string;
@@ -124,6 +182,15 @@ export class FaceModel implements ModelInfo {
   loadExpressions(bytes: Uint8Array | ArrayBuffer): Promise<void>;
   /** The names of the expressions: ARKit's, such as `jawOpen`; none before `loadExpressions`. */
   readonly expressions: readonly string[];
+
+  /**
+   * The face and the camera that the points of a photo tell. Nothing leaves the machine; the module
+   * that does it is loaded with the first photo. Expressions are told too when they are loaded, and
+   * without them a smile is a part of the face. Equal points give an equal fit.
+   * @throws Error with the reason for sizes, points or a focal length that cannot be a photo's. Points
+   *   that are no face's give a fit with a `quality.refusal`.
+   */
+  fitPhoto(photo: PhotoPoints): Promise<PhotoFit>;
 
   readonly controls: readonly Control[];
   readonly regions: readonly string[];

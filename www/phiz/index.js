@@ -1,6 +1,7 @@
 /** @typedef {import('./raw.js').FaceModel} RawFaceModel */
 /** @typedef {import('./raw.js').Face} RawFace */
 /** @typedef {import('./raw.js').Expressions} RawExpressions */
+/** @typedef {import('./raw-photo.js').Fitter} RawFitter */
 
 // The smallest module with a 128-bit instruction: (func (result v128) i32.const 0  i8x16.splat
 // i8x16.popcnt).
@@ -30,16 +31,47 @@ async function instantiate(build) {
     build === 'simd'
       ? new URL('./simd/phiz_bg.wasm', import.meta.url)
       : new URL('./scalar/phiz_bg.wasm', import.meta.url);
-  /** @type {URL | BufferSource} */
-  let source = url;
-  if (url.protocol === 'file:') {
-    // Node's fetch does not read files. The name is in a variable so that bundlers for pages do
-    // not try to resolve it.
-    const fs = 'node:fs/promises';
-    source = await (await import(/* @vite-ignore */ fs)).readFile(url);
-  }
-  const { memory } = await glue.default({ module_or_path: source });
+  const { memory } = await glue.default({ module_or_path: await wasmSource(url) });
   return { glue, memory };
+}
+
+/**
+ * @param {URL} url
+ * @returns {Promise<URL | BufferSource>}
+ */
+async function wasmSource(url) {
+  if (url.protocol !== 'file:') return url;
+  // Node's fetch does not read files. The name is in a variable so that bundlers for pages do not
+  // try to resolve it.
+  const fs = 'node:fs/promises';
+  return (await import(/* @vite-ignore */ fs)).readFile(url);
+}
+
+/**
+ * The module that fits photos, which is loaded when the first photo is there.
+ * @type {Promise<typeof import('./raw-photo.js')> | null}
+ */
+let photoModule = null;
+
+async function loadPhotoModule() {
+  const glue = await import('./photo/photo.js');
+  const url = new URL('./photo/photo_bg.wasm', import.meta.url);
+  await glue.default({ module_or_path: await wasmSource(url) });
+  return glue;
+}
+
+/** Photos are not larger, and what is not a whole number would wrap around in wasm. */
+const MOST_PIXELS = 1 << 20;
+
+/**
+ * @param {string} what
+ * @param {unknown} value
+ */
+function pixels(what, value) {
+  if (typeof value !== 'number' || !Number.isInteger(value) || value < 1 || value > MOST_PIXELS) {
+    throw new Error(`a photo's ${what} must be a whole number of pixels above 0, not ${value}`);
+  }
+  return value;
 }
 
 /** What a packed model may inflate to, as in `src/blob.rs`: twenty times the default model. */
@@ -93,10 +125,12 @@ export async function load(bytes, { build = fastestBuild() } = {}) {
     // A failed download may be tried again.
     instance.catch(() => instances.delete(build));
   }
+  // A copy, as it was given, for the module that fits photos: should it come, it reads its own.
+  const packed = new Uint8Array(bytes).slice();
   // The one comes in while the other is unpacked.
-  const unpacked = unpack(bytes instanceof Uint8Array ? bytes : new Uint8Array(bytes));
+  const unpacked = unpack(packed);
   const [{ glue, memory }, blob] = await Promise.all([instance, unpacked]);
-  return new FaceModel(glue.FaceModel.parse(blob), memory, glue);
+  return new FaceModel(glue.FaceModel.parse(blob), memory, glue, packed);
 }
 
 export class FaceModel {
@@ -109,15 +143,23 @@ export class FaceModel {
   /** @type {Map<string, any>} */
   #topology = new Map();
   #glue;
-  /** @type {{ raw: RawExpressions, names: string[] } | null} */
+  /** @type {{ raw: RawExpressions, names: string[], packed: Uint8Array } | null} */
   #expressions = null;
+  #packed;
+  /**
+   * What fits photos, with the expressions that there were.
+   * @type {{ fitter: Promise<RawFitter>, expressions: Uint8Array | undefined } | null}
+   */
+  #photos = null;
 
   /**
    * @param {RawFaceModel} raw
    * @param {WebAssembly.Memory} memory
    * @param {typeof import('./raw.js')} glue
+   * @param {Uint8Array} packed the file
    */
-  constructor(raw, memory, glue) {
+  constructor(raw, memory, glue, packed) {
+    this.#packed = packed;
     this.#raw = raw;
     this.#memory = memory;
     this.#glue = glue;
@@ -152,14 +194,56 @@ export class FaceModel {
 
   /** @param {Uint8Array | ArrayBuffer} bytes */
   async loadExpressions(bytes) {
-    const blob = await unpack(bytes instanceof Uint8Array ? bytes : new Uint8Array(bytes));
+    const packed = new Uint8Array(bytes).slice();
+    const blob = await unpack(packed);
     const raw = this.#glue.Expressions.parse(blob, this.#live);
     // Faces may show those that are there.
     if (this.#expressions) raw.free();
-    else this.#expressions = { raw, names: raw.names() };
+    else this.#expressions = { raw, names: raw.names(), packed };
   }
   get expressions() {
     return this.#expressions?.names ?? [];
+  }
+
+  /** @param {{ width: number, height: number, points: ArrayLike<number>, focal?: number }} photo */
+  async fitPhoto({ width, height, points, focal }) {
+    const size = /** @type {const} */ ([pixels('width', width), pixels('height', height)]);
+    const pairs = Float64Array.from(points);
+    if (pairs.length % 2) throw new Error('points are pairs of x and y, and one has no y');
+    const fitter = await this.#photoFitter();
+    // It may have been freed while the module came.
+    this.#live;
+    return fitter.fit(...size, pairs, focal);
+  }
+
+  /** Prepared for the expressions that there are; a failed download may be tried again. */
+  #photoFitter() {
+    this.#live;
+    const expressions = this.#expressions?.packed;
+    if (!this.#photos || this.#photos.expressions !== expressions) {
+      const earlier = this.#photos;
+      const photos = { fitter: this.#newFitter(expressions), expressions };
+      photos.fitter.catch(() => {
+        if (this.#photos === photos) this.#photos = null;
+      });
+      earlier?.fitter.then((fitter) => fitter.free(), () => {});
+      this.#photos = photos;
+    }
+    return this.#photos.fitter;
+  }
+
+  /** @param {Uint8Array | undefined} expressions */
+  async #newFitter(expressions) {
+    photoModule ??= loadPhotoModule().catch((why) => {
+      photoModule = null;
+      throw why;
+    });
+    const [glue, blob, more] = await Promise.all([
+      photoModule,
+      unpack(this.#packed),
+      expressions && unpack(expressions),
+    ]);
+    return glue.Fitter.parse(blob, more);
   }
 
   get controls() {
@@ -230,6 +314,8 @@ export class FaceModel {
     this.#faces.clear();
     this.#expressions?.raw.free();
     this.#expressions = null;
+    this.#photos?.fitter.then((fitter) => fitter.free(), () => {});
+    this.#photos = null;
     this.#raw.free();
     this.#raw = null;
   }

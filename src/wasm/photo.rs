@@ -1,0 +1,125 @@
+//! The bindings of the module that fits photos: one class.
+//!
+//! It is built by itself (feature `photo`) and loaded when a photo is there, so that pages which only
+//! show faces do not carry it. It has a memory of its own, in which it reads the model's blob again;
+//! what it finds goes to the main module as a code.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use wasm_bindgen::prelude::*;
+
+use crate::photo::{Camera, Photo};
+use crate::{Expressions, FaceModel};
+
+fn error(why: impl std::fmt::Display) -> JsError {
+    JsError::new(&why.to_string())
+}
+
+/// As `PhotoCamera` of `index.d.ts`.
+#[derive(Serialize)]
+struct CameraInfo {
+    focal: f64,
+    centre: [f64; 2],
+    rotation: Vec<f64>,
+    translation: [f64; 3],
+    angles: [f64; 3],
+}
+
+impl From<Camera> for CameraInfo {
+    fn from(camera: Camera) -> Self {
+        Self {
+            focal: camera.focal,
+            centre: camera.centre.to_array(),
+            rotation: camera.rotation.transpose().to_cols_array().to_vec(),
+            translation: camera.translation.to_array(),
+            angles: camera.angles(),
+        }
+    }
+}
+
+/// As `PhotoQuality` of `index.d.ts`.
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct QualityInfo {
+    rms_px: f64,
+    rms_mm: f64,
+    unusual: f64,
+    determined: f64,
+    refusal: Option<String>,
+}
+
+/// As `PhotoFit` of `index.d.ts`.
+#[derive(Serialize)]
+struct FitInfo<'a> {
+    code: String,
+    camera: CameraInfo,
+    expression: BTreeMap<&'a str, f64>,
+    residuals: Vec<[f64; 2]>,
+    quality: QualityInfo,
+}
+
+/// Weights of expressions below this are not told: no vertex moves by a tenth of a mm.
+const SHOWN: f64 = 2e-3;
+
+/// Fits faces of a model to photos.
+#[wasm_bindgen]
+pub struct Fitter {
+    fitter: crate::photo::Fitter,
+    expressions: Vec<String>,
+}
+
+#[wasm_bindgen]
+impl Fitter {
+    /// For the model of a blob, and its expressions' blob if there is one.
+    pub fn parse(model: &[u8], expressions: Option<Vec<u8>>) -> Result<Fitter, JsError> {
+        let model = FaceModel::parse(model).map_err(error)?;
+        let expressions = expressions
+            .map(|bytes| Expressions::parse(&bytes, &model))
+            .transpose()
+            .map_err(error)?;
+        let list = expressions.as_ref().map_or(&[][..], |e| e.list());
+        Ok(Self {
+            expressions: list.iter().map(|e| e.name.clone()).collect(),
+            fitter: crate::photo::Fitter::new(&model, expressions.as_ref()).map_err(error)?,
+        })
+    }
+
+    /// What the points (68 pairs of x and y, px) of a photo tell, as a plain object.
+    pub fn fit(
+        &self,
+        width: u32,
+        height: u32,
+        points: &[f64],
+        focal: Option<f64>,
+    ) -> Result<JsValue, JsError> {
+        let (pairs, _) = points.as_chunks::<2>();
+        let photo = Photo {
+            width,
+            height,
+            points: pairs,
+            focal,
+            noise: None,
+        };
+        let fit = self.fitter.fit(&photo).map_err(error)?;
+        let quality = &fit.quality;
+        let weights = self.expressions.iter().zip(&fit.expression);
+        let info = FitInfo {
+            code: fit.code,
+            camera: fit.camera.into(),
+            expression: (weights.filter(|w| *w.1 > SHOWN))
+                .map(|(name, &weight)| (name.as_str(), weight))
+                .collect(),
+            residuals: fit.residuals.iter().map(|r| r.to_array()).collect(),
+            quality: QualityInfo {
+                rms_px: quality.rms_px,
+                rms_mm: quality.rms_mm,
+                unusual: quality.unusual,
+                determined: quality.determined,
+                refusal: quality.refusal(),
+            },
+        };
+        let serializer = serde_wasm_bindgen::Serializer::json_compatible();
+        info.serialize(&serializer).map_err(error)
+    }
+}

@@ -1,0 +1,19 @@
+// The class that wasm-bindgen makes of `src/wasm/photo.rs`, as `index.js` uses it. Not part of the
+// package: it lets `tsc` check the wrapper before any wasm is built.
+
+export class Fitter {
+  private constructor();
+  static parse(model: Uint8Array, expressions?: Uint8Array): Fitter;
+  fit(
+    width: number,
+    height: number,
+    points: Float64Array,
+    focal?: number,
+  ): import('phiz').PhotoFit;
+  free(): void;
+}
+
+declare const init: (options: {
+  module_or_path: URL | BufferSource;
+}) => Promise<{ memory: WebAssembly.Memory }>;
+export default init;
