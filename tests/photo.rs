@@ -261,6 +261,50 @@ fn what_is_no_face_is_refused_in_a_sentence() {
 }
 
 #[test]
+fn whatever_is_given_the_answer_is_finite() {
+    let good = seen(person(2).positions(), &camera([0.2, 0.1, 0.0]));
+    let mut random = Random::new(11);
+    let (mut fits, mut errors) = (0, 0);
+    for case in 0..200 {
+        // From a little noise to nothing but noise, over images of a pixel and of a million.
+        let noise = 10_f64.powf(3.5 * random.uniform() - 1.0);
+        let flat = if case % 3 == 0 { random.uniform() } else { 1.0 };
+        let size = 10_f64.powf(7.0 * random.uniform() - 3.0);
+        let points: Vec<[f64; 2]> = (good.iter())
+            .map(|p| {
+                let [x, y] = p.map(|x| (x + noise * random.normal()).clamp(-900.0, 1400.0));
+                [x * size, y * flat * size]
+            })
+            .collect();
+        let given = Photo {
+            width: (640.0 * size).ceil() as u32,
+            height: (480.0 * size).ceil() as u32,
+            points: &points,
+            focal: (case % 5 == 0).then(|| 10_f64.powf(8.0 * random.uniform() - 2.0)),
+            noise: (case % 7 == 0).then(|| 10_f64.powf(12.0 * random.uniform() - 6.0)),
+        };
+        let Ok(fit) = FITTER.fit(&given) else {
+            errors += 1;
+            continue;
+        };
+        fits += 1;
+        assert!(fit.coefficients.iter().all(|c| c.abs() <= 255.0), "{case}");
+        assert!(
+            fit.camera.focal.is_finite() && fit.camera.focal > 0.0,
+            "{case}"
+        );
+        assert!(fit.camera.translation.is_finite(), "{case}");
+        assert!(
+            (fit.camera.rotation.determinant() - 1.0).abs() < 1e-9,
+            "{case}"
+        );
+        assert!(fit.residuals.iter().all(|r| r.is_finite()), "{case}");
+        assert!(person(1).set_code(&fit.code).is_ok(), "{case}");
+    }
+    assert!(fits > 100, "{fits} fits, {errors} errors");
+}
+
+#[test]
 fn bad_input_is_an_error_with_a_reason() {
     let good = seen(person(1).positions(), &camera([0.2, 0.1, 0.0]));
     let error = |photo: &Photo| FITTER.fit(photo).unwrap_err().to_string();
@@ -373,5 +417,229 @@ mod truth {
             assert!((ours.size - 1.0).abs() < 0.01 + 2.0 * 0.032 / 20_f64.sqrt());
             assert!(ours.turn < 1.6, "{}", ours.turn);
         }
+    }
+}
+
+/// Photos of faces of the model whose light is known.
+mod light {
+    use super::*;
+    use phiz::photo::raster::{NOTHING, Raster};
+    use phiz::photo::{Image, Light};
+
+    fn to_srgb(x: f64) -> u8 {
+        let x = x.clamp(0.0, 1.0);
+        let y = match x <= 0.003_130_8 {
+            true => 12.92 * x,
+            false => 1.055 * x.powf(1.0 / 2.4) - 0.055,
+        };
+        (y * 255.0).round() as u8
+    }
+
+    fn from_srgb(byte: u8) -> f64 {
+        let x = f64::from(byte) / 255.0;
+        match x <= 0.04045 {
+            true => x / 12.92,
+            false => ((x + 0.055) / 1.055).powf(2.4),
+        }
+    }
+
+    /// The cosine's first three degrees: what a light from a direction sends a matt surface.
+    fn lambert(cosine: f64) -> f64 {
+        0.25 + 0.5 * cosine + 0.3125 * (1.5 * cosine * cosine - 0.5)
+    }
+
+    /// Two coloured lights and what comes from everywhere.
+    struct Lamps([(DVec3, DVec3); 2], DVec3);
+
+    impl Lamps {
+        fn new(random: &mut Random) -> Self {
+            let mut colour = |least: f64, most: f64| {
+                DVec3::from_array([0; 3].map(|_| least + (most - least) * random.uniform()))
+            };
+            let ambient = colour(0.3, 0.5);
+            let lamps = [(); 2].map(|()| {
+                let towards = colour(-1.0, 1.0) * DVec3::new(1.0, 0.6, 0.3) + DVec3::Z * 0.6;
+                (towards.normalize(), colour(0.2, 0.7))
+            });
+            Self(lamps, ambient)
+        }
+
+        fn shade(&self, normal: DVec3) -> DVec3 {
+            let lamps = self.0.iter();
+            self.1
+                + lamps
+                    .map(|(d, c)| *c * lambert(normal.dot(*d)))
+                    .sum::<DVec3>()
+        }
+    }
+
+    /// A sum of waves of some lengths (mm) over the mean head, of standard deviation 1.
+    fn waves(random: &mut Random, lengths: [f64; 2]) -> impl Fn(DVec3) -> f64 + use<> {
+        let all: Vec<(DVec3, f64)> = (0..40)
+            .map(|_| {
+                let along = DVec3::from_array([0; 3].map(|_| random.normal())).normalize();
+                let length = lengths[0] * (lengths[1] / lengths[0]).powf(random.uniform());
+                let turn = std::f64::consts::TAU;
+                (along * (turn / length), turn * random.uniform())
+            })
+            .collect();
+        move |p| {
+            let sum: f64 = all.iter().map(|(k, phase)| (p.dot(*k) + phase).cos()).sum();
+            sum * (2.0 / all.len() as f64).sqrt()
+        }
+    }
+
+    /// sRGB pixels of a face before grey. Its albedo is the model's, times 10 % in waves of 60 to 200 mm
+    /// and 5 % in waves of 6 to 25; pixels have 3 % of noise.
+    fn taken(face: &Face, camera: &Camera, lamps: &Lamps, plain: bool, seed: u64) -> Vec<u8> {
+        let mut random = Random::stream(seed, 2);
+        let parts = face.model().parts();
+        let (low, high) = (
+            waves(&mut random, [60.0, 200.0]),
+            waves(&mut random, [6.0, 25.0]),
+        );
+        let amount = f64::from(u8::from(!plain));
+        let sent: Vec<DVec3> = (parts.mean.iter().zip(face.normals()))
+            .zip(&parts.topology.colours)
+            .map(|((p, n), colour)| {
+                let p = p.as_dvec3();
+                let albedo = DVec3::from_array(colour.map(from_srgb));
+                let stain = (amount * (0.1 * low(p) + 0.05 * high(p))).exp();
+                albedo * lamps.shade(n.as_dvec3()) * stain
+            })
+            .collect();
+        let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+        let triangles = parts.topology.triangles();
+        let size = SIZE.map(|s| s as usize);
+        let raster = Raster::new(camera, size, &positions, &triangles);
+        let mut pixels = Vec::new();
+        for &t in &raster.triangles {
+            let light = match t {
+                NOTHING => DVec3::splat(0.2),
+                t => {
+                    triangles[t as usize]
+                        .iter()
+                        .map(|&v| sent[v as usize])
+                        .sum::<DVec3>()
+                        / 3.0
+                }
+            };
+            let noise = 1.0 + 0.03 * amount * random.normal();
+            pixels.extend((light * noise).to_array().map(to_srgb));
+            pixels.push(255);
+        }
+        pixels
+    }
+
+    /// The root mean square of what is wrong of the shading of the facial features' skin that looks to the
+    /// camera, as a part of it. How bright skin is of itself cannot be told from how bright the light is, so that
+    /// one factor is free.
+    fn wrong(light: &Light, lamps: &Lamps, face: &Face, camera: &Camera) -> f64 {
+        let normals = || {
+            let skin = face.model().parts().topology.part_vertices("skin");
+            let topology = &face.model().parts().topology;
+            let head = topology
+                .region_names
+                .iter()
+                .position(|n| n == "head")
+                .unwrap();
+            let all = skin.into_iter().map(|v| v as usize);
+            let all = all.filter(move |&v| usize::from(topology.regions[v]) != head);
+            let eye = camera.position();
+            all.filter_map(move |v| {
+                let n = face.normals()[v].as_dvec3();
+                let towards = (eye - face.positions()[v].as_dvec3()).normalize();
+                (n.dot(towards) > 0.3).then_some(n)
+            })
+        };
+        let ratios = normals().map(|n| light.shade(n) / lamps.shade(n));
+        let (count, sum) = ratios.fold((0.0, 0.0), |(c, s), r| (c + 3.0, s + r.element_sum()));
+        let factor = sum / count;
+        let off = normals().map(|n| light.shade(n) / lamps.shade(n) / factor - 1.0);
+        (off.map(|o| o.length_squared()).sum::<f64>() / count).sqrt()
+    }
+
+    fn near(yaw: f64) -> Camera {
+        Camera {
+            translation: DVec3::new(0.0, 0.0, 600.0),
+            ..camera([yaw, 0.1, 0.0])
+        }
+    }
+
+    #[test]
+    fn the_light_of_a_plain_face_is_found() {
+        for seed in 1..4 {
+            let lamps = Lamps::new(&mut Random::new(seed));
+            let (face, camera) = (person(seed), near(0.3 * seed as f64 - 0.6));
+            let pixels = taken(&face, &camera, &lamps, true, seed);
+            let image = Image::new(SIZE[0], SIZE[1], &pixels).unwrap();
+            let light = Light::of(&face, &camera, &image).unwrap();
+            let wrong = wrong(&light, &lamps, &face, &camera);
+            println!("{seed}: {wrong:.4}, residuals {:.4}", light.rms);
+            // Pixels have the mean colour of a triangle and vertices take their mean.
+            assert!(wrong < 0.02, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn skin_that_is_stained_and_covered_tells_it_to_five_per_cent() {
+        let mut all = Vec::new();
+        for seed in 1..11 {
+            let lamps = Lamps::new(&mut Random::new(seed));
+            let camera = near(0.12 * seed as f64 - 0.66);
+            let face = person(seed);
+            let mut pixels = taken(&face, &camera, &lamps, false, seed);
+            // Dark hair over the forehead and one cheek, and a bright pair of glasses.
+            let points = seen(face.positions(), &camera);
+            let [left, right] = [36, 45].map(|i: usize| DVec2::from_array(points[i]));
+            let middle = (left + right) / 2.0;
+            let unit = left.distance(right);
+            for (i, pixel) in pixels.chunks_exact_mut(4).enumerate() {
+                let x = (i % SIZE[0] as usize) as f64 - middle.x;
+                let y = (i / SIZE[0] as usize) as f64 - middle.y;
+                let hair = y < -0.65 * unit || (x < -0.75 * unit && y < 0.5 * unit);
+                let glasses = y.abs() < 0.3 * unit && (x.abs() - 0.5 * unit).abs() < 0.08 * unit;
+                match (hair, glasses) {
+                    (true, _) => pixel[..3].copy_from_slice(&[30, 22, 18]),
+                    (_, true) => pixel[..3].copy_from_slice(&[240, 240, 250]),
+                    _ => {}
+                }
+            }
+            let image = Image::new(SIZE[0], SIZE[1], &pixels).unwrap();
+            // With the face that the points tell, as it will be used.
+            let points = noisy(&points, 1.0, seed);
+            let fit = FITTER.fit(&photo(&points)).unwrap();
+            let mut fitted = person(seed);
+            fitted.set_coefficients(&fit.coefficients).unwrap();
+            let light = Light::of(&fitted, &fit.camera, &image).unwrap();
+            all.push(wrong(&light, &lamps, &face, &camera));
+        }
+        println!("{all:.3?}");
+        let rms = (all.iter().map(|w| w * w).sum::<f64>() / all.len() as f64).sqrt();
+        assert!(rms < 0.05, "{rms}");
+    }
+
+    #[test]
+    fn what_is_no_photo_of_a_face_is_an_error() {
+        let error = |result: phiz::Result<Light>| result.unwrap_err().to_string();
+        let bytes = [0; 64];
+        assert_eq!(
+            Image::new(4, 5, &bytes).unwrap_err().to_string(),
+            "64 bytes are no photo of 4 x 5 pixels"
+        );
+        assert!(Image::new(0, 0, &[]).is_err());
+        assert!(Image::new(u32::MAX, u32::MAX, &bytes).is_err());
+        let image = Image::new(4, 4, &bytes).unwrap();
+        let aside = Camera {
+            translation: DVec3::new(5000.0, 0.0, 600.0),
+            ..near(0.0)
+        };
+        let none = "no face is seen in the photo";
+        assert_eq!(error(Light::of(&person(1), &aside, &image)), none);
+        let behind = Camera {
+            translation: DVec3::new(0.0, 0.0, -600.0),
+            ..near(0.0)
+        };
+        assert_eq!(error(Light::of(&person(1), &behind, &image)), none);
     }
 }

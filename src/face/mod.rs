@@ -17,7 +17,7 @@ use crate::{Error, Result};
 /// the same numbers everywhere. At a mode of 5 mm a step of the grid is 0.08 micrometres.
 const GRID: f64 = 65_536.0;
 /// Far beyond any face; up to 256 sigmas every point of the grid is an f32.
-const FARTHEST: f32 = 255.0;
+pub(crate) const FARTHEST: f32 = 255.0;
 
 /// The grid point nearest to a coefficient in sigmas.
 pub(crate) fn grid(coefficient: f32) -> i32 {

@@ -1,4 +1,5 @@
-//! A face from a photo: camera and shape from 68 points (semantic reshaping, section 4.1).
+//! A face from a photo: camera and shape from 68 points (semantic reshaping, section 4.1), and the
+//! light on it ([`Light`], section 4.2).
 //!
 //! The unknowns are the pose (rotation, translation), the focal length, all coefficients of the
 //! population and the weights of expressions. Minus twice the logarithm of their probability is
@@ -21,6 +22,7 @@
 
 mod camera;
 mod contour;
+mod light;
 pub mod raster;
 mod shape;
 mod solver;
@@ -29,6 +31,7 @@ mod start;
 use glam::{DVec2, DVec3};
 
 pub use camera::Camera;
+pub use light::{Image, Light};
 
 use crate::{Error, Expressions, FaceModel, Result};
 use contour::JAW;
@@ -226,7 +229,9 @@ impl Fitter {
         let z = nalgebra::DVector::from_column_slice(z);
         let mut grid = vec![0; self.model.parts().coefficients()];
         for (point, value) in grid.iter_mut().zip((basis * &z).iter()) {
-            *point = crate::face::grid(*value as f32);
+            // Beyond what a face takes lies only what is refused.
+            let farthest = f64::from(crate::face::FARTHEST);
+            *point = crate::face::grid(value.clamp(-farthest, farthest) as f32);
         }
         let residuals = observed.residuals(&state);
         let inner = &residuals[JAW..];

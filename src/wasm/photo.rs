@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
-use crate::photo::{Camera, Photo};
+use crate::photo::{Camera, Fit, Image, Light, Photo};
 use crate::{Expressions, FaceModel};
 
 fn error(why: impl std::fmt::Display) -> JsError {
@@ -49,6 +49,22 @@ struct QualityInfo {
     refusal: Option<String>,
 }
 
+/// As `PhotoLight` of `index.d.ts`.
+#[derive(Serialize)]
+struct LightInfo {
+    coefficients: [Vec<f64>; 3],
+    rms: f64,
+}
+
+impl From<Light> for LightInfo {
+    fn from(light: Light) -> Self {
+        Self {
+            coefficients: light.coefficients.map(|c| c.to_vec()),
+            rms: light.rms,
+        }
+    }
+}
+
 /// As `PhotoFit` of `index.d.ts`.
 #[derive(Serialize)]
 struct FitInfo<'a> {
@@ -57,6 +73,7 @@ struct FitInfo<'a> {
     expression: BTreeMap<&'a str, f64>,
     residuals: Vec<[f64; 2]>,
     quality: QualityInfo,
+    light: Option<LightInfo>,
 }
 
 /// Weights of expressions below this are not told: no vertex moves by a tenth of a mm.
@@ -85,14 +102,21 @@ impl Fitter {
         })
     }
 
-    /// What the points (68 pairs of x and y, px) of a photo tell, as a plain object.
+    /// What the points (68 pairs of x and y, px) of a photo tell, and the light if its pixels (sRGB and
+    /// alpha) are given, as a plain object.
     pub fn fit(
         &self,
         width: u32,
         height: u32,
         points: &[f64],
         focal: Option<f64>,
+        rgba: Option<Vec<u8>>,
     ) -> Result<JsValue, JsError> {
+        let image = rgba
+            .as_deref()
+            .map(|rgba| Image::new(width, height, rgba))
+            .transpose()
+            .map_err(error)?;
         let (pairs, _) = points.as_chunks::<2>();
         let photo = Photo {
             width,
@@ -103,6 +127,10 @@ impl Fitter {
         };
         let fit = self.fitter.fit(&photo).map_err(error)?;
         let quality = &fit.quality;
+        let refusal = quality.refusal();
+        // Points that are no face's have no light.
+        let image = image.filter(|_| refusal.is_none());
+        let light = image.map(|image| self.light(&fit, &image)).transpose()?;
         let weights = self.expressions.iter().zip(&fit.expression);
         let info = FitInfo {
             code: fit.code,
@@ -116,10 +144,19 @@ impl Fitter {
                 rms_mm: quality.rms_mm,
                 unusual: quality.unusual,
                 determined: quality.determined,
-                refusal: quality.refusal(),
+                refusal,
             },
+            light: light.map(Into::into),
         };
         let serializer = serde_wasm_bindgen::Serializer::json_compatible();
         info.serialize(&serializer).map_err(error)
+    }
+}
+
+impl Fitter {
+    fn light(&self, fit: &Fit, image: &Image) -> Result<Light, JsError> {
+        let mut face = self.fitter.model().face();
+        face.set_coefficients(&fit.coefficients).map_err(error)?;
+        Light::of(&face, &fit.camera, image).map_err(error)
     }
 }

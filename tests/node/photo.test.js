@@ -87,6 +87,24 @@ describe('a photo', () => {
     smiling.free();
   });
 
+  test('tells the light on it when it has pixels', async () => {
+    const { width, height } = SIZE;
+    const grey = new Uint8ClampedArray(4 * width * height).fill(128);
+    const photo = { ...SIZE, points, rgba: grey };
+    const { light, ...rest } = await model.fitPhoto(photo);
+    const without = await model.fitPhoto({ ...SIZE, points });
+    assert.equal(without.light, null);
+    assert.deepEqual({ ...rest, light: null }, without, 'pixels change nothing else');
+    assert.deepEqual(light.coefficients.map((c) => c.length), [9, 9, 9]);
+    // Everything is as bright; skin is redder than grey, so the light on it would be bluish.
+    const [red, , blue] = light.coefficients;
+    assert.ok(blue[0] > red[0] && red[0] > 0, `${blue[0]} and ${red[0]}`);
+    for (const channel of light.coefficients) {
+      assert.ok(channel.slice(1).every((c) => Math.abs(c) < 0.2 * channel[0]), 'from everywhere');
+    }
+    await assert.rejects(model.fitPhoto({ ...photo, rgba: grey.subarray(4) }), /bytes are no photo of 640 x 480/);
+  });
+
   test('that is none is an error or refused, in a sentence', async () => {
     const fails = (photo, why) => assert.rejects(model.fitPhoto({ ...SIZE, points, ...photo }), why);
     await fails({ points: points.slice(2) }, /67 points were given, a face has 68/);

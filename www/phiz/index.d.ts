@@ -57,6 +57,11 @@ export interface PhotoPoints {
    * longer side. Otherwise it is estimated.
    */
   focal?: number;
+  /**
+   * The pixels, as `ImageData.data` has them: sRGB and alpha, row by row from the upper left corner.
+   * With them the light is told too.
+   */
+  rgba?: Uint8Array | Uint8ClampedArray;
 }
 
 /** A pinhole camera. Its frame is x to the right, y down, z forward; the head's is the model's. */
@@ -87,7 +92,18 @@ export interface PhotoQuality {
   readonly refusal: string | null;
 }
 
-/** What the points of a photo tell. */
+/** How lights that are far away shade a face. */
+export interface PhotoLight {
+  /**
+   * For red, green and blue the factors of 1, x, y, z, xy, yz, xz, x^2 - y^2 and 3 z^2 - 1, where x, y, z
+   * is the unit normal (as `Face.normals` has it). Their sum times the albedo is the linear light.
+   */
+  readonly coefficients: readonly (readonly number[])[];
+  /** How far skin is off that, as a part of it: a root mean square. */
+  readonly rms: number;
+}
+
+/** What a photo tells. */
 export interface PhotoFit {
   /** The face, for `fromCode` and `Face.code`. */
   readonly code: string;
@@ -97,6 +113,8 @@ export interface PhotoFit {
   /** From each point as given to where it is on the fitted face, px. */
   readonly residuals: readonly (readonly [number, number])[];
   readonly quality: PhotoQuality;
+  /** Null when no pixels were given, or the points are no face's. */
+  readonly light: PhotoLight | null;
 }
 
 /** A named range of triangles: `skin`, `left eyeball` ... */
@@ -186,7 +204,8 @@ export class FaceModel implements ModelInfo {
   /**
    * The face and the camera that the points of a photo tell. Nothing leaves the machine; the module
    * that does it is loaded with the first photo. Expressions are told too when they are loaded, and
-   * without them a smile is a part of the face. Equal points give an equal fit.
+   * without them a smile is a part of the face. The light is told of the face at rest. Equal points give
+   * an equal fit.
    * @throws Error with the reason for sizes, points or a focal length that cannot be a photo's. Points
    *   that are no face's give a fit with a `quality.refusal`.
    */

@@ -205,15 +205,15 @@ export class FaceModel {
     return this.#expressions?.names ?? [];
   }
 
-  /** @param {{ width: number, height: number, points: ArrayLike<number>, focal?: number }} photo */
-  async fitPhoto({ width, height, points, focal }) {
+  /** @param {import('phiz').PhotoPoints} photo */
+  async fitPhoto({ width, height, points, focal, rgba }) {
     const size = /** @type {const} */ ([pixels('width', width), pixels('height', height)]);
     const pairs = Float64Array.from(points);
     if (pairs.length % 2) throw new Error('points are pairs of x and y, and one has no y');
     const fitter = await this.#photoFitter();
     // It may have been freed while the module came.
     this.#live;
-    return fitter.fit(...size, pairs, focal);
+    return fitter.fit(...size, pairs, focal, rgba);
   }
 
   /** Prepared for the expressions that there are; a failed download may be tried again. */

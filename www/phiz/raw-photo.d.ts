@@ -9,6 +9,7 @@ export class Fitter {
     height: number,
     points: Float64Array,
     focal?: number,
+    rgba?: Uint8Array | Uint8ClampedArray,
   ): import('phiz').PhotoFit;
   free(): void;
 }

@@ -1,0 +1,299 @@
+//! The light on a face (semantic reshaping, section 4.2).
+//!
+//! What a matt surface sends to the camera is its albedo times a *shading*, which depends on its normal
+//! alone as long as the lights are far away: all but a hundredth of that is a quadratic polynomial of
+//! the normal (Ramamoorthi & Hanrahan 2001, "An efficient representation for irradiance environment
+//! maps"), nine numbers a channel. They are found by least squares on the part of the skin that is
+//! seen, with the model's colours for the albedo, reweighted so that hair, glasses, hands and shadows
+//! do not count.
+
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use nalgebra::{SMatrix, SVector};
+
+use super::Camera;
+use super::raster::Raster;
+use crate::{Error, Face, FaceModel, Result};
+
+/// How many numbers a channel's shading has.
+pub const HARMONICS: usize = 9;
+
+/// A photo's pixels.
+#[derive(Debug, Clone, Copy)]
+pub struct Image<'a> {
+    width: usize,
+    height: usize,
+    rgba: &'a [u8],
+}
+
+impl<'a> Image<'a> {
+    /// Of pixels row by row from the upper left corner, four bytes each: sRGB, and an alpha that is not
+    /// looked at.
+    ///
+    /// # Errors
+    /// When there are no pixels, or not four bytes for each.
+    pub fn new(width: u32, height: u32, rgba: &'a [u8]) -> Result<Self> {
+        let (width, height) = (width as usize, height as usize);
+        let bytes = width.checked_mul(height).and_then(|n| n.checked_mul(4));
+        if bytes != Some(rgba.len()) || rgba.is_empty() {
+            return Err(Error::Mismatch(format!(
+                "{} bytes are no photo of {width} x {height} pixels",
+                rgba.len()
+            )));
+        }
+        Ok(Self {
+            width,
+            height,
+            rgba,
+        })
+    }
+
+    /// The mean linear light, 0 to 1, of the pixels whose middles are within `reach` px of a point along
+    /// both axes, at least of the pixel that it is in; `None` outside of the image.
+    fn mean(&self, p: DVec2, reach: f64) -> Option<DVec3> {
+        let size = DVec2::new(self.width as f64, self.height as f64);
+        if !(p.min_element() >= 0.0 && p.x < size.x && p.y < size.y) {
+            return None;
+        }
+        let reach = (reach - 0.5).max(0.0);
+        let low = (p - reach).max(DVec2::ZERO).as_usizevec2();
+        let high = (p + reach).min(size - 1.0).as_usizevec2().max(low);
+        let mut sum = DVec3::ZERO;
+        for y in low.y..=high.y {
+            let row = 4 * (y * self.width + low.x)..4 * (y * self.width + high.x + 1);
+            for pixel in self.rgba[row].chunks_exact(4) {
+                sum += linear([pixel[0], pixel[1], pixel[2]]);
+            }
+        }
+        let count = (high.x - low.x + 1) * (high.y - low.y + 1);
+        Some(sum / count as f64)
+    }
+}
+
+/// The linear light of an sRGB colour, 0 to 1 a channel (IEC 61966-2-1).
+fn linear(colour: [u8; 3]) -> DVec3 {
+    let each = colour.map(|byte| {
+        let x = f64::from(byte) / 255.0;
+        match x <= 0.04045 {
+            true => x / 12.92,
+            false => ((x + 0.055) / 1.055).powf(2.4),
+        }
+    });
+    DVec3::from_array(each)
+}
+
+/// The shading of a face by lights that are far away.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// For red, green and blue, the factors of 1, x, y, z, xy, yz, xz, x^2 - y^2 and 3 z^2 - 1, where
+    /// x, y, z is the unit normal in the head's frame.
+    pub coefficients: [[f64; HARMONICS]; 3],
+    /// How far the skin that was believed is off the albedo times the shading: the root mean square of
+    /// the difference as a part of that.
+    pub rms: f64,
+}
+
+/// The spherical harmonics of degree 0 to 2 at a unit normal, without their constants.
+fn harmonics(n: DVec3) -> [f64; HARMONICS] {
+    let DVec3 { x, y, z } = n;
+    [
+        1.0,
+        x,
+        y,
+        z,
+        x * y,
+        y * z,
+        x * z,
+        x * x - y * y,
+        3.0 * z * z - 1.0,
+    ]
+}
+
+/// The standard deviations of the factors of degree 1 and 2, as parts of that of degree 0. A single light
+/// has 2 and 0.6; most photos have softer ones.
+const VARIATION: [f64; 2] = [1.0, 0.5];
+/// How much redness, tan and shine make the albedo of skin vary on a large scale, as a part of it, and
+/// in how many patches of a face independently: what looks like light by that much is none.
+const STAINS: f64 = 0.1;
+const PATCHES: f64 = 12.0;
+/// The least that a point's light is off by, as a part of it: pores, spots and stubble.
+const LEAST_NOISE: f64 = 0.05;
+/// Points that are farther off than so many standard deviations do not count (Tukey's biweight, with
+/// 95 % of the efficiency of the mean where there are no outliers).
+const TUKEY: f64 = 4.685;
+/// Steps of reweighting. Most of the light is told after three.
+const STEPS: usize = 12;
+/// Skin is asked where the cosine of the angle at which it is seen is above this.
+const FACING: f64 = 0.3;
+/// What lies so much farther than what is seen is hidden by it, mm.
+const BEHIND: f64 = 4.0;
+/// A head is so many px high where it is found out what hides what.
+const DRAWN: f64 = 256.0;
+/// Fewer points do not tell the light.
+const FEWEST: usize = 100;
+
+/// The face reaches so far around its 68 points, mm: over the forehead, and not into the hair.
+const AROUND: f32 = 35.0;
+
+/// A point of the skin that is seen.
+struct Point {
+    harmonics: SVector<f64, HARMONICS>,
+    albedo: DVec3,
+    seen: DVec3,
+}
+
+impl Light {
+    /// The light on a face in a photo.
+    ///
+    /// # Errors
+    /// When too little of the face is in the photo.
+    pub fn of(face: &Face, camera: &Camera, image: &Image) -> Result<Self> {
+        let points = points(face, camera, image);
+        if points.len() < FEWEST {
+            return Err(Error::Mismatch("no face is seen in the photo".into()));
+        }
+        let mut weights = vec![1.0; points.len()];
+        let mut light = Self {
+            coefficients: [[0.0; HARMONICS]; 3],
+            rms: 0.0,
+        };
+        for _ in 0..STEPS {
+            light.coefficients = [0, 1, 2].map(|channel| fit(&points, &weights, channel));
+            let off: Vec<f64> = points.iter().map(|p| light.off(p)).collect();
+            let mut sorted = off.clone();
+            sorted.sort_unstable_by(f64::total_cmp);
+            // Of a normal distribution half lie within 0.6745 standard deviations.
+            let sigma = (sorted[sorted.len() / 2] / 0.6745).max(LEAST_NOISE);
+            for (weight, off) in weights.iter_mut().zip(&off) {
+                let t = (off / (TUKEY * sigma)).min(1.0);
+                *weight = (1.0 - t * t).powi(2);
+            }
+            let square: f64 = off.iter().zip(&weights).map(|(o, w)| w * o * o).sum();
+            light.rms = (square / weights.iter().sum::<f64>().max(1.0)).sqrt();
+        }
+        Ok(light)
+    }
+
+    /// The shading of a surface with this unit normal in the head's frame: what it sends to the camera
+    /// over its albedo, red, green and blue in linear light; 0 where the polynomial is below.
+    pub fn shade(&self, normal: DVec3) -> DVec3 {
+        let harmonics = harmonics(normal);
+        let each = self.coefficients.map(|channel| {
+            let terms = channel.iter().zip(harmonics);
+            terms.map(|(c, h)| c * h).sum::<f64>().max(0.0)
+        });
+        DVec3::from_array(each)
+    }
+
+    /// How far a point is off, as a part of what it should send: the root mean square of its channels.
+    fn off(&self, point: &Point) -> f64 {
+        let shading = self.coefficients.map(|c| {
+            let c = SVector::<f64, HARMONICS>::from(c);
+            c.dot(&point.harmonics)
+        });
+        let expected = DVec3::from_array(shading) * point.albedo;
+        // In deep shadow noise is no part of the light; a fiftieth of white stands for it.
+        let scale = expected.max(DVec3::splat(0.02));
+        ((point.seen - expected) / scale).length() / 3_f64.sqrt()
+    }
+}
+
+/// The vertices of the skin that are not under hair, on most heads.
+fn bare(model: &FaceModel) -> Vec<u32> {
+    let parts = model.parts();
+    let ibug = parts
+        .landmarks
+        .iter()
+        .filter(|l| l.name.starts_with("ibug_"));
+    let points: Vec<Vec3> = ibug.map(|l| l.position(&parts.mean)).collect();
+    let mut skin = parts.topology.part_vertices("skin");
+    skin.retain(|&v| {
+        let p = parts.mean[v as usize];
+        points
+            .iter()
+            .any(|q| q.distance_squared(p) < AROUND * AROUND)
+    });
+    skin
+}
+
+/// The vertices of the face that are seen.
+fn points(face: &Face, camera: &Camera, image: &Image) -> Vec<Point> {
+    let topology = &face.model().parts().topology;
+    let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+    let seen: Vec<DVec2> = positions.iter().map(|&p| camera.project(p)).collect();
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for &q in &seen {
+        (low, high) = (low.min(q), high.max(q));
+    }
+    let extent = (high - low).max_element();
+    if !(extent > 0.0 && extent.is_finite()) {
+        return Vec::new();
+    }
+    // The head fills an image of its own.
+    let scale = DRAWN / extent;
+    let own = Camera {
+        focal: camera.focal * scale,
+        centre: (camera.centre - low) * scale,
+        ..*camera
+    };
+    let size = ((high - low) * scale).ceil().as_usizevec2();
+    let raster = Raster::new(
+        &own,
+        [size.x.max(1), size.y.max(1)],
+        &positions,
+        &topology.triangles(),
+    );
+    let eye = camera.position();
+    let turn: DMat3 = camera.rotation;
+    let vertices = bare(face.model()).into_iter();
+    vertices
+        .filter_map(|v| {
+            let v = v as usize;
+            let normal = face.normals()[v].as_dvec3();
+            let towards = (eye - positions[v]).normalize_or_zero();
+            let depth = (turn * positions[v] + camera.translation).z;
+            let hidden = depth > raster.depth(own.project(positions[v])) + BEHIND;
+            if normal.dot(towards) < FACING || hidden {
+                return None;
+            }
+            // A mm around the vertex.
+            let reach = 0.5 * camera.focal / depth;
+            let light = image.mean(seen[v], reach)?;
+            Some(Point {
+                harmonics: harmonics(normal).into(),
+                albedo: linear(topology.colours[v]),
+                seen: light,
+            })
+        })
+        .collect()
+}
+
+/// A channel's coefficients by weighted least squares of the light over the albedo.
+fn fit(points: &[Point], weights: &[f64], channel: usize) -> [f64; HARMONICS] {
+    let mut square = SMatrix::<f64, HARMONICS, HARMONICS>::zeros();
+    let mut right = SVector::<f64, HARMONICS>::zeros();
+    let mut brightness = 0.0;
+    let mut total = 0.0;
+    for (p, &weight) in points.iter().zip(weights) {
+        let albedo = p.albedo[channel];
+        square += p.harmonics * p.harmonics.transpose() * (weight * albedo * albedo);
+        right += p.harmonics * (weight * albedo * p.seen[channel]);
+        brightness += weight * albedo * p.seen[channel];
+        total += weight * albedo * albedo;
+    }
+    // What all that is seen is worth against the prior, both in the mean shading.
+    let mean = (brightness / total.max(1e-12)).max(1e-6);
+    let noise = STAINS * STAINS * total / PATCHES;
+    for i in 1..HARMONICS {
+        square[(i, i)] += noise / VARIATION[usize::from(i > 3)].powi(2);
+    }
+    square[(0, 0)] += 1e-9 * total.max(1e-12);
+    let found = square.cholesky().map(|factor| factor.solve(&right));
+    found.map_or_else(
+        || {
+            let mut ambient = [0.0; HARMONICS];
+            ambient[0] = mean;
+            ambient
+        },
+        Into::into,
+    )
+}
