@@ -1,4 +1,5 @@
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { differing, fingerOn, landmarkOnScreen, launch, moveSlider, open, picture, SCREENSHOTS, serve, settled } from './site.js';
@@ -198,6 +199,46 @@ describe('mixing', () => {
     await finger([box.x + 30, box.y + 40], [box.x - 40, box.y + 40]);
     await page.waitForFunction(() => (document.querySelector('.tray')?.scrollLeft ?? 0) > 20);
     assert.deepEqual(await coefficients(page), taken);
+    await context.close();
+  });
+});
+
+describe('the way as a film', () => {
+  test('a GIF of it, there and back, leaves the face as it was; a film can be stopped', async () => {
+    // A film has 96 frames, whatever the size: the stage is small here, its pixels few.
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 640, height: 400 }, deviceScaleFactor: 0.25 });
+    const code = () => page.evaluate(() => window.designer.face.code);
+    const before = await code();
+    const still = await picture(page, 'film-before');
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    const morph = page.getByRole('region', { name: 'Morph' });
+    const take = async (/** @type {string} */ button) => {
+      const [file] = await Promise.all([
+        page.waitForEvent('download', { timeout: 120_000 }),
+        morph.getByRole('button', { name: button }).click(),
+      ]);
+      return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
+    };
+    const gif = await take('As a GIF');
+    assert.equal(gif.name, 'morph.gif');
+    assert.equal(gif.bytes.toString('latin1', 0, 6), 'GIF89a');
+    let frames = 0;
+    // A graphic control extension before each frame: 4 bytes, no disposal or transparency asked for.
+    for (let at = gif.bytes.indexOf('\x21\xf9\x04', 0, 'latin1'); at >= 0; at = gif.bytes.indexOf('\x21\xf9\x04', at + 1, 'latin1')) frames++;
+    assert.ok(frames >= 96, `${frames} frames`);
+    await morph.getByText('morph.gif is written').waitFor();
+    assert.equal(await code(), before);
+
+    // How a video is made is film.test.js's; here it begins, and is stopped.
+    await morph.getByRole('button', { name: 'As a video' }).click();
+    await morph.getByRole('progressbar').waitFor();
+    assert.ok(await morph.getByRole('button', { name: 'Play' }).isDisabled());
+    await morph.getByRole('button', { name: 'Stop' }).click();
+    await morph.getByText('The film was stopped.').waitFor();
+    assert.ok(await morph.getByRole('progressbar').isHidden());
+    assert.equal(await code(), before);
+    assert.equal(differing(still, await picture(page, 'film-after')), 0, 'the stage shows the face again');
+    assert.deepEqual(complaints, []);
     await context.close();
   });
 });

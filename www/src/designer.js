@@ -136,6 +136,7 @@ export async function createDesigner(model, stage, chosen) {
     library,
     portraits,
     display,
+    canvas,
     groupUnder: picking.groupUnder,
     preview: glow.hover,
     say: toast.say,

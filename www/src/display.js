@@ -69,6 +69,8 @@ export function createDisplay({ face, head, scene, onScale }) {
       plain = uncoloured && other !== null;
       refresh();
     },
+    /** Draws what is shown at once, for whoever copies the picture. */
+    draw: () => scene.redraw(),
     /**
      * Another face left of a line; null takes it away.
      * @param {import('phiz').Face | null} other @param {number} [at] the line's place, 0 to 1

@@ -63,7 +63,8 @@ export function createExplanation({ face, model, onStep }) {
     const one = shapes.length ? shapes : changed.sort((a, b) => step(b) - step(a)).slice(0, 1);
     if (one.length === 1) {
       const [name, value] = one[0];
-      moved.textContent = text.explainMoved(name, ordinal(value), Math.round(10 * value));
+      const atEnd = value <= 0 || value >= 1;
+      moved.textContent = atEnd ? text.explainEnd(name) : text.explainMoved(name, ordinal(value), Math.round(10 * value));
     }
   });
 

@@ -17,12 +17,13 @@ import { text, titleOf } from './text.js';
  *   library: import('./library.js').Library,
  *   portraits: import('./portraits.js').Portraits,
  *   display: import('./display.js').Display,
+ *   canvas: HTMLCanvasElement,
  *   groupUnder: (event: PointerEvent) => string | null,
  *   preview: (group: string | null) => void,
  *   say: (sentence: string) => void,
  * }} parts
  */
-export function createMix(editor, { groups, library, portraits, display, groupUnder, preview, say }) {
+export function createMix(editor, { groups, library, portraits, display, canvas, groupUnder, preview, say }) {
   const { model, face } = editor;
   // The chosen face, as a face.
   const other = model.face();
@@ -138,7 +139,7 @@ export function createMix(editor, { groups, library, portraits, display, groupUn
   }
 
   const circle = createCircle(editor, { portraits, say });
-  const morph = createMorph(editor, { library, display });
+  const morph = createMorph(editor, { library, display, canvas });
 
   const root = element(
     'div',

@@ -1,19 +1,29 @@
 import { element } from './element.js';
 import { createFaceList } from './facelist.js';
 import { icon } from './icons.js';
+import { save } from './save.js';
 import { createSlider } from './slider.js';
 import { text } from './text.js';
 
 /** How long the way takes, ms; it is played there and back. */
 const LENGTH = 2400;
+/** Frames a second of a film: a GIF counts in hundredths. */
+const FPS = 20;
+
+/** How far on the way, in per cent: slowly off and on, there until 1 and back until 2. @param {number} turn */
+function placeAt(turn) {
+  const along = turn < 1 ? turn : 2 - turn;
+  return 100 * along * along * (3 - 2 * along);
+}
 
 /**
- * The way from one face to another, on the stage only: to scrub, to play, to stop anywhere and keep.
+ * The way from one face to another, on the stage only: to scrub, to play, to stop anywhere and keep, to
+ * take along as a film.
  *
  * @param {import('./editor.js').Editor} editor
- * @param {{ library: import('./library.js').Library, display: import('./display.js').Display }} parts
+ * @param {{ library: import('./library.js').Library, display: import('./display.js').Display, canvas: HTMLCanvasElement }} parts
  */
-export function createMorph(editor, { library, display }) {
+export function createMorph(editor, { library, display, canvas }) {
   const { model, face } = editor;
   const from = model.face();
   const to = model.face();
@@ -49,6 +59,7 @@ export function createMorph(editor, { library, display }) {
   }
   function leave() {
     playing = false;
+    filming?.abort();
     if (showing) {
       showing = false;
       display.show(null);
@@ -59,9 +70,7 @@ export function createMorph(editor, { library, display }) {
   /** @param {number} now */
   function frame(now) {
     if (!playing) return;
-    const turn = ((now - began) / LENGTH) % 2;
-    const along = turn < 1 ? turn : 2 - turn;
-    show(100 * along * along * (3 - 2 * along));
+    show(placeAt(((now - began) / LENGTH) % 2));
     requestAnimationFrame(frame);
   }
 
@@ -112,6 +121,51 @@ export function createMorph(editor, { library, display }) {
   );
   const stop = element('button', { type: 'button', class: 'button', onclick: leave }, text.stop);
 
+  const bar = element('progress', { max: 1, value: 0, hidden: true, 'aria-label': text.filming });
+  const told = element('p', { class: 'note', role: 'status' });
+  /** @type {AbortController | null} */
+  let filming = null;
+  /**
+   * There and back as a file, at the size of the stage or less.
+   * @param {'gif' | 'video'} kind
+   */
+  async function film(kind) {
+    filming?.abort();
+    const mine = new AbortController();
+    filming = mine;
+    playing = false;
+    bar.value = 0;
+    bar.hidden = false;
+    told.textContent = text.filming;
+    try {
+      // Who films nothing does not wait for the encoders.
+      const make = kind === 'gif' ? (await import('./film/gif.js')).gif : (await import('./film/video.js')).video;
+      const blob = await make({
+        canvas,
+        seconds: (2 * LENGTH) / 1000,
+        fps: FPS,
+        draw(t) {
+          show(placeAt(2 * t));
+          display.draw();
+        },
+        progress: (fraction) => (bar.value = fraction),
+        signal: mine.signal,
+      });
+      const file = `morph.${{ 'image/gif': 'gif', 'video/mp4': 'mp4' }[blob.type] ?? 'webm'}`;
+      save(blob, file);
+      told.textContent = text.exported(file, blob.size);
+    } catch (error) {
+      told.textContent = mine.signal.aborted ? text.notFilmed : text.notExported(error instanceof Error ? error.message : String(error));
+    }
+    // Another film may have begun.
+    if (filming !== mine) return;
+    filming = null;
+    bar.hidden = true;
+    leave();
+  }
+  const asGif = element('button', { type: 'button', class: 'button', onclick: () => film('gif') }, icon('save'), text.asGif);
+  const asVideo = element('button', { type: 'button', class: 'button', hidden: typeof MediaRecorder !== 'function', onclick: () => film('video') }, icon('save'), text.asVideo);
+
   function refresh() {
     scrub.show(percent);
     if (play.dataset.playing !== String(playing)) {
@@ -120,6 +174,7 @@ export function createMorph(editor, { library, display }) {
     }
     keep.disabled = !showing;
     stop.disabled = !showing;
+    play.disabled = asGif.disabled = asVideo.disabled = filming !== null;
   }
   refresh();
   // Whoever shapes the face wants to see it.
@@ -133,13 +188,10 @@ export function createMorph(editor, { library, display }) {
       element('div', { class: 'pair' }, start.root, end.root),
       scrub.root,
       element('div', { class: 'row' }, play, keep, stop),
+      element('div', { class: 'row' }, asGif, asVideo),
+      bar,
+      told,
     ),
     leave,
-    /** The faces at the two ends and where between them the stage is, for whoever films it. */
-    get ends() {
-      load(from, start.select.value);
-      load(to, end.select.value);
-      return { from, to };
-    },
   };
 }

@@ -153,6 +153,10 @@ export const text = {
   pause: 'Pause',
   stop: 'Stop',
   keepThis: 'Keep this face',
+  asGif: 'As a GIF',
+  asVideo: 'As a video',
+  filming: 'Drawing the film, there and back …',
+  notFilmed: 'The film was stopped.',
   compareWith: 'Compare with',
   startFace: 'The start',
   averageFace: 'The average',
@@ -243,6 +247,7 @@ export const text = {
       'The model has looked at many faces, one feature at a time, and found the shapes that vary together: first the greatest variation, then the next. Each is an eigenmesh, and each slider adds more or less of one.',
       'A slider runs from −3 to +3 standard deviations of the population. The hill behind it is the population: where it is high, many people are. The number is the percentile: at the 90th, nine of ten people have less.',
       'Together the eigenmeshes of a feature hold 95 % of the variety that was found in it. What is left is finer than they can say.',
+      'You can also take hold of the face: click a feature and drag its surface. The point under the pointer goes where you want it, and everything else becomes what is most probable then.',
       'Around a feature the skin follows, so that no seam shows. How far is the blending distance, at the end of the list.',
     ],
     meanings: [
@@ -269,6 +274,7 @@ export const text = {
   }),
   explainMoved: (/** @type {string} */ name, /** @type {string} */ rank, /** @type {number} */ inTen) =>
     `You moved ${name} to the ${rank} percentile: about ${inTen} of 10 people have less of it.`,
+  explainEnd: (/** @type {string} */ name) => `You moved ${name} to where almost nobody is, or beyond.`,
   invitation: 'New here?',
   showAround: 'Show me around',
   tour: 'A look around',
