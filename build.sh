@@ -191,10 +191,11 @@ need_wasm_tools() {
 
 # --- build --------------------------------------------------------------------------------------
 
-# wasm BUILD NAME FEATURES RUSTFLAGS [WASM-OPT FLAG...]: one build of a module, pkg/BUILD/NAME.js.
+# wasm BUILD NAME FEATURES TARGET RUSTFLAGS [WASM-OPT FLAG...]: one build of a module,
+# pkg/BUILD/NAME.js. Builds with the same flags share a TARGET, and so what they depend on.
 wasm() {
-    local build=$1 name=$2 features=$3 flags=$4 out=$ROOT/target/wasm-$1
-    shift 4
+    local build=$1 name=$2 features=$3 out=$ROOT/target/wasm-$4 flags=$5
+    shift 5
     # Where this machine keeps its sources is nobody's business, and bytes.
     local sources=${CARGO_HOME:-$HOME/.cargo}/registry/src crates
     for crates in "$sources"/*/; do
@@ -214,17 +215,21 @@ wasm() {
         "$@" "$out/bindings/${name}_bg.wasm" -o "pkg/$build/${name}_bg.wasm"
 }
 
+scalar_builds() {
+    wasm scalar phiz "" scalar ""
+    wasm photo photo photo scalar ""
+}
+
 package() {
     say "Building the package"
     # Fetched first, so that the builds know where they lie.
     quietly fetch cargo fetch --locked
-    # Each is one thread for most of its time.
-    wasm scalar phiz "" "" &
+    # Each is one thread for most of its time. Photos are fitted in f64, of which an instruction takes
+    # two at most: one build of that is enough.
+    scalar_builds &
     local scalar=$!
-    wasm simd phiz "" "-C target-feature=+simd128" --enable-simd
+    wasm simd phiz "" simd "-C target-feature=+simd128" --enable-simd
     wait "$scalar"
-    # Fits are in f64, of which an instruction takes two at most: one build is enough.
-    wasm photo photo photo ""
     cp www/phiz/index.js www/phiz/index.d.ts www/phiz/package.json README.md LICENSE-* pkg/
     rm -rf pkg/export
     cp -r www/phiz/export pkg/export
