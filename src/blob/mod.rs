@@ -13,7 +13,7 @@
 //! | 28..32 | zero |
 //! | 32..40 | u64 checksum of all other bytes (`checksum`) |
 //! | 40.. | the section table, 32 bytes a section |
-//! | then | the header, what is no long list of numbers ([`record`]) |
+//! | then | the header, what is no long list of numbers (`blob::record`) |
 //! | then | the sections, each starting at a multiple of 16, zeros between |
 //!
 //! A row of the section table is: 16 bytes of name (ASCII, zero-padded), u32 element type

@@ -290,7 +290,7 @@ impl Face {
         let drawn = self.model.conditional_sample(&drawn, &self.sigmas(), &free);
         let mut coefficients = self.coefficients();
         for &i in &free {
-            coefficients[i] = (drawn[i] as f32).max(-LIMIT).min(LIMIT);
+            coefficients[i] = (drawn[i] as f32).clamp(-LIMIT, LIMIT);
         }
         for i in self.edits(options.regions.as_deref())? {
             coefficients[i] = 0.0;
@@ -538,8 +538,13 @@ impl Face {
                 &range,
                 &mut back,
             );
-            for v in start..end {
-                self.positions[v] += anchor.weights[v] * back[v];
+            let all = self
+                .positions
+                .iter_mut()
+                .zip(&anchor.weights[..])
+                .zip(&back);
+            for ((position, &weight), &moved) in all.take(end).skip(start) {
+                *position += weight * moved;
             }
         }
     }
