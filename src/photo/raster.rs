@@ -126,6 +126,9 @@ mod tests {
         let depth = 500.0 / (1.0 + 0.2 * slope);
         assert!((raster.depth(DVec2::new(20.5, 50.5)) - depth).abs() < 1e-3);
         assert_eq!(raster.depth(DVec2::new(-0.5, 3.0)), f64::INFINITY);
-        assert_eq!(raster.depth(DVec2::new(2.0, 2.0)), f64::INFINITY);
+        // The second covers the right half of the picture alone.
+        let half = Raster::new(&camera, [100, 100], &positions, &[[3, 4, 5]]);
+        assert_eq!(half.depth(DVec2::new(2.0, 50.0)), f64::INFINITY);
+        assert_eq!(half.triangles[50 * 100 + 2], NOTHING);
     }
 }

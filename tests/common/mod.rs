@@ -305,7 +305,7 @@ fn control(name: &str, group: &str, coefficients: &[usize]) -> Control {
 
 /// The sheet's blob.
 pub fn sheet_blob() -> Vec<u8> {
-    sheet().write().expect("the sheet's header is plain JSON")
+    sheet().write().expect("the sheet is a model")
 }
 
 /// The sheet as a model.
@@ -419,20 +419,22 @@ pub fn head_model() -> &'static FaceModel {
     })
 }
 
-/// A blob with `from` in its JSON header replaced by `to`, whatever their lengths: table, length
-/// and checksum are made right again.
-pub fn with_header(blob: &[u8], from: &str, to: &str) -> Vec<u8> {
+/// A blob with `from` in its header replaced by `to`, whatever their lengths: table, length and
+/// checksum are made right again.
+pub fn with_header(blob: &[u8], from: &[u8], to: &[u8]) -> Vec<u8> {
     let word = |at: usize| {
         u32::from_le_bytes([blob[at], blob[at + 1], blob[at + 2], blob[at + 3]]) as usize
     };
     let (length, sections) = (word(20), word(24));
     let start = 40 + 32 * sections;
-    let header = std::str::from_utf8(&blob[start..start + length]).expect("it is JSON");
-    assert!(header.contains(from), "{from} is not in the header");
-    let header = header.replacen(from, to, 1);
+    let header = &blob[start..start + length];
+    let mut places = header.windows(from.len()).enumerate();
+    let at = places.find(|(_, bytes)| *bytes == from).map(|(at, _)| at);
+    let at = at.unwrap_or_else(|| panic!("{from:?} is not in the header"));
+    let header = [&header[..at], to, &header[at + from.len()..]].concat();
     let mut out = blob[..start].to_vec();
     out[20..24].copy_from_slice(&(header.len() as u32).to_le_bytes());
-    out.extend_from_slice(header.as_bytes());
+    out.extend_from_slice(&header);
     for section in 0..sections {
         let row = 40 + 32 * section;
         let (offset, length) = (word(row + 20), word(row + 24));
