@@ -6,7 +6,7 @@ mod common;
 
 use std::sync::LazyLock;
 
-use common::{edited_sheet, exercise, sheet, sheet_blob, sheet_model, with_header};
+use common::{edited_sheet, exercise, n, sheet, sheet_blob, sheet_model, text, with_header};
 use glam::Vec3;
 use phiz::anatomy::{Axis, Quantity};
 use phiz::blob::{VERSION, pack, seal, unpack};
@@ -180,16 +180,6 @@ fn another_version_is_named() {
         expected: VERSION,
     };
     assert_eq!(FaceModel::parse(&bytes).err(), Some(expected));
-}
-
-/// A number of a header.
-fn n(number: u32) -> Vec<u8> {
-    number.to_le_bytes().to_vec()
-}
-
-/// A text of a header.
-fn text(text: &str) -> Vec<u8> {
-    [n(text.len() as u32), text.as_bytes().to_vec()].concat()
 }
 
 /// A list of numbers of a header.

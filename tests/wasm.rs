@@ -6,7 +6,7 @@
 
 mod common;
 
-use common::{exercise, sheet, sheet_blob, sheet_model};
+use common::{exercise, n, sheet, sheet_blob, sheet_model, text};
 use phiz::{FaceModel, Randomize};
 use wasm_bindgen_test::wasm_bindgen_test;
 
@@ -64,13 +64,19 @@ fn randomness_comes_from_the_platform() {
 #[wasm_bindgen_test]
 fn counts_that_wrap_in_32_bits_are_refused() {
     let blob = sheet_blob();
+    let sizes = |corners, triangles, quantiles| {
+        let counts = [48, corners, triangles, quantiles].map(u32::to_le_bytes);
+        [text("mm"), counts.concat()].concat()
+    };
+    let modes = |count| [text("nose"), n(1), text("nose"), n(count)].concat();
+    let right = sizes(54, 70, 21);
     for (from, to) in [
-        ("\"corners\":54,", "\"corners\":2147483702,"),
-        ("\"triangles\":70,", "\"triangles\":1431655836,"),
-        ("\"modes\":3,", "\"modes\":1431655768,"),
-        ("\"quantiles\":21,", "\"quantiles\":429496751,"),
+        (&right, sizes(2_147_483_702, 70, 21)),
+        (&right, sizes(54, 1_431_655_836, 21)),
+        (&right, sizes(54, 70, 429_496_751)),
+        (&modes(3), modes(1_431_655_768)),
     ] {
-        let bytes = common::with_header(&blob, from, to);
-        assert!(FaceModel::parse(&bytes).is_err(), "{to} was taken");
+        let bytes = common::with_header(&blob, from, &to);
+        assert!(FaceModel::parse(&bytes).is_err(), "{to:?} was taken");
     }
 }

@@ -419,6 +419,16 @@ pub fn head_model() -> &'static FaceModel {
     })
 }
 
+/// A number of a header.
+pub fn n(number: u32) -> Vec<u8> {
+    number.to_le_bytes().to_vec()
+}
+
+/// A text of a header.
+pub fn text(text: &str) -> Vec<u8> {
+    [n(text.len() as u32), text.as_bytes().to_vec()].concat()
+}
+
 /// A blob with `from` in its header replaced by `to`, whatever their lengths: table, length and
 /// checksum are made right again.
 pub fn with_header(blob: &[u8], from: &[u8], to: &[u8]) -> Vec<u8> {
