@@ -332,6 +332,8 @@ impl Face {
         let mut coefficients = self.coefficients();
         for (&i, change) in free.iter().zip(change) {
             let limit = LIMIT.max(coefficients[i].abs());
+            // Not `clamp`, which prints its limits when they cross: these never do, and printing
+            // floats is a twentieth of the module.
             coefficients[i] = (coefficients[i] + change as f32).max(-limit).min(limit);
         }
         self.change(&coefficients)?;

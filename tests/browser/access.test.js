@@ -2,25 +2,13 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
-import { after, before, describe, test } from 'node:test';
-import { launch, moveSlider, open, SCREENSHOTS, serve } from './site.js';
+import { describe, test } from 'node:test';
+import { moveSlider, open, SCREENSHOTS, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
 
-/** @type {import('playwright-core').Browser} */
-let browser;
-/** @type {Awaited<ReturnType<typeof serve>>} */
-let site;
-
-before(async () => {
-  site = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await site?.close();
-});
+const { browser, site } = await siteAndBrowser();
 
 /** What axe calls serious or critical, in one line each. */
 const faults = (page) =>

@@ -2,21 +2,10 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
-import { after, before, describe, test } from 'node:test';
-import { differing, fingerOn, landmarkOnScreen, launch, moveSlider, open, picture, SCREENSHOTS, serve } from './site.js';
+import { describe, test } from 'node:test';
+import { differing, fingerOn, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, siteAndBrowser } from './site.js';
 
-/** @type {import('playwright-core').Browser} */
-let browser;
-/** @type {Awaited<ReturnType<typeof serve>>} */
-let site;
-before(async () => {
-  site = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await site?.close();
-});
+const { browser, site } = await siteAndBrowser();
 
 /** @param {import('playwright-core').Page} page @returns {Promise<Record<string, number>>} in whole per cents */
 const shown = (page) =>

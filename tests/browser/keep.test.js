@@ -1,22 +1,10 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { after, before, describe, test } from 'node:test';
-import { launch, moveSlider, open, SCREENSHOTS, serve, settled } from './site.js';
+import { describe, test } from 'node:test';
+import { moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
-/** @type {import('playwright-core').Browser} */
-let browser;
-/** @type {Awaited<ReturnType<typeof serve>>} */
-let site;
-
-before(async () => {
-  site = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await site?.close();
-});
+const { browser, site } = await siteAndBrowser();
 
 const codeOf = (page) => page.evaluate(() => window.designer.face.code);
 const ready = (page) => page.waitForFunction(() => document.documentElement.dataset.ready === 'true');

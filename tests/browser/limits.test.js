@@ -1,21 +1,10 @@
 // Sliders end where people do, until somebody wants to go on.
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { after, before, describe, test } from 'node:test';
-import { differing, launch, moveSlider, open, picture, SCREENSHOTS, serve } from './site.js';
+import { describe, test } from 'node:test';
+import { differing, moveSlider, open, picture, SCREENSHOTS, siteAndBrowser } from './site.js';
 
-/** @type {import('playwright-core').Browser} */
-let browser;
-/** @type {Awaited<ReturnType<typeof serve>>} */
-let site;
-before(async () => {
-  site = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await site?.close();
-});
+const { browser, site } = await siteAndBrowser();
 
 /** The coefficient that a mode's slider moves, in standard deviations. */
 const sigmas = (page, control) =>

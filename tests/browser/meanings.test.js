@@ -1,21 +1,9 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
-import { launch, moveSlider, open, SCREENSHOTS, serve } from './site.js';
+import { test } from 'node:test';
+import { moveSlider, open, SCREENSHOTS, siteAndBrowser } from './site.js';
 
-/** @type {import('playwright-core').Browser} */
-let browser;
-/** @type {Awaited<ReturnType<typeof serve>>} */
-let site;
-
-before(async () => {
-  site = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await site?.close();
-});
+const { browser, site } = await siteAndBrowser();
 
 test('meanings are there exactly when the model has them: lengths are typed, locked and cleared', async () => {
   const { context, page, complaints } = await open(browser, site);

@@ -2,24 +2,13 @@
 //
 //     PHIZ_MONKEY_MINUTES=10 PHIZ_MONKEY_SEED=7 node --test tests/browser/monkey.test.js
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { launch, open, serve, settled } from './site.js';
+import { test } from 'node:test';
+import { open, settled, siteAndBrowser } from './site.js';
 
 const MINUTES = Number(process.env.PHIZ_MONKEY_MINUTES ?? 1);
 const SEED = Number(process.env.PHIZ_MONKEY_SEED ?? 1);
 
-/** @type {import('playwright-core').Browser} */
-let browser;
-/** @type {Awaited<ReturnType<typeof serve>>} */
-let site;
-before(async () => {
-  site = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await site?.close();
-});
+const { browser, site } = await siteAndBrowser();
 
 /** mulberry32 */
 function chance(seed) {

@@ -1,21 +1,9 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { after, before, describe, test } from 'node:test';
-import { differing, landmarkOnScreen, launch, moveSlider, open, picture, SCREENSHOTS, serve, settled } from './site.js';
+import { describe, test } from 'node:test';
+import { differing, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, serve, settled, siteAndBrowser } from './site.js';
 
-/** @type {import('playwright-core').Browser} */
-let browser;
-/** @type {Awaited<ReturnType<typeof serve>>} */
-let site;
-
-before(async () => {
-  site = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await site?.close();
-});
+const { browser, site } = await siteAndBrowser();
 
 /** The positions on the page as a string that shows any changed bit. */
 const positions = (page) =>

@@ -1,20 +1,8 @@
 import assert from 'node:assert/strict';
-import { after, before, describe, test } from 'node:test';
-import { fingerOn, launch, moveSlider, open, serve } from './site.js';
+import { describe, test } from 'node:test';
+import { fingerOn, moveSlider, open, siteAndBrowser } from './site.js';
 
-/** @type {import('playwright-core').Browser} */
-let browser;
-/** @type {Awaited<ReturnType<typeof serve>>} */
-let site;
-
-before(async () => {
-  site = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await site?.close();
-});
+const { browser, site } = await siteAndBrowser();
 
 const valueOf = (page, name) => page.evaluate((control) => window.designer.face.get(control), name);
 const sliderOf = (page, name) => page.getByRole('slider', { name, exact: true });

@@ -1,21 +1,10 @@
 // The face itself is a way in: hover, click, drag its surface.
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { after, before, describe, test } from 'node:test';
-import { differing, fingerOn, landmarkOnScreen, launch, open, picture, SCREENSHOTS, serve, settled } from './site.js';
+import { describe, test } from 'node:test';
+import { differing, fingerOn, landmarkOnScreen, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
-/** @type {import('playwright-core').Browser} */
-let browser;
-/** @type {Awaited<ReturnType<typeof serve>>} */
-let site;
-before(async () => {
-  site = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await site?.close();
-});
+const { browser, site } = await siteAndBrowser();
 
 const codeOf = (/** @type {import('playwright-core').Page} */ page) => page.evaluate(() => window.designer.face.code);
 

@@ -3,6 +3,7 @@
 # scans, template and landmarks, each on one thread, one after the other for each person.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+source tests/peers/peers.sh
 
 usage() {
     cat <<END
@@ -15,21 +16,10 @@ END
 }
 
 case "${1:---help}" in -h | --help) usage && exit ;; esac
-if [ ! -d "${ICT_FACEKIT:-}/FaceXModel" ]; then
-    echo "registration.sh: ICT_FACEKIT=${ICT_FACEKIT:-} holds no FaceXModel" >&2
-    exit 1
-fi
+need_ict
 
 venv=target/peers/venv
-wanted=tests/peers/requirements.txt
-if ! cmp -s "$wanted" "$venv/requirements.txt"; then
-    echo "Installing the peers in $venv" >&2
-    rm -rf "$venv"
-    python3 -m venv "$venv"
-    "$venv/bin/pip" install --quiet --requirement "$wanted"
-    cp "$wanted" "$venv/requirements.txt"
-fi
-cargo build --quiet --release --locked --features fit --bin phiz-fit
+need_peers "$venv" tests/peers/requirements.txt
 
 # One thread for everybody.
 export RAYON_NUM_THREADS=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1

@@ -2,6 +2,7 @@
 # The sparse basis beside numpy: the same problem, start and number of iterations, in turns.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+source tests/peers/peers.sh
 
 usage() {
     cat <<END
@@ -18,14 +19,6 @@ END
 case "${1:---help}" in -h | --help) usage && exit ;; esac
 
 venv=target/peers/venv
-wanted=tests/peers/requirements.txt
-if ! cmp -s "$wanted" "$venv/requirements.txt"; then
-    echo "Installing the peers in $venv" >&2
-    rm -rf "$venv"
-    python3 -m venv "$venv"
-    "$venv/bin/pip" install --quiet --requirement "$wanted"
-    cp "$wanted" "$venv/requirements.txt"
-fi
-cargo build --quiet --release --locked --features fit --bin phiz-fit
+need_peers "$venv" tests/peers/requirements.txt
 
 exec "$venv/bin/python" tests/peers/sparse.py --program target/release/phiz-fit "$@"
