@@ -137,6 +137,8 @@ export function createMorph(editor, { library, display, canvas }) {
     bar.value = 0;
     bar.hidden = false;
     told.textContent = text.filming;
+    // The encoder is on its way for a moment, in which nothing else may begin.
+    refresh();
     try {
       // Who films nothing does not wait for the encoders.
       const make = kind === 'gif' ? (await import('./film/gif.js')).gif : (await import('./film/video.js')).video;
@@ -173,7 +175,7 @@ export function createMorph(editor, { library, display, canvas }) {
       play.replaceChildren(icon(playing ? 'pause' : 'play'), playing ? text.pause : text.play);
     }
     keep.disabled = !showing;
-    stop.disabled = !showing;
+    stop.disabled = !showing && filming === null;
     play.disabled = asGif.disabled = asVideo.disabled = filming !== null;
   }
   refresh();
