@@ -25,7 +25,8 @@
 //! # Ok::<(), phiz::Error>(())
 //! ```
 //!
-//! Online arithmetic is f32: positions are within 2 micrometres RMS of the same modes summed in f64.
+//! Online, coefficients and modes are integers, and positions are within 2 micrometres RMS of the same
+//! modes summed in f64.
 //! Rounding the modes for the file moves the vertices of random faces by 19 micrometres RMS. Feature
 //! `fit` adds the offline half (template, population, training); on wasm32 the bindings are added.
 
@@ -36,6 +37,7 @@ pub mod expression;
 mod face;
 #[cfg(feature = "fit")]
 pub mod fit;
+mod kernel;
 pub mod mesh;
 pub mod model;
 #[cfg(feature = "photo")]

@@ -1,7 +1,5 @@
 //! The mesh that all faces of a model share.
 
-use glam::Vec3;
-
 use crate::anatomy::Part;
 use crate::blob::{Blob, BlobWriter};
 use crate::predict::Walk;
@@ -43,17 +41,6 @@ impl VertexTriangles {
         let v = vertex as usize;
         &self.triangles[self.starts[v] as usize..self.starts[v + 1] as usize]
     }
-}
-
-/// The vertices that move together in an event, and what their move does to normals.
-#[derive(Debug, Clone)]
-pub struct Patch {
-    /// The smallest range of vertices in which a position or a normal changes.
-    pub range: std::ops::Range<u32>,
-    /// The vertices whose normal changes.
-    pub vertices: Vec<u32>,
-    /// The triangles around those; a corner whose normal does not change is the vertex count.
-    triangles: Vec<[[u32; 2]; 3]>,
 }
 
 impl Topology {
@@ -98,36 +85,6 @@ impl Topology {
         VertexTriangles {
             starts,
             triangles: rows,
-        }
-    }
-
-    /// What a move of the vertices `moved` touches; `all` are the triangles.
-    pub(crate) fn patch(
-        &self,
-        moved: impl Iterator<Item = u32>,
-        all: &[[u32; 3]],
-        adjacency: &VertexTriangles,
-    ) -> Patch {
-        let n = self.regions.len();
-        let mut turned = vec![false; n];
-        for vertex in moved {
-            turned[vertex as usize] = true;
-            for &t in adjacency.of(vertex) {
-                all[t as usize]
-                    .iter()
-                    .for_each(|&v| turned[v as usize] = true);
-            }
-        }
-        let vertices: Vec<u32> = (0..n as u32).filter(|&v| turned[v as usize]).collect();
-        let triangles = all
-            .iter()
-            .filter(|t| t.iter().any(|&v| turned[v as usize]))
-            .map(|t| t.map(|v| [v, if turned[v as usize] { v } else { n as u32 }]))
-            .collect();
-        Patch {
-            range: vertices.first().map_or(0, |&v| v)..vertices.last().map_or(0, |&v| v + 1),
-            vertices,
-            triangles,
         }
     }
 
@@ -277,28 +234,4 @@ fn read_mirror(blob: &Blob, n: usize) -> Result<Vec<u32>> {
         }
     }
     Ok(mirror)
-}
-
-impl Patch {
-    /// Recomputes the unit normals of the patch: the sum of the cross products of the triangles
-    /// around a vertex, so each counts by its area.
-    ///
-    /// `normals` has one entry more than there are vertices, which takes what falls on vertices
-    /// outside. A vertex whose triangles have no area gets a zero normal.
-    pub(crate) fn normals(&self, positions: &[Vec3], normals: &mut [Vec3]) {
-        for &v in &self.vertices {
-            normals[v as usize] = Vec3::ZERO;
-        }
-        for &[a, b, c] in &self.triangles {
-            let corner = positions[a[0] as usize];
-            let normal =
-                (positions[b[0] as usize] - corner).cross(positions[c[0] as usize] - corner);
-            normals[a[1] as usize] += normal;
-            normals[b[1] as usize] += normal;
-            normals[c[1] as usize] += normal;
-        }
-        for &v in &self.vertices {
-            normals[v as usize] = normals[v as usize].normalize_or_zero();
-        }
-    }
 }

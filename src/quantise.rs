@@ -49,6 +49,12 @@ pub const CORRELATIONS: Grid = Grid {
 /// The finest step of modes in use: 1 micrometre, far below what a scanner or an eye resolves.
 pub const FINEST_STEP: f32 = 0.001;
 
+/// Steps of modes are whole multiples of this, mm, so that sums of modes are exact in f64: with
+/// [`STEPS`] and the grid of coefficients the last bit of a position is 2^-40 mm, the first 4 m.
+const STEP_GRID: f64 = 1.0 / (1 << 20) as f64;
+/// Where vertices only follow, steps may be finer, by this power of two.
+pub(crate) const STEPS: u32 = 4;
+
 /// How far rounding a block's modes moves the vertices of random faces, mm RMS. A vertex is moved
 /// by two blocks, its feature's and the head's, so a face is off by 1.4 times as much.
 pub const BLOCK_ERROR: f64 = 0.015;
@@ -66,10 +72,11 @@ pub struct Quantised {
 }
 
 impl Quantised {
-    /// Rounds `values` (mm) with `step`, or the finest coarser one in which the largest fits.
+    /// Rounds `values` (mm) with the finest step from `step` on in which the largest fits.
     pub fn new(values: &[f64], step: f32) -> Self {
         let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let step = step.max((largest / f64::from(i16::MAX)) as f32 * 1.000_001);
+        let step = f64::from(step).max(largest / f64::from(i16::MAX));
+        let step = ((step / STEP_GRID).ceil() * STEP_GRID) as f32;
         Self {
             step,
             integers: values
@@ -91,15 +98,34 @@ impl Quantised {
     /// Takes integers and a step that were read from a file.
     ///
     /// # Errors
-    /// When the step is not a positive length of at most 1 mm.
-    pub fn from_parts(step: f32, integers: Vec<i16>) -> Result<Self> {
-        if !(step > 0.0 && step <= 1.0) {
-            return Err(Error::Blob(format!(
-                "a quantisation step of {} mm",
-                Number(step.into())
-            )));
-        }
-        Ok(Self { step, integers })
+    /// As [`sound_step`].
+    #[cfg(feature = "fit")]
+    pub(crate) fn from_parts(step: f32, integers: Vec<i16>) -> Result<Self> {
+        Ok(Self {
+            step: sound_step(step)?,
+            integers,
+        })
+    }
+}
+
+/// The nearest step that modes may have.
+pub(crate) fn nearest_step(step: f32) -> f32 {
+    let finest = STEP_GRID / f64::from(1 << STEPS);
+    ((f64::from(step) / finest).round() * finest) as f32
+}
+
+/// A step that was read from a file, or the nearest that modes may have.
+///
+/// # Errors
+/// When it is not a positive length of at most 1 mm.
+pub(crate) fn sound_step(step: f32) -> Result<f32> {
+    let nearest = ((f64::from(step) / STEP_GRID).round() * STEP_GRID) as f32;
+    match nearest > 0.0 && nearest <= 1.0 {
+        true => Ok(nearest),
+        false => Err(Error::Blob(format!(
+            "a quantisation step of {} mm",
+            Number(step.into())
+        ))),
     }
 }
 

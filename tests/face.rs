@@ -8,8 +8,8 @@ use std::sync::LazyLock;
 use common::{COEFFICIENTS, MODEL, exercise, head_model, sheet_model};
 use glam::{DVec3, Vec3};
 use phiz::blob::pack;
-use phiz::model::SOURCES;
-use phiz::{Error, Face, FaceModel, Randomize};
+use phiz::model::{Block, SOURCES};
+use phiz::{Error, Face, FaceModel, Random, Randomize};
 use proptest::prelude::*;
 
 static SHEET: LazyLock<FaceModel> = LazyLock::new(sheet_model);
@@ -47,43 +47,43 @@ fn plain_normals(model: &FaceModel, positions: &[Vec3]) -> Vec<DVec3> {
     normals.into_iter().map(DVec3::normalize_or_zero).collect()
 }
 
-/// Positions in f64, straight from the definition of blocks and surrounds.
-fn plain_positions(face: &Face) -> Vec<DVec3> {
+/// The positions of some vertices in f64, straight from the definition of blocks and surrounds.
+fn plain_positions(face: &Face, vertices: impl Iterator<Item = u32>) -> Vec<DVec3> {
     let parts = face.model().parts();
     let coefficients = face.coefficients();
-    let mut positions: Vec<DVec3> = parts.mean.iter().map(|p| p.as_dvec3()).collect();
-    for block in &parts.blocks {
-        let size = 3 * block.support.len();
-        let moved: Vec<DVec3> = (0..block.support.len())
-            .map(|slot| {
-                (0..block.sigmas.len())
-                    .map(|k| {
-                        let at = size * k + 3 * slot;
-                        let q = &block.modes.integers[at..at + 3];
-                        let c = f64::from(coefficients[block.first_coefficient + k]);
-                        DVec3::new(q[0].into(), q[1].into(), q[2].into())
-                            * (c * f64::from(block.modes.step))
-                    })
-                    .sum()
-            })
-            .collect();
-        for (&v, &d) in block.support.iter().zip(&moved) {
-            positions[v as usize] += d;
+    let moved = |block: &Block, place: usize| -> DVec3 {
+        let each = (0..block.sigmas.len()).map(|k| {
+            let q = [0, 1, 2].map(|axis| block.modes.get(k, 3 * place + axis));
+            let c = f64::from(coefficients[block.first_coefficient + k]);
+            DVec3::from(q.map(f64::from)) * (c * f64::from(block.modes.step()))
+        });
+        each.sum()
+    };
+    let by = |block: &Block, vertex: u32| {
+        if let Ok(place) = block.support.binary_search(&vertex) {
+            return moved(block, place);
         }
         let Some(surround) = &block.surround else {
-            continue;
+            return DVec3::ZERO;
         };
-        for (t, &v) in surround.targets.iter().enumerate() {
-            let fade = phiz::model::falloff(surround.distances[t] / face.alpha());
-            let pulled: DVec3 = (t * SOURCES..(t + 1) * SOURCES)
-                .map(|s| {
-                    moved[surround.sources[s] as usize] * (f64::from(surround.weights[s]) / 65535.0)
-                })
-                .sum();
-            positions[v as usize] += pulled * f64::from(fade);
-        }
-    }
-    positions
+        let Ok(t) = surround.targets.binary_search(&vertex) else {
+            return DVec3::ZERO;
+        };
+        let fade = phiz::model::falloff(surround.distances[t] / face.alpha());
+        let pulled: DVec3 = (t * SOURCES..(t + 1) * SOURCES)
+            .map(|s| {
+                moved(block, surround.sources[s] as usize)
+                    * (f64::from(surround.weights[s]) / 65535.0)
+            })
+            .sum();
+        pulled * f64::from(fade)
+    };
+    vertices
+        .map(|v| {
+            let all: DVec3 = parts.blocks.iter().map(|block| by(block, v)).sum();
+            parts.mean[v as usize].as_dvec3() + all
+        })
+        .collect()
 }
 
 /// The largest distance between two faces' vertices, mm.
@@ -95,20 +95,29 @@ fn farthest(a: &[Vec3], b: &[Vec3]) -> f32 {
 }
 
 #[test]
-fn positions_are_those_of_the_definition() {
+fn positions_of_a_thousand_faces_are_those_of_the_definition() {
     for model in models() {
-        for seed in 0..5 {
-            let face = random(model, seed);
-            let squares: f64 = plain_positions(&face)
-                .iter()
-                .zip(face.positions())
-                .map(|(plain, fast)| plain.distance_squared(fast.as_dvec3()))
-                .sum();
-            let rms = (squares / face.positions().len() as f64).sqrt();
-            // 2 micrometres is what lib.rs promises: about 100 sums of f32 terms, whose last bit
-            // is 8 nm at 100 mm.
-            assert!(rms < 0.002, "{rms} mm");
+        let mut face = model.face();
+        let (mut squares, mut count, mut farthest) = (0.0, 0, 0.0_f64);
+        for seed in 0..1000 {
+            face.randomize(&seeded(seed)).unwrap();
+            if seed % 100 == 99 {
+                face.set_alpha(3.0 + seed as f32 / 100.0).unwrap();
+            }
+            // Other vertices each time.
+            let some = || (seed as u32 % 97..face.positions().len() as u32).step_by(97);
+            for (plain, v) in plain_positions(&face, some()).iter().zip(some()) {
+                let off = plain.distance_squared(face.positions()[v as usize].as_dvec3());
+                squares += off;
+                count += 1;
+                farthest = farthest.max(off.sqrt());
+            }
         }
+        let rms = (squares / f64::from(count)).sqrt();
+        // 2 micrometres is what lib.rs promises. What moves a vertex that follows is rounded, mode
+        // by mode, to a sixteenth of the block's step, the head's coordinates to 8 nanometres.
+        println!("{count} vertices: {rms:.6} mm RMS, {farthest:.6} at most");
+        assert!(rms < 0.002, "{rms} mm");
     }
 }
 
@@ -362,24 +371,24 @@ fn what_is_outside_of_the_changed_range_did_not_change() {
 }
 
 #[test]
-fn a_hundred_thousand_events_leave_no_drift() {
-    let mut face = SHEET.face();
-    let controls: Vec<String> = SHEET
-        .parts()
-        .controls
-        .iter()
-        .map(|c| c.name.clone())
-        .collect();
-    let mut random = phiz::Random::new(1);
-    for _ in 0..100_000 {
-        let control = &controls[random.bits() as usize % controls.len()];
-        face.set(control, random.uniform()).unwrap();
+fn a_million_events_leave_no_drift() {
+    // The small model takes nearly all of them: each is the same arithmetic.
+    for (model, events) in models().into_iter().zip([4_000, 1_000_000]) {
+        let mut face = model.face();
+        let names: Vec<String> = (model.parts().controls.iter())
+            .filter(|c| c.measure.is_none())
+            .map(|c| c.name.clone())
+            .collect();
+        let mut random = Random::new(11);
+        for event in 0..events {
+            let value = 0.02 + 0.96 * random.uniform();
+            face.set(&names[event % names.len()], value).unwrap();
+        }
+        let again = model.from_code(&face.code()).unwrap();
+        // Not nearly: the bits are those of a face that was computed once.
+        assert_eq!(face.positions(), again.positions());
+        assert_eq!(face.normals(), again.normals());
     }
-    let fresh = SHEET.from_code(&face.code()).unwrap();
-    assert_eq!(face.positions(), fresh.positions());
-    assert_eq!(face.normals(), fresh.normals());
-    face.reset(None).unwrap();
-    assert_eq!(face.positions(), SHEET.face().positions());
 }
 
 #[test]

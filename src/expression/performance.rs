@@ -17,8 +17,9 @@ const SHUT: f32 = -0.3;
 pub struct Performance {
     expressions: Expressions,
     weights: Vec<f32>,
-    /// The face that is shown: its coefficients and reach, with the weights.
-    shown: Option<(Vec<f32>, f32, Vec<f32>)>,
+    /// The face that is shown, with the weights.
+    shown: Option<(String, Vec<f32>)>,
+    /// One more than there are vertices, as of normals; see [`crate::kernel::Patch::normals`].
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
 }
@@ -89,7 +90,7 @@ impl Performance {
                 "these expressions are for another head than the model's".into(),
             ));
         }
-        let wanted = (face.coefficients(), face.alpha(), self.weights.clone());
+        let wanted = (face.code(), self.weights.clone());
         if self.shown.as_ref() == Some(&wanted) {
             return Ok(());
         }
@@ -105,6 +106,7 @@ impl Performance {
         });
         self.positions.clear();
         self.positions.extend_from_slice(neutral);
+        self.positions.push(Vec3::ZERO);
         let mut moved = neutral.to_vec();
         let mut turns = [Vec3::ZERO; 2];
         for &(e, weight) in &shown {
@@ -151,12 +153,12 @@ impl Performance {
 
     /// Vertex positions of the face that was last performed, mm.
     pub fn positions(&self) -> &[Vec3] {
-        &self.positions
+        &self.positions[..self.positions.len().saturating_sub(1)]
     }
 
     /// Unit vertex normals of it.
     pub fn normals(&self) -> &[Vec3] {
-        &self.normals[..self.positions.len()]
+        &self.normals[..self.normals.len().saturating_sub(1)]
     }
 }
 

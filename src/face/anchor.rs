@@ -16,8 +16,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::Face;
 use super::measured::Before;
-use super::{Face, GRID};
 use crate::Result;
 use crate::model::{FaceModel, falloff};
 
@@ -37,17 +37,10 @@ pub(super) struct Anchor {
     pub regions: Regions,
     /// Coefficients in units of 1/65536 sigma.
     pub state: Vec<i32>,
+    /// Those that the face's positions are of.
+    pub shown: Vec<i32>,
     /// How far each vertex follows, 0..=1.
     pub weights: Arc<[f32]>,
-    /// Displacements by each block, as those of a face.
-    pub displacements: Vec<Vec<Vec3>>,
-}
-
-impl Anchor {
-    pub(super) fn coefficients(&self) -> Vec<f32> {
-        let each = self.state.iter();
-        each.map(|&c| (f64::from(c) / GRID) as f32).collect()
-    }
 }
 
 impl Face {
@@ -103,14 +96,13 @@ impl Face {
         &mut self.anchors[at]
     }
 
-    /// An anchor whose displacements are still to be computed.
+    /// An anchor that positions are still to be brought up to.
     pub(super) fn new_anchor(&self, regions: Regions, state: Vec<i32>) -> Anchor {
-        let each = self.displacements.iter();
         Anchor {
             weights: self.weights(regions),
             regions,
+            shown: vec![0; state.len()],
             state,
-            displacements: each.map(|d| vec![Vec3::ZERO; d.len()]).collect(),
         }
     }
 
@@ -181,8 +173,8 @@ impl Face {
                 *e = (from + (to - from) * t).round() as i32;
             }
         }
+        self.evaluate();
         self.tidy();
-        self.evaluate_all();
     }
 
     /// What a failing call puts back.

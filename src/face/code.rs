@@ -16,7 +16,7 @@ impl Face {
     /// The face as a string of letters, digits, `-` and `_`: with [`crate::FaceModel::from_code`]
     /// it gives the same face, bit for bit. Locks are not kept in it.
     pub fn code(&self) -> String {
-        encode(&self.model, self.alpha, &self.state, &self.anchors)
+        encode(&self.model, self.alpha(), &self.state, &self.anchors)
     }
 
     /// Takes the coefficients and the fall-off distance of a code, and what locks took back.
@@ -63,7 +63,7 @@ impl Face {
             };
             anchors.push(self.new_anchor(regions, own));
         }
-        if alpha != self.alpha {
+        if alpha != self.alpha() {
             self.set_alpha(alpha)
                 .map_err(|_| bad("its blending distance is out of range"))?;
         }
@@ -73,7 +73,7 @@ impl Face {
             (self.state, self.anchors) = (state, anchors);
             self.evaluate_all();
         }
-        self.changed = 0..self.positions.len() as u32;
+        self.changed = self.all();
         Ok(())
     }
 }

@@ -156,7 +156,7 @@ impl Face {
 
     pub(super) fn measured(&self, measure: usize) -> f64 {
         let parts = self.model.parts();
-        parts.measures[measure].of(&parts.landmarks, &self.positions)
+        parts.measures[measure].of(&parts.landmarks, self.positions())
     }
 
     /// Moves a semantic control until its measure has a length.
@@ -395,7 +395,7 @@ impl Face {
                 };
                 found.0.push(MovingLandmark {
                     index: landmark,
-                    start: point.place(&self.positions),
+                    start: point.place(self.positions()),
                     rates,
                 });
             }

@@ -2,6 +2,7 @@
 
 mod anchor;
 pub(crate) mod code;
+mod evaluate;
 mod measured;
 mod probable;
 
@@ -12,19 +13,29 @@ use glam::Vec3;
 
 use crate::Random;
 use crate::error::Number;
-use crate::model::{Block, FaceModel, LIMIT, ModelParts, SOURCES, falloff};
+use crate::model::{FaceModel, LIMIT, Reach};
 use crate::{Error, Result};
 use anchor::{Anchor, Regions};
 
 /// Coefficients live on a grid of 1/65536 sigma, so that a face, its code and its undo history are
-/// the same numbers everywhere. At a mode of 5 mm a step of the grid is 0.08 micrometres.
+/// the same numbers everywhere. At a mode of 5 mm a step of the grid is 0.08 micrometres: measures are
+/// held to 0.1.
 const GRID: f64 = 65_536.0;
-/// Far beyond any face; up to 256 sigmas every point of the grid is an f32.
+/// Far beyond any face; every point of the grid up to here is an f32.
 pub(crate) const FARTHEST: f32 = 255.0;
 
-/// The grid point nearest to a coefficient in sigmas.
+/// Nothing but what is held needs all of the grid: other coefficients take every eighth point of it,
+/// so that up to 4 sigmas they are 16 bits, which is what sums are fastest of.
+const COARSE: f64 = 8.0;
+
+/// The point of the coarse grid nearest to a coefficient in sigmas.
 pub(crate) fn grid(coefficient: f32) -> i32 {
-    (f64::from(coefficient) * GRID).round() as i32
+    coarse(f64::from(coefficient) * GRID)
+}
+
+/// The nearest point of the coarse grid.
+fn coarse(point: f64) -> i32 {
+    ((point / COARSE).round() * COARSE) as i32
 }
 
 /// A point of the grid as a coefficient in sigmas.
@@ -41,13 +52,15 @@ pub(crate) fn micrometres(mm: f32) -> f32 {
 ///
 /// vertices = mean + sum over blocks of (modes x coefficients), each block spread to its surround,
 /// and where regions were locked, what those took back of it ([`Face::lock`]). Positions and normals
-/// are brought up to date by every call that changes the face. Positions depend only on what the
-/// [`Face::code`] holds, never on the way that led to it.
+/// are brought up to date by every call that changes the face. They depend only on what the
+/// [`Face::code`] holds, never on the way that led to it: all sums are exact.
 #[derive(Debug, Clone)]
 pub struct Face {
     model: FaceModel,
     /// Coefficients in units of 1/65536 sigma.
     state: Vec<i32>,
+    /// Those that positions and normals are of.
+    shown: Vec<i32>,
     locked: Vec<bool>,
     /// Measures that are held, and the length of each, mm.
     held: Vec<(usize, f64)>,
@@ -55,13 +68,11 @@ pub struct Face {
     anchors: Vec<Anchor>,
     /// How far each vertex stays while some regions are locked.
     masks: Vec<(Regions, Arc<[f32]>)>,
-    alpha: f32,
-    /// Fall-off of each surround target at the present alpha, a block after another.
-    fades: Vec<Vec<f32>>,
-    /// Displacements by each block: of its support, then of its surround targets.
-    displacements: Vec<Vec<Vec3>>,
+    reach: Arc<Reach>,
+    /// Positions as they are summed, mm; see [`crate::kernel`].
+    sums: Vec<[f64; 3]>,
+    /// One more than there are vertices, as of normals; see [`crate::kernel::Patch::normals`].
     positions: Vec<Vec3>,
-    /// One more than there are vertices; see [`crate::mesh::Patch::normals`].
     normals: Vec<Vec3>,
     changed: Range<u32>,
 }
@@ -80,32 +91,22 @@ pub struct Randomize {
 impl Face {
     pub(crate) fn new(model: &FaceModel) -> Self {
         let parts = model.parts();
-        let slots =
-            |b: &Block| b.support.len() + b.surround.as_ref().map_or(0, |s| s.targets.len());
+        let padded = parts.mean.len() + 1;
         let mut face = Self {
             state: model.derived.median.clone(),
+            shown: Vec::new(),
             locked: vec![false; parts.blocks.len()],
             held: Vec::new(),
             anchors: Vec::new(),
             masks: Vec::new(),
-            alpha: parts.blending.alpha,
-            fades: Vec::new(),
-            displacements: parts
-                .blocks
-                .iter()
-                .map(|b| vec![Vec3::ZERO; slots(b)])
-                .collect(),
-            positions: parts.mean.clone(),
-            normals: vec![Vec3::ZERO; parts.mean.len() + 1],
+            reach: model.derived.reach.clone(),
+            sums: vec![[0.0; 3]; padded - 1],
+            positions: vec![Vec3::ZERO; padded],
+            normals: vec![Vec3::ZERO; padded],
             changed: 0..0,
             model: model.clone(),
         };
-        face.fade();
-        face.evaluate(&vec![true; parts.blocks.len()]);
-        if parts.blocks.is_empty() {
-            let whole = &model.derived.whole;
-            whole.normals(&face.positions, &mut face.normals);
-        }
+        face.evaluate_all();
         face
     }
 
@@ -116,12 +117,12 @@ impl Face {
 
     /// Vertex positions, mm.
     pub fn positions(&self) -> &[Vec3] {
-        &self.positions
+        &self.positions[..self.positions.len() - 1]
     }
 
     /// Unit vertex normals, each triangle counting by its area.
     pub fn normals(&self) -> &[Vec3] {
-        &self.normals[..self.positions.len()]
+        &self.normals[..self.normals.len() - 1]
     }
 
     /// The smallest range of vertices outside of which the last change touched neither position
@@ -240,7 +241,11 @@ impl Face {
         let mut state = self.state.clone();
         for &i in free.iter().chain(&edits) {
             let (from, to) = (f64::from(self.state[i]), f64::from(other.state[i]));
-            state[i] = (from + (to - from) * t).round() as i32;
+            state[i] = match t {
+                0.0 => self.state[i],
+                1.0 => other.state[i],
+                _ => coarse(from + (to - from) * t),
+            };
         }
         self.replace(state);
         let whole = regions.is_none() && !self.locked.contains(&true);
@@ -309,7 +314,7 @@ impl Face {
     /// # Errors
     /// When there is no such vertex, the target is not finite, or a held measure cannot be held.
     pub fn drag(&mut self, vertex: u32, target: Vec3) -> Result<()> {
-        let Some(&position) = self.positions.get(vertex as usize) else {
+        let Some(&position) = self.positions().get(vertex as usize) else {
             return Err(Error::Unknown {
                 kind: "vertex",
                 name: vertex.to_string(),
@@ -380,7 +385,7 @@ impl Face {
 
     /// The fall-off distance of blending, mm.
     pub fn alpha(&self) -> f32 {
-        self.alpha
+        self.reach.alpha
     }
 
     /// Sets the fall-off distance of blending (region morphing, eq. 12), mm.
@@ -400,8 +405,12 @@ impl Face {
                 got: f64::from(alpha),
             });
         }
-        self.alpha = micrometres(alpha);
-        self.fade();
+        let alpha = micrometres(alpha);
+        let own = &self.model.derived.reach;
+        self.reach = match alpha == own.alpha {
+            true => own.clone(),
+            false => Arc::new(Reach::new(self.model.parts(), alpha)),
+        };
         self.evaluate_all();
         Ok(())
     }
@@ -450,141 +459,15 @@ impl Face {
 
     /// Takes a new state and computes the blocks in which it differs.
     fn adopt(&mut self, state: Vec<i32>) {
-        let blocks = &self.model.parts().blocks;
-        let stale: Vec<bool> = blocks
-            .iter()
-            .map(|b| state[b.coefficients()] != self.state[b.coefficients()])
-            .collect();
         self.state = state;
-        self.evaluate(&stale);
-    }
-
-    fn fade(&mut self) {
-        let alpha = self.alpha;
-        self.fades = self
-            .model
-            .parts()
-            .blocks
-            .iter()
-            .map(|block| match &block.surround {
-                Some(s) => s.distances.iter().map(|d| falloff(d / alpha)).collect(),
-                None => Vec::new(),
-            })
-            .collect();
-    }
-
-    fn evaluate_all(&mut self) {
-        self.evaluate(&vec![true; self.locked.len()]);
+        self.evaluate();
     }
 
     /// After a call whose last step is not all that it did.
     fn note(&mut self, everything: bool) {
         if everything {
-            self.changed = 0..self.positions.len() as u32;
+            self.changed = self.all();
         }
-    }
-
-    /// Brings displacements of the stale blocks, positions and normals up to date.
-    fn evaluate(&mut self, stale: &[bool]) {
-        let model = self.model.clone();
-        let (parts, derived) = (model.parts(), &model.derived);
-        let coefficients = self.coefficients();
-        let mut range: Option<Range<u32>> = None;
-        for (b, block) in parts.blocks.iter().enumerate() {
-            if stale[b] {
-                let own = &coefficients[block.coefficients()];
-                displace(block, own, &self.fades[b], &mut self.displacements[b]);
-                for anchor in &mut self.anchors {
-                    let own = &anchor.coefficients()[block.coefficients()];
-                    displace(block, own, &self.fades[b], &mut anchor.displacements[b]);
-                }
-                let patch = &derived.touched[b].range;
-                range = Some(match range {
-                    None => patch.clone(),
-                    Some(r) => r.start.min(patch.start)..r.end.max(patch.end),
-                });
-            }
-        }
-        let Some(range) = range else {
-            self.changed = 0..0;
-            return;
-        };
-        self.sum(range.clone());
-        let mut touched = (0..stale.len()).filter(|&b| stale[b]);
-        match (touched.next(), touched.next()) {
-            (Some(b), None) => derived.touched[b].normals(&self.positions, &mut self.normals),
-            _ => derived.whole.normals(&self.positions, &mut self.normals),
-        }
-        self.changed = range;
-    }
-
-    /// Positions of a range of vertices from the displacements, always summed in the same order:
-    /// re-summing instead of adding differences is what keeps a million events free of drift.
-    fn sum(&mut self, range: Range<u32>) {
-        let parts = self.model.parts();
-        let (start, end) = (range.start as usize, range.end as usize);
-        self.positions[start..end].copy_from_slice(&parts.mean[start..end]);
-        add_all(
-            parts,
-            &self.state,
-            &self.displacements,
-            &range,
-            &mut self.positions,
-        );
-        for anchor in &self.anchors {
-            let mut back = vec![Vec3::ZERO; self.positions.len()];
-            add_all(
-                parts,
-                &anchor.state,
-                &anchor.displacements,
-                &range,
-                &mut back,
-            );
-            let all = self
-                .positions
-                .iter_mut()
-                .zip(&anchor.weights[..])
-                .zip(&back);
-            for ((position, &weight), &moved) in all.take(end).skip(start) {
-                *position += weight * moved;
-            }
-        }
-    }
-
-    /// How a vertex moves with each coefficient: mm a sigma.
-    pub(crate) fn jacobian(&self, vertex: u32) -> Vec<Vec3> {
-        let mut rows = vec![Vec3::ZERO; self.state.len()];
-        let blocks = self.model.parts().blocks.iter().zip(&self.fades);
-        for (b, (block, fades)) in blocks.enumerate() {
-            let follows = self.stays(b).map_or(1.0, |w| 1.0 - w[vertex as usize]);
-            let mode = |k: usize, slot: usize| {
-                let at = 3 * (block.support.len() * k + slot);
-                let q = &block.modes.integers[at..at + 3];
-                Vec3::new(q[0].into(), q[1].into(), q[2].into()) * block.modes.step
-            };
-            let follow = |k: usize| -> Vec3 {
-                if let Ok(slot) = block.support.binary_search(&vertex) {
-                    return mode(k, slot);
-                }
-                let Some(surround) = &block.surround else {
-                    return Vec3::ZERO;
-                };
-                let Ok(t) = surround.targets.binary_search(&vertex) else {
-                    return Vec3::ZERO;
-                };
-                let each = t * SOURCES..(t + 1) * SOURCES;
-                let pulled: Vec3 = surround.sources[each.clone()]
-                    .iter()
-                    .zip(&surround.weights[each])
-                    .map(|(&slot, &w)| mode(k, slot as usize) * f32::from(w))
-                    .sum();
-                pulled * (fades[t] / 65_535.0)
-            };
-            for k in 0..block.sigmas.len() {
-                rows[block.first_coefficient + k] = follows * follow(k);
-            }
-        }
-        rows
     }
 }
 
@@ -598,70 +481,4 @@ fn on_grid(coefficients: &[f32]) -> Result<Vec<i32>> {
         });
     }
     Ok(coefficients.iter().map(|&c| grid(c)).collect())
-}
-
-/// Adds the displacements of all blocks, always in the same order.
-fn add_all(
-    parts: &ModelParts,
-    state: &[i32],
-    displacements: &[Vec<Vec3>],
-    range: &Range<u32>,
-    positions: &mut [Vec3],
-) {
-    for (block, displacements) in parts.blocks.iter().zip(displacements) {
-        // Most faces have no edits.
-        if block.local_to.is_some() && state[block.coefficients()].iter().all(|&c| c == 0) {
-            continue;
-        }
-        let (support, targets) = displacements.split_at(block.support.len());
-        add(positions, &block.support, support, range);
-        if let Some(surround) = &block.surround {
-            add(positions, &surround.targets, targets, range);
-        }
-    }
-}
-
-/// Displacements of a block's support (modes x coefficients), then of its surround.
-fn displace(block: &Block, coefficients: &[f32], fades: &[f32], out: &mut [Vec3]) {
-    let (support, targets) = out.split_at_mut(block.support.len());
-    support.fill(Vec3::ZERO);
-    let sums: &mut [f32] = bytemuck::cast_slice_mut(support);
-    for (mode, &c) in block
-        .modes
-        .integers
-        .chunks_exact(sums.len())
-        .zip(coefficients)
-    {
-        let weight = c * block.modes.step;
-        if weight != 0.0 {
-            for (sum, &q) in sums.iter_mut().zip(mode) {
-                *sum += weight * f32::from(q);
-            }
-        }
-    }
-    if let Some(surround) = &block.surround {
-        let rows = surround
-            .sources
-            .chunks_exact(SOURCES)
-            .zip(surround.weights.chunks_exact(SOURCES));
-        for ((target, (sources, weights)), &fade) in targets.iter_mut().zip(rows).zip(fades) {
-            let mut pulled = Vec3::ZERO;
-            for (&slot, &weight) in sources.iter().zip(weights) {
-                pulled += support[slot as usize] * f32::from(weight);
-            }
-            *target = pulled * (fade / 65_535.0);
-        }
-    }
-}
-
-/// Adds displacements to those of `vertices` (increasing) that lie in `range`.
-fn add(positions: &mut [Vec3], vertices: &[u32], displacements: &[Vec3], range: &Range<u32>) {
-    let first = vertices.partition_point(|&v| v < range.start);
-    let last = vertices.partition_point(|&v| v < range.end);
-    for (&v, &displacement) in vertices[first..last]
-        .iter()
-        .zip(&displacements[first..last])
-    {
-        positions[v as usize] += displacement;
-    }
 }

@@ -27,7 +27,7 @@ use super::sparse::{self, Region, SparseBasis, head_parts, mirrored};
 use super::template::Template;
 use super::{FitError, FitResult};
 use crate::anatomy::{Landmark, Measure};
-use crate::model::{Block, Control, LIMIT, ModelParts};
+use crate::model::{Block, Control, LIMIT, ModelParts, Modes};
 use crate::quantise::Quantised;
 
 /// How the directions of controls are found.
@@ -893,7 +893,7 @@ impl<'a> Population<'a> {
                 name: format!("local {}", block.name),
                 regions: block.regions.clone(),
                 support,
-                modes: Quantised::new(&values, STEP),
+                modes: Modes::of(&Quantised::new(&values, STEP), own.len()),
                 sigmas: own.iter().map(|(m, _)| self.sigmas[*m] as f32).collect(),
                 first_coefficient,
                 surround: None,

@@ -1,12 +1,12 @@
 //! Blocks: a basis, where it acts, and how it fades.
 
 use super::surround::Surround;
-use crate::quantise::Quantised;
+use crate::kernel::Modes;
 
 /// A basis with its vertex support.
 ///
 /// With coefficients c in sigmas, support vertex i moves by
-/// `step * sum_k c_k * integers[k][i]` mm: the standard deviations are folded into the modes.
+/// `sum_k c_k * modes.displacement(k, i)` mm: the standard deviations are folded into the modes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// Its name (`nose`), which is also the group of its controls.
@@ -15,9 +15,8 @@ pub struct Block {
     pub regions: Vec<u8>,
     /// The vertices it moves, increasing.
     pub support: Vec<u32>,
-    /// The modes, one after the other: mode k is `3 * support.len()` numbers from
-    /// `3 * support.len() * k`, as x, y, z a vertex.
-    pub modes: Quantised,
+    /// The modes: x, y, z a support vertex.
+    pub modes: Modes,
     /// The standard deviation of each mode's coefficient in the population: the square root of
     /// the PCA's eigenvalue, mm.
     pub sigmas: Vec<f32>,

@@ -46,6 +46,7 @@
 mod block;
 mod control;
 mod header;
+mod reach;
 mod surround;
 
 use std::sync::Arc;
@@ -53,6 +54,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use nalgebra::DMatrix;
 
+pub use crate::kernel::Modes;
 pub use block::{Block, FALLOFF_REACH, falloff};
 pub use control::Control;
 pub use header::{About, Blending, Licence};
@@ -63,11 +65,13 @@ pub use surround::{Rigid, SOURCES, Surround};
 use crate::anatomy::{Landmark, Measure};
 use crate::blob::{Blob, BlobWriter, Kind};
 use crate::error::Number;
+use crate::kernel::{Facets, Patch};
 use crate::mesh::Topology;
 use crate::predict::Walk;
-use crate::quantise::{COORDINATES, CORRELATIONS, DISTANCES, Quantised};
+use crate::quantise::{COORDINATES, CORRELATIONS, DISTANCES, sound_step};
 use crate::{Error, Face, Result};
 use header::{BlockHeader, ControlHeader, Header, SurroundHeader};
+pub(crate) use reach::Reach;
 
 /// Coordinates of a head in mm stay far below this.
 const LARGEST_COORDINATE: f32 = 1e4;
@@ -107,10 +111,12 @@ pub struct ModelParts {
 /// What is computed once from the parts, for every face of the model.
 #[derive(Debug)]
 pub(crate) struct Derived {
-    /// What an event of each block touches.
-    pub touched: Vec<crate::mesh::Patch>,
+    /// The triangles, for normals.
+    pub facets: Facets,
     /// All triangles and vertices.
-    pub whole: crate::mesh::Patch,
+    pub whole: Patch,
+    /// What follows each block at the model's own fall-off distance.
+    pub reach: Arc<Reach>,
     /// The coefficients of the face on which every control reads 0.5.
     pub median: Vec<i32>,
     /// The correlation and its lower Cholesky factor.
@@ -153,19 +159,12 @@ impl FaceModel {
                 "its correlation matrix is not positive definite".into(),
             ));
         };
-        let triangles = parts.topology.triangles();
-        let adjacency = parts.topology.vertex_triangles();
-        let touched = parts
-            .blocks
-            .iter()
-            .map(|block| {
-                let surround = block.surround.as_ref().map_or(&[][..], |s| &s.targets);
-                let moved = block.support.iter().chain(surround).copied();
-                parts.topology.patch(moved, &triangles, &adjacency)
-            })
-            .collect();
-        let every = 0..parts.mean.len() as u32;
-        let whole = parts.topology.patch(every, &triangles, &adjacency);
+        let facets = Facets::new(
+            &parts.topology.triangles(),
+            &parts.topology.vertex_triangles(),
+        );
+        let every = parts.mean.len();
+        let whole = facets.patch(0..every as u32, every);
         let mut median = vec![0.0_f32; parts.coefficients()];
         for control in parts.controls.iter().filter(|c| c.measure.is_none()) {
             let amount = (control.median() - control.read(&median)) / control.gain();
@@ -182,7 +181,8 @@ impl FaceModel {
         let median = median.into_iter().map(crate::face::grid).collect();
         Ok(Self {
             derived: Arc::new(Derived {
-                touched,
+                reach: Arc::new(Reach::new(&parts, parts.blending.alpha)),
+                facets,
                 whole,
                 median,
                 correlation,
@@ -308,17 +308,9 @@ impl ModelParts {
         blob.section("quantiles", &quantiles);
         for (b, block) in self.blocks.iter().enumerate() {
             let own = walk.on(&block.support);
-            let numbers = 3 * block.support.len();
             // All numbers of a vertex together: its predictors are looked up once.
-            let modes: Vec<i32> = (0..numbers / 3)
-                .flat_map(|v| {
-                    block
-                        .modes
-                        .integers
-                        .chunks_exact(numbers)
-                        .map(move |m| (v, m))
-                })
-                .flat_map(|(v, mode)| mode[3 * v..3 * v + 3].iter().map(|&i| i.into()))
+            let modes: Vec<i32> = (block.modes.by_vertex().into_iter())
+                .map(i32::from)
                 .collect();
             blob.planes(
                 &format!("modes.{b}"),
@@ -500,7 +492,7 @@ fn block_header(block: &Block, topology: &Topology) -> BlockHeader {
             .map(|&r| topology.region_names[r as usize].clone())
             .collect(),
         modes: block.sigmas.len() as u32,
-        step: block.modes.step,
+        step: block.modes.step(),
         support: block.support.len() as u32,
         surround: block.surround.as_ref().map(|s| SurroundHeader {
             targets: s.targets.len() as u32,
@@ -594,18 +586,12 @@ fn read_block(
     let modes = header.modes as usize;
     let numbers = 3 * support.len();
     let residuals = blob.planes(&format!("modes.{b}"), numbers * modes)?;
-    // All modes of a vertex together, as the walk has them; a mode after another, as sums do.
+    // All modes of a vertex together, as the walk has them.
     let by_vertex = walk.on(&support).restore(&residuals, 3 * modes);
     if let Some(far) = by_vertex.iter().find(|i| i16::try_from(**i).is_err()) {
         return bad(format!("a mode of {far} steps"));
     }
-    let mut integers = vec![0; by_vertex.len()];
-    for (v, row) in by_vertex.chunks_exact(3 * modes).enumerate() {
-        for (k, moved) in row.chunks_exact(3).enumerate() {
-            let at = numbers * k + 3 * v;
-            integers[at..at + 3].copy_from_slice(&[0, 1, 2].map(|axis| moved[axis] as i16));
-        }
-    }
+    let by_vertex: Vec<i16> = by_vertex.into_iter().map(|i| i as i16).collect();
     let sigmas = blob.floats(&format!("sigmas.{b}"), modes, 1e9)?;
     let surround = match header.surround {
         None => None,
@@ -626,7 +612,7 @@ fn read_block(
         }
     };
     Ok(Block {
-        modes: Quantised::from_parts(header.step, integers)?,
+        modes: Modes::new(sound_step(header.step)?, modes, &by_vertex),
         name: header.name,
         regions,
         support,

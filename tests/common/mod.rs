@@ -6,7 +6,7 @@ use glam::Vec3;
 use phiz::FaceModel;
 use phiz::anatomy::{Axis, Landmark, Measure, Part, Quantity};
 use phiz::mesh::Topology;
-use phiz::model::{About, Blending, Block, Control, Licence, ModelParts, Rigid, Surround};
+use phiz::model::{About, Blending, Block, Control, Licence, ModelParts, Modes, Rigid, Surround};
 use phiz::quantise::{COORDINATES, CORRELATIONS, DISTANCES, FINEST_STEP, Quantised, TEXTURE};
 
 /// Columns and rows of the sheet's vertices, 10 mm apart:
@@ -195,7 +195,7 @@ pub fn edited_sheet() -> ModelParts {
         name: "local mouth".into(),
         regions: mouth.regions.clone(),
         support: mouth.support.clone(),
-        modes: Quantised::new(&values, FINEST_STEP),
+        modes: Modes::of(&Quantised::new(&values, FINEST_STEP), 1),
         sigmas: vec![2.0],
         first_coefficient: COEFFICIENTS,
         surround: None,
@@ -275,7 +275,7 @@ fn block(topology: &Topology, mean: &[Vec3], region: u8, modes: usize, first: us
         name: REGIONS[region as usize].into(),
         regions: vec![region],
         support,
-        modes: Quantised::new(&values, FINEST_STEP),
+        modes: Modes::of(&Quantised::new(&values, FINEST_STEP), modes),
         sigmas: (0..modes).map(|k| 5.0 / (k + 1) as f32).collect(),
         first_coefficient: first,
         surround,

@@ -366,7 +366,7 @@ fn inspect(args: &InspectArgs) -> FitResult<()> {
             .map(|b| {
                 serde_json::json!({
                     "name": b.name, "modes": b.sigmas.len(), "vertices": b.support.len(),
-                    "step_mm": b.modes.step, "sigmas_mm": b.sigmas,
+                    "step_mm": b.modes.step(), "sigmas_mm": b.sigmas,
                     "surround": b.surround.as_ref().map(|s| s.targets.len()),
                 })
             })
@@ -406,7 +406,7 @@ fn inspect(args: &InspectArgs) -> FitResult<()> {
             block.sigmas.len(),
             block.support.len(),
             block.surround.as_ref().map_or(0, |s| s.targets.len()),
-            block.modes.step
+            block.modes.step()
         );
     }
     Ok(())

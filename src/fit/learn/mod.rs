@@ -16,7 +16,7 @@ use super::pca::Spectrum;
 use super::semantic::{self, Method, Table};
 use super::template::Template;
 use super::{FitError, FitResult};
-use crate::model::{About, Blending, Block, ModelParts};
+use crate::model::{About, Blending, Block, ModelParts, Modes};
 use crate::quantise::{BLOCK_ERROR, COORDINATES, Quantised};
 pub(crate) use distribution::quantiles;
 use distribution::{controls, correlation};
@@ -372,13 +372,14 @@ impl<'a> Learner<'a> {
     }
 }
 
-fn quantise(modes: &[Vec<f64>], sigmas: &[f64]) -> Quantised {
+fn quantise(modes: &[Vec<f64>], sigmas: &[f64]) -> Modes {
     let scaled: Vec<f64> = modes
         .iter()
         .zip(sigmas)
         .flat_map(|(mode, s)| mode.iter().map(move |m| m * s))
         .collect();
-    Quantised::new(&scaled, Quantised::step_for(BLOCK_ERROR, modes.len()))
+    let rounded = Quantised::new(&scaled, Quantised::step_for(BLOCK_ERROR, modes.len()));
+    Modes::of(&rounded, modes.len())
 }
 
 /// The point that a model file keeps of a point of the mean.

@@ -1,0 +1,202 @@
+//! From coefficients to positions and normals.
+
+use std::ops::Range;
+
+use glam::Vec3;
+use wide::f64x4;
+
+use super::{Face, GRID};
+use crate::kernel::{CHUNK, Modes, Patch, add_to};
+
+/// What anchors take back is rounded to whole multiples of this, mm, 8 nanometres: sums of it are
+/// exact, as all others are.
+const ANCHORED: f64 = 1.0 / 131_072.0;
+
+impl Face {
+    pub(super) fn all(&self) -> Range<u32> {
+        0..self.positions().len() as u32
+    }
+
+    /// Brings positions and normals up to date with coefficients and anchors: adds what those
+    /// changed by, or, where that is more work, sums everything again, which gives the same bits.
+    pub(super) fn evaluate(&mut self) {
+        let model = self.model.clone();
+        let blocks = &model.parts().blocks;
+        let mut touched = vec![false; blocks.len()];
+        let (mut changes, mut everything) = (0, 0);
+        for (b, block) in blocks.iter().enumerate() {
+            let own = block.coefficients();
+            let changed = self.state[own.clone()].iter().zip(&self.shown[own.clone()]);
+            let changed = changed.filter(|(new, old)| new != old).count();
+            let anchors = self.anchors.iter();
+            let anchors = anchors
+                .filter(|a| a.state[own.clone()] != a.shown[own.clone()])
+                .count();
+            touched[b] = changed + anchors > 0;
+            // What anchors took back before is summed again.
+            changes += block.modes.numbers() * (changed + 2 * anchors * own.len());
+            everything += block.modes.numbers() * own.len() * (1 + self.anchors.len());
+        }
+        if 2 * changes > everything {
+            return self.evaluate_all();
+        }
+        let mut out = Sums {
+            sums: &mut self.sums,
+            positions: &mut self.positions,
+        };
+        for (b, block) in blocks.iter().enumerate().filter(|(b, _)| touched[*b]) {
+            let own = block.coefficients();
+            let following = &self.reach.surroundings[b];
+            let both = [
+                (&block.modes, &block.support),
+                (&following.modes, &following.targets),
+            ];
+            for (modes, vertices) in both {
+                let change: Vec<i32> = (self.state[own.clone()].iter())
+                    .zip(&self.shown[own.clone()])
+                    .map(|(new, old)| new - old)
+                    .collect();
+                out.add(modes, vertices, &change);
+                for anchor in &self.anchors {
+                    let states = [&anchor.shown[own.clone()], &anchor.state[own.clone()]];
+                    if states[0] != states[1] {
+                        out.add_shares(modes, vertices, states, &anchor.weights);
+                    }
+                }
+            }
+        }
+        self.is_shown();
+        let patches: Vec<&Patch> = (0..blocks.len())
+            .filter(|&b| touched[b])
+            .map(|b| self.reach.patch(b, model.parts(), &model.derived.facets))
+            .collect();
+        self.changed = (patches.iter().map(|p| p.range.clone()))
+            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))
+            .unwrap_or(0..0);
+        let whole = &model.derived.whole;
+        match patches.iter().map(|p| p.size()).sum::<usize>() < whole.size() {
+            true => (patches.iter()).for_each(|p| p.normals(&self.positions, &mut self.normals)),
+            false => whole.normals(&self.positions, &mut self.normals),
+        }
+    }
+
+    /// Computes positions and normals from the mean on.
+    pub(super) fn evaluate_all(&mut self) {
+        let model = self.model.clone();
+        let all = self.sums.iter_mut().zip(&mut self.positions);
+        for ((sum, position), mean) in all.zip(&model.parts().mean) {
+            *position = *mean;
+            *sum = mean.as_dvec3().to_array();
+        }
+        let mut out = Sums {
+            sums: &mut self.sums,
+            positions: &mut self.positions,
+        };
+        for (b, block) in model.parts().blocks.iter().enumerate() {
+            let own = block.coefficients();
+            let following = &self.reach.surroundings[b];
+            let both = [
+                (&block.modes, &block.support),
+                (&following.modes, &following.targets),
+            ];
+            for (modes, vertices) in both {
+                out.add(modes, vertices, &self.state[own.clone()]);
+                for anchor in &self.anchors {
+                    let state = &anchor.state[own.clone()];
+                    let nothing = vec![0; state.len()];
+                    out.add_shares(modes, vertices, [&nothing, state], &anchor.weights);
+                }
+            }
+        }
+        self.is_shown();
+        self.changed = self.all();
+        (model.derived.whole).normals(&self.positions, &mut self.normals);
+    }
+
+    /// How a vertex moves with each coefficient: mm a sigma.
+    pub(crate) fn jacobian(&self, vertex: u32) -> Vec<Vec3> {
+        let mut rows = vec![Vec3::ZERO; self.state.len()];
+        for (b, block) in self.model.parts().blocks.iter().enumerate() {
+            let follows = self.stays(b).map_or(1.0, |w| 1.0 - w[vertex as usize]);
+            let following = &self.reach.surroundings[b];
+            let (modes, place) = match block.support.binary_search(&vertex) {
+                Ok(place) => (&block.modes, place),
+                Err(_) => match following.targets.binary_search(&vertex) {
+                    Ok(place) => (&following.modes, place),
+                    Err(_) => continue,
+                },
+            };
+            for k in 0..block.sigmas.len() {
+                rows[block.first_coefficient + k] = follows * modes.displacement(k, place);
+            }
+        }
+        rows
+    }
+
+    /// Notes that what there is is what is shown.
+    fn is_shown(&mut self) {
+        self.shown.clone_from(&self.state);
+        for anchor in &mut self.anchors {
+            anchor.shown.clone_from(&anchor.state);
+        }
+    }
+}
+
+/// Where positions are summed.
+struct Sums<'a> {
+    sums: &'a mut [[f64; 3]],
+    positions: &'a mut [Vec3],
+}
+
+impl Sums<'_> {
+    /// Adds what modes with a change of their coefficients move vertices by.
+    fn add(&mut self, modes: &Modes, vertices: &[u32], change: &[i32]) {
+        // Most faces have no edits.
+        if change.iter().all(|&c| c == 0) {
+            return;
+        }
+        let weights = modes.weights(change);
+        let scale = f64::from(modes.step()) / GRID;
+        let mut by = [f64x4::ZERO; CHUNK / 4];
+        for (chunk, vertices) in vertices.chunks(CHUNK / 3).enumerate() {
+            modes.sum(&weights, CHUNK * chunk, scale, &mut by);
+            self.shift(vertices, bytemuck::cast_slice(&by));
+        }
+    }
+
+    /// Adds each vertex's share of what modes move it by in the second of two states more than in
+    /// the first.
+    fn add_shares(&mut self, modes: &Modes, vertices: &[u32], states: [&[i32]; 2], shares: &[f32]) {
+        let weights = states.map(|state| modes.weights(state));
+        let scale = f64::from(modes.step()) / (GRID * ANCHORED);
+        let mut sums = [[f64x4::ZERO; CHUNK / 4]; 2];
+        for (chunk, vertices) in vertices.chunks(CHUNK / 3).enumerate() {
+            for (sums, weights) in sums.iter_mut().zip(&weights) {
+                modes.sum(weights, CHUNK * chunk, scale, sums);
+            }
+            let [old, new] = sums.each_mut();
+            let (old, new): (&[f64], &mut [f64]) =
+                (bytemuck::cast_slice(old), bytemuck::cast_slice_mut(new));
+            for ((new, old), v) in
+                (new.iter_mut().zip(old)).zip(vertices.iter().flat_map(|v| [v; 3]))
+            {
+                let share = f64::from(shares[*v as usize]);
+                *new =
+                    ((*new * share).round_ties_even() - (old * share).round_ties_even()) * ANCHORED;
+            }
+            self.shift(vertices, new);
+        }
+    }
+
+    /// Moves vertices (increasing) by three numbers each, mm.
+    fn shift(&mut self, vertices: &[u32], mut by: &[f64]) {
+        for run in vertices.chunk_by(|a, b| a + 1 == *b) {
+            let first = run[0] as usize;
+            let all = first..first + run.len();
+            let (own, rest) = by.split_at(3 * run.len());
+            by = rest;
+            let positions = bytemuck::cast_slice_mut(&mut self.positions[all.clone()]);
+            add_to(self.sums[all].as_flattened_mut(), own, positions);
+        }
+    }
+}

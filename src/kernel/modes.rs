@@ -1,0 +1,339 @@
+//! Modes as `i16`, and weighted sums of them.
+
+use std::ops::Range;
+
+use glam::Vec3;
+use wide::{f64x4, i16x8, i32x4};
+
+use crate::quantise::{Quantised, STEPS, nearest_step};
+
+/// Numbers that are summed side by side.
+const TILE: usize = 16;
+/// Tiles that are summed before their sums are used. Whole vertices: 3 tiles are 16 of them.
+const TILES: usize = 30;
+/// Numbers of so many tiles: 160 vertices.
+pub(crate) const CHUNK: usize = TILE * TILES;
+/// The largest magnitude that modes may have in sum, each at its largest: times a weight of 32,767
+/// it is still an `i32`.
+const MOST: u32 = 65_536;
+
+/// The modes of a block: numbers in steps, three a support vertex and mode.
+///
+/// They are laid out for their sum: of each tile of 16 numbers two modes after the other, those two
+/// number by number, so that one instruction multiplies eight and adds pairs, memory is read from
+/// one end to the other, and two modes of a tile, if no other changed, are one cache line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Modes {
+    step: f32,
+    modes: usize,
+    numbers: usize,
+    /// Tile after tile; of each, pair after pair; of each, four of eight.
+    tiles: Vec<i16x8>,
+    /// The largest magnitudes of the two modes of each pair, in sum.
+    largest: Vec<u32>,
+}
+
+/// Weights of the modes of a block that are not zero, made ready.
+pub(crate) struct Weights {
+    pairs: Vec<Pair>,
+    /// Groups of pairs whose sum fits into `i32`.
+    groups: Vec<Range<usize>>,
+    /// Whether all of `high` is zero.
+    low_only: bool,
+    /// The value of 1 in the weights that were given.
+    unit: i32,
+}
+
+/// The weights of two modes, four times the same: `low + 32768 high`.
+#[derive(Clone, Copy)]
+struct Pair {
+    /// Where the pair's numbers are in a tile.
+    place: usize,
+    low: i16x8,
+    high: i16x8,
+}
+
+impl Modes {
+    /// Modes in units of `step` mm (see [`nearest_step`]): of each vertex in turn all modes, of each
+    /// x, y and z.
+    pub fn new(step: f32, modes: usize, by_vertex: &[i16]) -> Self {
+        let numbers = by_vertex.len() / modes.max(1);
+        let row = modes.div_ceil(2) * 4;
+        let mut tiles = vec![[0_i16; 8]; numbers.div_ceil(TILE) * row];
+        let mut largest = vec![0_u32; modes];
+        for (v, own) in by_vertex.chunks_exact((3 * modes).max(1)).enumerate() {
+            for axis in 0..3 {
+                let i = 3 * v + axis;
+                let tile = &mut tiles[i / TILE * row + i % TILE / 4..];
+                let lane = i % 4 * 2;
+                for (k, largest) in largest.iter_mut().enumerate() {
+                    let number = own[3 * k + axis];
+                    tile[k / 2 * 4][lane + k % 2] = number;
+                    *largest = (*largest).max(number.unsigned_abs().into());
+                }
+            }
+        }
+        Self {
+            step: nearest_step(step),
+            modes,
+            numbers,
+            tiles: tiles.into_iter().map(i16x8::new).collect(),
+            largest: largest.chunks(2).map(|pair| pair.iter().sum()).collect(),
+        }
+    }
+
+    /// Modes that were rounded, a mode after another.
+    pub fn of(rounded: &Quantised, modes: usize) -> Self {
+        let numbers = rounded.integers.len() / modes.max(1);
+        let by_vertex = (0..numbers / 3).flat_map(|v| (0..modes).map(move |k| numbers * k + 3 * v));
+        let by_vertex: Vec<i16> = by_vertex
+            .flat_map(|at| &rounded.integers[at..at + 3])
+            .copied()
+            .collect();
+        Self::new(rounded.step, modes, &by_vertex)
+    }
+
+    /// Of each vertex in turn all modes, of each x, y and z: what [`Modes::new`] takes.
+    pub fn by_vertex(&self) -> Vec<i16> {
+        let each = (0..self.numbers / 3).flat_map(|v| (0..self.modes).map(move |k| (v, k)));
+        each.flat_map(|(v, k)| [0, 1, 2].map(|axis| self.get(k, 3 * v + axis)))
+            .collect()
+    }
+
+    /// The value of 1, in mm.
+    pub fn step(&self) -> f32 {
+        self.step
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.modes
+    }
+
+    /// How many numbers each has: three a support vertex.
+    pub fn numbers(&self) -> usize {
+        self.numbers
+    }
+
+    /// How many times finer a step could be without any sum of modes becoming too large for `i32`,
+    /// as a power of two that [`STEPS`] allow.
+    pub(crate) fn headroom(&self) -> u32 {
+        let sum: u32 = self.largest.iter().sum();
+        let largest = self.largest.iter().max().map_or(1, |&l| l.max(1));
+        let most = (MOST / sum.max(1)).min(i16::MAX as u32 / largest).max(1);
+        most.ilog2().min(STEPS)
+    }
+
+    /// Number `number` of mode `mode`, in steps.
+    pub fn get(&self, mode: usize, number: usize) -> i16 {
+        let first = number / TILE * self.row() + number % TILE / 4;
+        self.tiles[first + mode / 2 * 4].to_array()[number % 4 * 2 + mode % 2]
+    }
+
+    /// How mode `mode` moves the support vertex at `place`, mm.
+    pub fn displacement(&self, mode: usize, place: usize) -> Vec3 {
+        let number = |axis| f32::from(self.get(mode, 3 * place + axis));
+        Vec3::new(number(0), number(1), number(2)) * self.step
+    }
+
+    /// How many of eight a tile has.
+    fn row(&self) -> usize {
+        self.modes.div_ceil(2) * 4
+    }
+
+    /// Weights, whole numbers below 2^29 in magnitude, one a mode.
+    pub(crate) fn weights(&self, weights: &[i32]) -> Weights {
+        // Those that people have are whole multiples of some power of two, and fit then.
+        let together = weights.iter().fold(0, |all, w| all | w);
+        let shift = together.trailing_zeros().min(30);
+        let most = weights.iter().map(|w| (w >> shift).unsigned_abs()).max();
+        // The smallest i16 is left out: twice its square is no i32.
+        let low_only = most < Some(1 << 15);
+        let parts = |weight: i32| {
+            let weight = weight >> shift;
+            let high = match low_only {
+                true => 0,
+                false => (weight + (1 << 14)) >> 15,
+            };
+            [weight - (high << 15), high].map(|part| part as i16)
+        };
+        let mut pairs = Vec::new();
+        let mut groups: Vec<Range<usize>> = Vec::new();
+        let mut sum = MOST;
+        for (p, pair) in weights.chunks(2).enumerate() {
+            let [a, b] = [pair[0], pair.get(1).copied().unwrap_or(0)];
+            if a == 0 && b == 0 {
+                continue;
+            }
+            let [a, b] = [a, b].map(parts);
+            let fill = |part: usize| {
+                let [a, b] = [a[part], b[part]];
+                i16x8::new([a, b, a, b, a, b, a, b])
+            };
+            match groups.last_mut() {
+                Some(last) if sum + self.largest[p] <= MOST => last.end += 1,
+                _ => {
+                    groups.push(pairs.len()..pairs.len() + 1);
+                    sum = 0;
+                }
+            }
+            sum += self.largest[p];
+            pairs.push(Pair {
+                place: 4 * p,
+                low: fill(0),
+                high: fill(1),
+            });
+        }
+        Weights {
+            pairs,
+            groups,
+            low_only,
+            unit: 1 << shift,
+        }
+    }
+
+    /// Weighted sums of the modes, in steps, times `scale`: [`CHUNK`] numbers from number `first` on,
+    /// which is a multiple of it; how many there are.
+    ///
+    /// The sums are whole numbers, and exact while below 2^53.
+    pub(crate) fn sum(
+        &self,
+        weights: &Weights,
+        first: usize,
+        scale: f64,
+        sums: &mut [f64x4; CHUNK / 4],
+    ) -> usize {
+        if self.modes == 0 {
+            sums.fill(f64x4::ZERO);
+        }
+        let row = self.row().max(1);
+        let start = (first / TILE * row).min(self.tiles.len());
+        let end = (start + TILES * row).min(self.tiles.len());
+        // A power of two.
+        let scale = f64x4::splat(scale * f64::from(weights.unit));
+        let high_unit = f64x4::splat(32_768.0);
+        let outs = sums.as_chunks_mut::<4>().0.iter_mut();
+        for (tile, out) in self.tiles[start..end].chunks_exact(row).zip(outs) {
+            let mut sum = [f64x4::ZERO; 4];
+            for group in &weights.groups {
+                let pairs = &weights.pairs[group.clone()];
+                if weights.low_only {
+                    let [low] = products(tile, pairs, |pair| [pair.low]);
+                    for (sum, low) in sum.iter_mut().zip(low) {
+                        *sum += f64x4::from_i32x4(low);
+                    }
+                } else {
+                    let [low, high] = products(tile, pairs, |pair| [pair.low, pair.high]);
+                    for (sum, (low, high)) in sum.iter_mut().zip(low.into_iter().zip(high)) {
+                        *sum += f64x4::from_i32x4(low) + f64x4::from_i32x4(high) * high_unit;
+                    }
+                }
+            }
+            for (out, sum) in out.iter_mut().zip(sum) {
+                *out = sum * scale;
+            }
+        }
+        self.numbers.saturating_sub(first).min(CHUNK)
+    }
+}
+
+/// Products of a tile's pairs of modes with sets of weights, summed over the pairs.
+#[inline(always)]
+fn products<const SETS: usize>(
+    tile: &[i16x8],
+    pairs: &[Pair],
+    weights: impl Fn(&Pair) -> [i16x8; SETS],
+) -> [[i32x4; 4]; SETS] {
+    let mut sums = [[i32x4::ZERO; 4]; SETS];
+    for pair in pairs {
+        let four = &tile[pair.place..pair.place + 4];
+        for (sums, weight) in sums.iter_mut().zip(weights(pair)) {
+            for (sum, &numbers) in sums.iter_mut().zip(four) {
+                *sum += numbers.dot(weight);
+            }
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Random;
+
+    /// The definition: one number after the other.
+    fn plain(modes: &Modes, weights: &[i32], i: usize) -> i64 {
+        let terms = weights.iter().enumerate();
+        terms
+            .map(|(k, &w)| i64::from(w) * i64::from(modes.get(k, i)))
+            .sum()
+    }
+
+    fn check(modes: &Modes, weights: &[i32]) {
+        let ready = modes.weights(weights);
+        let mut all = 0;
+        for first in (0..modes.numbers()).step_by(CHUNK) {
+            let mut sums = [f64x4::ONE; CHUNK / 4];
+            let count = modes.sum(&ready, first, 0.5, &mut sums);
+            let sums: &[f64] = bytemuck::cast_slice(&sums);
+            for (i, &sum) in (first..).zip(&sums[..count]) {
+                assert_eq!(2.0 * sum, plain(modes, weights, i) as f64, "number {i}");
+            }
+            all += count;
+        }
+        assert_eq!(all, modes.numbers());
+    }
+
+    #[test]
+    fn sums_are_those_of_one_number_after_the_other() {
+        let mut random = Random::new(2);
+        let mut below = |most: f64| (random.normal() * most / 3.0) as i32;
+        for (count, numbers, most) in [
+            (0, 30, 10.0),
+            (1, 3, 1000.0),
+            (2, 480, 300.0),
+            (7, 483, 9000.0),
+            (16, 1203, 2000.0),
+            (31, 960, 20_000.0),
+        ] {
+            let values: Vec<i16> = (0..count * numbers).map(|_| below(most) as i16).collect();
+            let modes = Modes::new(0.005, count, &values);
+            for (k, i) in (0..count).flat_map(|k| (0..numbers).map(move |i| (k, i))) {
+                assert_eq!(modes.get(k, i), values[i / 3 * 3 * count + 3 * k + i % 3]);
+            }
+            assert_eq!(modes.by_vertex(), values);
+            // Weights that fit, that fit once they are divided, that do not, none, and but one.
+            let small: Vec<i32> = (0..count).map(|_| below(30_000.0)).collect();
+            let even: Vec<i32> = small.iter().map(|w| 8 * w).collect();
+            let large: Vec<i32> = (0..count).map(|_| below(6e6)).collect();
+            let one: Vec<i32> = (0..count).map(|k| i32::from(k == count / 2)).collect();
+            for weights in [small, even, large, one, vec![0; count]] {
+                check(&modes, &weights);
+            }
+        }
+    }
+
+    #[test]
+    fn modes_of_the_largest_numbers_do_not_overflow() {
+        for number in [i16::MIN, i16::MAX] {
+            let modes = Modes::new(1.0, 5, &[number; 240]);
+            for weight in [-32_768, -32_767, 32_767, -98_305, (1 << 29) - 1] {
+                check(&modes, &[weight; 5]);
+            }
+        }
+    }
+
+    #[test]
+    fn headroom_is_what_still_fits() {
+        for largest in [0, 1, 900, 9000, 32_767] {
+            let small = largest / 8;
+            let modes = Modes::new(
+                1.0,
+                4,
+                &[[largest; 3], [small; 3], [small; 3], [small; 3]].concat(),
+            );
+            let finer = i32::from(largest) << modes.headroom();
+            assert!(finer <= i16::MAX.into() && finer + 3 * (finer / 8) <= MOST as i32);
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! What follows a region at one fall-off distance (region morphing, eqs. 11 and 12).
+
+use super::Modes;
+use crate::model::{SOURCES, Surround, falloff};
+
+/// The vertices that follow a block at a fall-off distance, and how its modes move them.
+///
+/// A vertex moves by the weighted mean of what [`SOURCES`] vertices of the region's border move by,
+/// times its fall-off. All of that is linear in the coefficients, so it is done once for each mode
+/// and not for each event: of an event, a vertex that follows is like one of the region.
+#[derive(Debug, Clone)]
+pub(crate) struct Surrounding {
+    /// The vertices that follow, increasing: those whose fall-off is not zero.
+    pub targets: Vec<u32>,
+    /// How each mode moves them, in finer steps than the block's: a sixteenth of it where the
+    /// largest allow, so that rounding them moves faces by less than a micrometre.
+    pub modes: Modes,
+}
+
+impl Surrounding {
+    /// Of a block's modes and its surround; empty without one.
+    pub fn new(modes: &Modes, surround: Option<&Surround>, alpha: f32) -> Self {
+        let fades = surround.map_or(&[][..], |s| &s.distances).iter();
+        let fades: Vec<f32> = fades.map(|d| falloff(d / alpha)).collect();
+        let active: Vec<usize> = (0..fades.len()).filter(|&t| fades[t] > 0.0).collect();
+        let (Some(surround), false) = (surround, active.is_empty()) else {
+            return Self {
+                targets: Vec::new(),
+                modes: Modes::new(modes.step(), modes.count(), &[]),
+            };
+        };
+        let finer = modes.headroom();
+        // All modes of a source side by side: those of a vertex are a sum of few such rows.
+        let numbers = 3 * modes.count();
+        let mut places = surround.sources.clone();
+        places.sort_unstable();
+        places.dedup();
+        let rows: Vec<f32> = (places.iter())
+            .flat_map(|&place| (0..numbers).map(move |i| (i / 3, 3 * place as usize + i % 3)))
+            .map(|(k, number)| modes.get(k, number).into())
+            .collect();
+        let row_of = |source: u32| places.partition_point(|&p| p < source) * numbers;
+        let mut followed = vec![0_i16; numbers * active.len()];
+        let mut sums = vec![0.0_f32; numbers];
+        for (&t, followed) in active.iter().zip(followed.chunks_exact_mut(numbers.max(1))) {
+            sums.fill(0.0);
+            let each = t * SOURCES..(t + 1) * SOURCES;
+            for (&source, &weight) in surround.sources[each.clone()]
+                .iter()
+                .zip(&surround.weights[each])
+            {
+                let weight = f32::from(weight);
+                for (sum, x) in sums.iter_mut().zip(&rows[row_of(source)..]) {
+                    *sum += weight * x;
+                }
+            }
+            let scale = fades[t] / 65_535.0 * (1 << finer) as f32;
+            for (followed, sum) in followed.iter_mut().zip(&sums) {
+                *followed = (sum * scale).round_ties_even() as i16;
+            }
+        }
+        Self {
+            targets: active.iter().map(|&t| surround.targets[t]).collect(),
+            modes: Modes::new(modes.step() / (1 << finer) as f32, modes.count(), &followed),
+        }
+    }
+}
