@@ -23,7 +23,7 @@ usage: ./build.sh COMMAND
   test    every test: Rust, wasm in Node, the package, the page in a browser
   model   remake the models in www/public and the pictures in www/docs from their sources;
           the default model needs ICT_FACEKIT=DIR, which holds ICT-FaceKit's FaceXModel
-  bench   measure a slider event beside its peers; also writes target/bench.json
+  bench   measure events, kernels and loading beside their peers; also writes target/bench.json
   clean   remove everything that was built (downloads stay in .cache and .tools)
 
 What is missing and can be installed, is. Logs of quiet steps are in target/log.
@@ -191,6 +191,10 @@ need_wasm_tools() {
 
 # --- build --------------------------------------------------------------------------------------
 
+# Every feature that rustc uses by default; SIMD only where it is asked for.
+WASM_FEATURES=(--enable-bulk-memory --enable-bulk-memory-opt --enable-nontrapping-float-to-int
+    --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue)
+
 # wasm BUILD NAME FEATURES TARGET RUSTFLAGS [WASM-OPT FLAG...]: one build of a module,
 # pkg/BUILD/NAME.js. Builds with the same flags share a TARGET, and so what they depend on.
 wasm() {
@@ -208,11 +212,8 @@ wasm() {
         --out-dir "$out/bindings" "$out/wasm32-unknown-unknown/wasm/phiz.wasm"
     mkdir -p "pkg/$build"
     cp "$out/bindings/$name.js" "pkg/$build/$name.js"
-    # Every feature that rustc uses by default; SIMD only where it was asked for.
     quietly "optimise-$build" wasm-opt -O3 --strip-debug --strip-producers \
-        --enable-bulk-memory --enable-bulk-memory-opt --enable-nontrapping-float-to-int \
-        --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue \
-        "$@" "$out/bindings/${name}_bg.wasm" -o "pkg/$build/${name}_bg.wasm"
+        "${WASM_FEATURES[@]}" "$@" "$out/bindings/${name}_bg.wasm" -o "pkg/$build/${name}_bg.wasm"
 }
 
 scalar_builds() {
@@ -384,13 +385,31 @@ people() {
         --short www/docs/validation -o "$work/report"
 }
 
+# bench_kernels BUILD RUSTFLAGS [WASM-OPT FLAG...]: the kernels and their plain twins, in
+# target/bench/BUILD, with the flags of the package's build.
+bench_kernels() {
+    local build=$1 flags=$2 out=$ROOT/target/bench-$1
+    shift 2
+    quietly "bench-$build" env RUSTFLAGS="$flags" CARGO_TARGET_DIR="$out" \
+        cargo build --release --locked --manifest-path tests/bench/kernels/Cargo.toml \
+        --target wasm32-unknown-unknown
+    quietly "bench-bindings-$build" wasm-bindgen --target web --out-name bench \
+        --out-dir "$ROOT/target/bench/$build" "$out/wasm32-unknown-unknown/release/phiz_bench.wasm"
+    quietly "bench-optimise-$build" wasm-opt -O3 "${WASM_FEATURES[@]}" "$@" \
+        "target/bench/$build/bench_bg.wasm" -o "target/bench/$build/bench_bg.wasm"
+}
+
 bench() {
     say "Setting up"
     need_node
     need_wasm_tools
+    need_browser
     package
-    mkdir -p target
-    node tests/bench/slider.js
+    site
+    bench_kernels scalar ""
+    bench_kernels simd "-C target-feature=+simd128" --enable-simd
+    say "Phiz beside its peers; a few minutes"
+    node tests/bench/bench.js
 }
 
 clean() {

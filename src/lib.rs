@@ -31,6 +31,9 @@
 //! `fit` adds the offline half (template, population, training); on wasm32 the bindings are added.
 
 pub mod anatomy;
+#[cfg(feature = "bench")]
+#[doc(hidden)]
+pub mod bench;
 pub mod blob;
 mod error;
 pub mod expression;

@@ -440,6 +440,11 @@ impl Face {
             .collect())
     }
 
+    #[cfg(feature = "bench")]
+    pub(crate) fn state(&self) -> &[i32] {
+        &self.state
+    }
+
     fn sigmas(&self) -> Vec<f64> {
         self.state.iter().map(|&c| f64::from(c) / GRID).collect()
     }

@@ -60,19 +60,27 @@ impl Modes {
         let numbers = by_vertex.len() / modes.max(1);
         let row = modes.div_ceil(2) * 4;
         let mut tiles = vec![[0_i16; 8]; numbers.div_ceil(TILE) * row];
-        let mut largest = vec![0_u32; modes];
+        let mut most = vec![0_u16; 3 * modes];
         for (v, own) in by_vertex.chunks_exact((3 * modes).max(1)).enumerate() {
+            for (most, number) in most.iter_mut().zip(own) {
+                *most = (*most).max(number.unsigned_abs());
+            }
             for axis in 0..3 {
                 let i = 3 * v + axis;
                 let tile = &mut tiles[i / TILE * row + i % TILE / 4..];
                 let lane = i % 4 * 2;
-                for (k, largest) in largest.iter_mut().enumerate() {
-                    let number = own[3 * k + axis];
-                    tile[k / 2 * 4][lane + k % 2] = number;
-                    *largest = (*largest).max(number.unsigned_abs().into());
+                let mut both = own.chunks_exact(6);
+                for (eight, both) in tile.iter_mut().step_by(4).zip(both.by_ref()) {
+                    (eight[lane], eight[lane + 1]) = (both[axis], both[3 + axis]);
+                }
+                if let Some(&last) = both.remainder().get(axis) {
+                    tile[row - 4][lane] = last;
                 }
             }
         }
+        let largest: Vec<u32> = (most.chunks(3))
+            .map(|most| most.iter().fold(0, |a, &b| a.max(b.into())))
+            .collect();
         Self {
             step: nearest_step(step),
             modes,
@@ -134,6 +142,12 @@ impl Modes {
     pub fn displacement(&self, mode: usize, place: usize) -> Vec3 {
         let number = |axis| f32::from(self.get(mode, 3 * place + axis));
         Vec3::new(number(0), number(1), number(2)) * self.step
+    }
+
+    /// The numbers as they lie in memory.
+    #[cfg(feature = "bench")]
+    pub(crate) fn tiles(&self) -> &[i16x8] {
+        &self.tiles
     }
 
     /// How many of eight a tile has.
@@ -212,18 +226,31 @@ impl Modes {
         // A power of two.
         let scale = f64x4::splat(scale * f64::from(weights.unit));
         let high_unit = f64x4::splat(32_768.0);
+        // Then no place has to be looked up.
+        let dense = 4 * weights.pairs.len() == row;
         let outs = sums.as_chunks_mut::<4>().0.iter_mut();
         for (tile, out) in self.tiles[start..end].chunks_exact(row).zip(outs) {
             let mut sum = [f64x4::ZERO; 4];
             for group in &weights.groups {
                 let pairs = &weights.pairs[group.clone()];
+                if weights.low_only && dense {
+                    let fours = &tile[4 * group.start..4 * group.end];
+                    let each = fours.as_chunks().0.iter().zip(pairs);
+                    let [low] = products(each, |pair| [pair.low]);
+                    for (sum, low) in sum.iter_mut().zip(low) {
+                        *sum += f64x4::from_i32x4(low);
+                    }
+                    continue;
+                }
+                let own = |pair: &Pair| tile[pair.place..].first_chunk().unwrap_or(&NOTHING);
+                let each = pairs.iter().map(|pair| (own(pair), pair));
                 if weights.low_only {
-                    let [low] = products(tile, pairs, |pair| [pair.low]);
+                    let [low] = products(each, |pair| [pair.low]);
                     for (sum, low) in sum.iter_mut().zip(low) {
                         *sum += f64x4::from_i32x4(low);
                     }
                 } else {
-                    let [low, high] = products(tile, pairs, |pair| [pair.low, pair.high]);
+                    let [low, high] = products(each, |pair| [pair.low, pair.high]);
                     for (sum, (low, high)) in sum.iter_mut().zip(low.into_iter().zip(high)) {
                         *sum += f64x4::from_i32x4(low) + f64x4::from_i32x4(high) * high_unit;
                     }
@@ -237,16 +264,16 @@ impl Modes {
     }
 }
 
+const NOTHING: [i16x8; 4] = [i16x8::ZERO; 4];
+
 /// Products of a tile's pairs of modes with sets of weights, summed over the pairs.
 #[inline(always)]
-fn products<const SETS: usize>(
-    tile: &[i16x8],
-    pairs: &[Pair],
+fn products<'a, const SETS: usize>(
+    each: impl Iterator<Item = (&'a [i16x8; 4], &'a Pair)>,
     weights: impl Fn(&Pair) -> [i16x8; SETS],
 ) -> [[i32x4; 4]; SETS] {
     let mut sums = [[i32x4::ZERO; 4]; SETS];
-    for pair in pairs {
-        let four = &tile[pair.place..pair.place + 4];
+    for (four, pair) in each {
         for (sums, weight) in sums.iter_mut().zip(weights(pair)) {
             for (sum, &numbers) in sums.iter_mut().zip(four) {
                 *sum += numbers.dot(weight);

@@ -12,6 +12,7 @@ import {
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { backdropUniforms, createBackdrop, paintBackdrop } from './backdrop.js';
 import { Failure } from './failure.js';
+import { drawnByProcessor } from './graphics.js';
 import { createStudio } from './studio.js';
 import { text } from './text.js';
 
@@ -56,7 +57,7 @@ function createLights() {
  * @param {{ centre: Vector3, height: number }} subject what to look at, mm
  */
 export function createScene(canvas, subject) {
-  const context = canvas.getContext('webgl2', { antialias: true, powerPreference: 'high-performance' });
+  const context = canvas.getContext('webgl2', { antialias: !drawnByProcessor(), powerPreference: 'high-performance' });
   if (!context) throw new Failure(text.noWebGL);
   const renderer = new WebGLRenderer({ canvas, context });
   renderer.toneMapping = ACESFilmicToneMapping;

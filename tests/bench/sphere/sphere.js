@@ -1,10 +1,11 @@
 // What the page's first face is measured against: three.js and one sphere of the same skin, lit by
 // one light, as bare as a page can be.
 import { BufferAttribute, Color, DataTexture, DirectionalLight, Mesh, PerspectiveCamera, Scene, SphereGeometry, WebGLRenderer } from 'three';
+import { drawnByProcessor } from '../../../www/src/graphics.js';
 import { createPores } from '../../../www/src/pores.js';
 import { createSkin } from '../../../www/src/skin.js';
 
-const renderer = new WebGLRenderer({ antialias: true });
+const renderer = new WebGLRenderer({ antialias: !drawnByProcessor() });
 renderer.setSize(innerWidth, innerHeight);
 document.body.append(renderer.domElement);
 const scene = new Scene();
