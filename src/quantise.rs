@@ -51,9 +51,9 @@ pub const FINEST_STEP: f32 = 0.001;
 
 /// Steps of modes are whole multiples of this, mm, so that sums of modes are exact in f64: with
 /// [`STEPS`] and the grid of coefficients the last bit of a position is 2^-40 mm, the first 4 m.
-const STEP_GRID: f64 = 1.0 / (1 << 20) as f64;
+pub const STEP_GRID: f64 = 1.0 / (1 << 20) as f64;
 /// Where vertices only follow, steps may be finer, by this power of two.
-pub(crate) const STEPS: u32 = 4;
+pub const STEPS: u32 = 4;
 
 /// How far rounding a block's modes moves the vertices of random faces, mm RMS. A vertex is moved
 /// by two blocks, its feature's and the head's, so a face is off by 1.4 times as much.
@@ -109,7 +109,7 @@ impl Quantised {
 }
 
 /// The nearest step that modes may have.
-pub(crate) fn nearest_step(step: f32) -> f32 {
+pub fn nearest_step(step: f32) -> f32 {
     let finest = STEP_GRID / f64::from(1 << STEPS);
     ((f64::from(step) / finest).round() * finest) as f32
 }

@@ -282,7 +282,8 @@ mod tests {
             let mut sums = vec![Vec3::ZERO; 81];
             for t in &triangles {
                 let [a, b, c] = t.map(|v| positions[v as usize]);
-                t.map(|v| sums[v as usize] += (b - a).cross(c - a));
+                t.iter()
+                    .for_each(|&v| sums[v as usize] += (b - a).cross(c - a));
             }
             sums.into_iter().map(Vec3::normalize_or_zero).collect()
         };
@@ -297,7 +298,9 @@ mod tests {
         check(&normals, &positions);
         // A part of it, after a move of some.
         let patch = facets.patch([40, 41, 8].into_iter(), 81);
-        [40, 41, 8].map(|v: usize| positions[v].z += 1.0);
+        [40, 41, 8]
+            .iter()
+            .for_each(|&v: &usize| positions[v].z += 1.0);
         patch.normals(&positions, &mut normals);
         check(&normals, &positions);
         assert_eq!(normals[81], Vec3::splat(7.0), "nothing beyond the vertices");
