@@ -122,7 +122,14 @@ impl Face {
 
     /// Unit vertex normals, each triangle counting by its area.
     pub fn normals(&self) -> &[Vec3] {
-        &self.normals[..self.normals.len() - 1]
+        &self.normals[..self.normals.len().saturating_sub(1)]
+    }
+
+    /// Does without normals from now on, which many faces of which only positions are wanted need not
+    /// wait for.
+    #[cfg(feature = "fit")]
+    pub(crate) fn forget_normals(&mut self) {
+        self.normals = Vec::new();
     }
 
     /// The smallest range of vertices outside of which the last change touched neither position

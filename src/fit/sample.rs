@@ -1,5 +1,6 @@
 //! People drawn from a model, as files: for crowds, for data sets, for other programs.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
@@ -70,6 +71,12 @@ impl Target {
     }
 }
 
+/// Coordinates as the bits of little-endian f32.
+fn little_endian(positions: &[Vec3]) -> Vec<u32> {
+    let numbers: &[f32] = bytemuck::cast_slice(positions);
+    numbers.iter().map(|x| x.to_bits().to_le()).collect()
+}
+
 /// Draws `count` people, the first with `seed` and each next one with the next seed, and writes
 /// them; `done` is called as often. Beside them goes `NAME.json`, which has each one's seed and code
 /// ([`Face::code`]) by the name of its file, or its place in the array.
@@ -101,29 +108,33 @@ pub fn write(
         let mut codes = Vec::new();
         write_through(&path, |file| {
             let fail = |e: std::io::Error| FitError::file(&path, e);
-            let mut array = npyz::WriteOptions::new()
-                .default_dtype()
+            // Its header; the numbers follow as they lie in memory, where its writer takes one by one.
+            npyz::WriteOptions::<f32>::new()
+                .dtype(npyz::DType::Plain("<f4".parse().expect("a type")))
                 .shape(&[u64::from(count), vertices, 3])
-                .writer(file)
+                .writer(&mut *file)
                 .begin_nd()
                 .map_err(fail)?;
             for first in (0..count).step_by(BATCH as usize) {
-                let batch: Vec<(String, Vec<Vec3>)> = (first..count.min(first + BATCH))
+                let batch: Vec<(String, Vec<u32>)> = (first..count.min(first + BATCH))
                     .into_par_iter()
                     .map_init(
-                        || model.face(),
-                        |face, i| Ok((draw(face, i)?, face.positions().to_vec())),
+                        || {
+                            let mut face = model.face();
+                            face.forget_normals();
+                            face
+                        },
+                        |face, i| Ok((draw(face, i)?, little_endian(face.positions()))),
                     )
                     .collect::<FitResult<_>>()?;
                 for (code, positions) in batch {
-                    array
-                        .extend(positions.iter().flat_map(|p| p.to_array()))
+                    file.write_all(bytemuck::cast_slice(&positions))
                         .map_err(fail)?;
                     codes.push(code);
                     done(1);
                 }
             }
-            array.finish().map_err(fail)
+            Ok(())
         })?;
         codes
     } else {

@@ -136,8 +136,12 @@ impl Patch {
     /// around a vertex, so each counts by its area.
     ///
     /// Both slices have one entry more than there are vertices, so that four numbers can be read
-    /// wherever three are. A vertex whose triangles have no area gets a zero normal.
+    /// wherever three are. A vertex whose triangles have no area gets a zero normal. Where no normals
+    /// are kept, nothing happens.
     pub fn normals(&self, positions: &[Vec3], normals: &mut [Vec3]) {
+        if normals.is_empty() {
+            return;
+        }
         thread_local! {
             // Larger than all else that an event needs, and needed only while it lasts.
             static SUMS: RefCell<Vec<Vec3A>> = const { RefCell::new(Vec::new()) };
