@@ -10,7 +10,7 @@ use crate::model::{SOURCES, Surround, falloff};
 /// and not for each event: of an event, a vertex that follows is like one of the region.
 #[derive(Debug, Clone)]
 pub(crate) struct Surrounding {
-    /// The vertices that follow, increasing: those whose fall-off is not zero.
+    /// The vertices that follow, increasing: those that any mode moves by more than rounding.
     pub targets: Vec<u32>,
     /// How each mode moves them, in finer steps than the block's: a sixteenth of it where the
     /// largest allow, so that rounding them moves faces by less than a micrometre.
@@ -40,27 +40,32 @@ impl Surrounding {
             .map(|(k, number)| modes.get(k, number).into())
             .collect();
         let row_of = |source: u32| places.partition_point(|&p| p < source) * numbers;
-        let mut followed = vec![0_i16; numbers * active.len()];
+        let mut targets = Vec::with_capacity(active.len());
+        let mut followed = Vec::with_capacity(numbers * active.len());
         let mut sums = vec![0.0_f32; numbers];
-        for (&t, followed) in active.iter().zip(followed.chunks_exact_mut(numbers.max(1))) {
+        for &t in &active {
             sums.fill(0.0);
             let each = t * SOURCES..(t + 1) * SOURCES;
-            for (&source, &weight) in surround.sources[each.clone()]
+            let each = surround.sources[each.clone()]
                 .iter()
-                .zip(&surround.weights[each])
-            {
+                .zip(&surround.weights[each]);
+            for (&source, &weight) in each {
                 let weight = f32::from(weight);
                 for (sum, x) in sums.iter_mut().zip(&rows[row_of(source)..]) {
                     *sum += weight * x;
                 }
             }
             let scale = fades[t] / 65_535.0 * (1 << finer) as f32;
-            for (followed, sum) in followed.iter_mut().zip(&sums) {
-                *followed = (sum * scale).round_ties_even() as i16;
+            let start = followed.len();
+            followed.extend((sums.iter()).map(|sum| (sum * scale).round_ties_even() as i16));
+            // Towards its end the fall-off leaves nothing to follow.
+            match followed[start..].iter().any(|&x| x != 0) {
+                true => targets.push(surround.targets[t]),
+                false => followed.truncate(start),
             }
         }
         Self {
-            targets: active.iter().map(|&t| surround.targets[t]).collect(),
+            targets,
             modes: Modes::new(modes.step() / (1 << finer) as f32, modes.count(), &followed),
         }
     }
