@@ -28,6 +28,10 @@ const PASSES: usize = 12;
 /// them follows.
 const ASKED: usize = 16;
 
+/// The largest coefficient of an anchor, in units of 1/65536 sigma: 8,000 sigmas, which no hand
+/// reaches, and which sums still take.
+pub(super) const MOST: i32 = (1 << 29) - 1;
+
 /// Regions, a bit each: the number of the block that is not local. A model has no more.
 pub(super) type Regions = u64;
 
@@ -124,7 +128,7 @@ impl Face {
                 .zip(&state[own])
                 .zip(was)
             {
-                *e = e.saturating_sub(new.saturating_sub(old));
+                *e = (*e - (new - old)).clamp(-MOST, MOST);
             }
         }
     }

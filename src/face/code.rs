@@ -8,7 +8,7 @@
 
 use base64ct::{Base64UrlUnpadded, Encoding};
 
-use super::anchor::Anchor;
+use super::anchor::{Anchor, MOST};
 use super::{FARTHEST, Face, GRID};
 use crate::{Error, FaceModel, Result};
 
@@ -57,7 +57,8 @@ impl Face {
                 return Err(bad("its anchors are out of order"));
             }
             let taken = take_all(&mut rest, self.state.len())?.into_iter();
-            let taken: Option<Vec<i32>> = taken.map(|e| i32::try_from(e).ok()).collect();
+            let sound = |e: i64| i32::try_from(e).ok().filter(|e| (-MOST..=MOST).contains(e));
+            let taken: Option<Vec<i32>> = taken.map(sound).collect();
             let Some(own) = taken.filter(|own| own.iter().any(|&e| e != 0)) else {
                 return Err(bad("an anchor is out of range"));
             };
