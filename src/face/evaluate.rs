@@ -46,12 +46,7 @@ impl Face {
         };
         for (b, block) in blocks.iter().enumerate().filter(|(b, _)| touched[*b]) {
             let own = block.coefficients();
-            let following = &self.reach.surroundings[b];
-            let both = [
-                (&block.modes, &block.support),
-                (&following.modes, &following.targets),
-            ];
-            for (modes, vertices) in both {
+            for (modes, vertices) in self.reach.movers(b, block) {
                 let change: Vec<i32> = (self.state[own.clone()].iter())
                     .zip(&self.shown[own.clone()])
                     .map(|(new, old)| new - old)
@@ -94,12 +89,7 @@ impl Face {
         };
         for (b, block) in model.parts().blocks.iter().enumerate() {
             let own = block.coefficients();
-            let following = &self.reach.surroundings[b];
-            let both = [
-                (&block.modes, &block.support),
-                (&following.modes, &following.targets),
-            ];
-            for (modes, vertices) in both {
+            for (modes, vertices) in self.reach.movers(b, block) {
                 out.add(modes, vertices, &self.state[own.clone()]);
                 for anchor in &self.anchors {
                     let state = &anchor.state[own.clone()];

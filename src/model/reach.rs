@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::kernel::{Facets, Patch, Surrounding};
+use crate::kernel::{Facets, Modes, Patch, Surrounding};
 use crate::model::{Block, ModelParts};
 
 /// What an event of each block touches at one fall-off distance. Faces of the same distance share it.
@@ -23,6 +23,15 @@ impl Reach {
             surroundings: parts.blocks.iter().map(surrounding).collect(),
             patches: parts.blocks.iter().map(|_| OnceLock::new()).collect(),
         }
+    }
+
+    /// The modes of a block and the vertices that they move: its support, and what follows.
+    pub fn movers<'a>(&'a self, b: usize, block: &'a Block) -> [(&'a Modes, &'a [u32]); 2] {
+        let following = &self.surroundings[b];
+        [
+            (&block.modes, &block.support),
+            (&following.modes, &following.targets),
+        ]
     }
 
     /// What a move of a block touches: found when it is first asked for, as most blocks of a
