@@ -54,9 +54,7 @@ impl Face {
                 out.add(modes, vertices, &change);
                 for anchor in &self.anchors {
                     let states = [&anchor.shown[own.clone()], &anchor.state[own.clone()]];
-                    if states[0] != states[1] {
-                        out.add_shares(modes, vertices, states, &anchor.weights);
-                    }
+                    out.add_shares(modes, vertices, states, &anchor.weights);
                 }
             }
         }
@@ -108,16 +106,13 @@ impl Face {
         let mut rows = vec![Vec3::ZERO; self.state.len()];
         for (b, block) in self.model.parts().blocks.iter().enumerate() {
             let follows = self.stays(b).map_or(1.0, |w| 1.0 - w[vertex as usize]);
-            let following = &self.reach.surroundings[b];
-            let (modes, place) = match block.support.binary_search(&vertex) {
-                Ok(place) => (&block.modes, place),
-                Err(_) => match following.targets.binary_search(&vertex) {
-                    Ok(place) => (&following.modes, place),
-                    Err(_) => continue,
-                },
-            };
-            for k in 0..block.sigmas.len() {
-                rows[block.first_coefficient + k] = follows * modes.displacement(k, place);
+            // A vertex follows a region or is of it.
+            for (modes, vertices) in self.reach.movers(b, block) {
+                if let Ok(place) = vertices.binary_search(&vertex) {
+                    for (row, k) in rows[block.coefficients()].iter_mut().zip(0..) {
+                        *row = follows * modes.displacement(k, place);
+                    }
+                }
             }
         }
         rows
@@ -157,6 +152,9 @@ impl Sums<'_> {
     /// Adds each vertex's share of what modes move it by in the second of two states more than in
     /// the first.
     fn add_shares(&mut self, modes: &Modes, vertices: &[u32], states: [&[i32]; 2], shares: &[f32]) {
+        if states[0] == states[1] {
+            return;
+        }
         let weights = states.map(|state| modes.weights(state));
         let scale = f64::from(modes.step()) / (GRID * ANCHORED);
         let mut sums = [[f64x4::ZERO; CHUNK / 4]; 2];

@@ -66,7 +66,7 @@ for (const build of ['simd', 'scalar']) {
       const before = { positions: face.positions.slice(), normals: face.normals.slice() };
       const { name } = model.controls[0];
       face.set(name, 0.95);
-      // A grid step of the coefficient, 1/65536 sigma, is below 1e-5 of a percentile.
+      // Half a step of the coefficient, 1/16384 sigma, is below 3e-5 of a percentile.
       assert.ok(Math.abs(face.get(name) - 0.95) < 1e-4);
       const [first, end] = face.changed;
       assert.ok(0 <= first && first < end && end <= model.vertexCount);
