@@ -285,6 +285,7 @@ run_tests() {
     need_node
     need_wasm_tools
     need_cargo_tool wasm-pack "$WASM_PACK"
+    rm -rf "$TOOLS/build" # what the two tools share, and nobody else
     need_lints
     need_browser
     need_base_mesh
