@@ -10,19 +10,24 @@ const here = (/** @type {string} */ path) => fileURLToPath(new URL(path, import.
 const dist = process.argv[2] ?? here('dist');
 
 /** Not part of the page: pages of their own, what is asked for rarely, and this. */
-const APART = /^(designer|examples)\/|^synthetic\.phiz$|^service-worker\.js$|^assets\/(crowd|three|examples|photo|photo_bg)-/;
+const APART = /^(designer|examples)\/|^synthetic\.phiz$|^service-worker\.js$|^assets\/(crowd|three|examples)-/;
+/** What photos take, three times as much as all the rest: kept by those who open one. */
+const LATER = /^face_mesh-|^astronaut\.jpg$|^assets\/(room|photo|photo_bg|worker|faces\.worker)-/;
 
 /** @type {Record<string, string>} */
 const files = {};
+/** @type {Record<string, string>} */
+const later = {};
 for (const entry of (await readdir(dist, { recursive: true, withFileTypes: true })).filter((e) => e.isFile())) {
   const path = join(entry.parentPath, entry.name);
   const name = path.slice(join(dist, '/').length).replaceAll('\\', '/');
   if (APART.test(name)) continue;
   const digest = createHash('sha256').update(await readFile(path)).digest('hex');
-  files[name === 'index.html' ? './' : name] = digest;
+  (LATER.test(name) ? later : files)[name === 'index.html' ? './' : name] = digest;
 }
-const sorted = Object.fromEntries(Object.entries(files).sort());
-const source = await readFile(here('worker/service-worker.js'), 'utf8');
-const place = '/* precache */ {}';
-if (!source.includes(place)) throw new Error('worker/service-worker.js has no place for the files');
-await writeFile(join(dist, 'service-worker.js'), source.replace(place, JSON.stringify(sorted, null, 2)));
+let source = await readFile(here('worker/service-worker.js'), 'utf8');
+for (const [place, names] of /** @type {const} */ ([['/* precache */ {}', files], ['/* later */ {}', later]])) {
+  if (!source.includes(place)) throw new Error('worker/service-worker.js has no place for the files');
+  source = source.replace(place, JSON.stringify(Object.fromEntries(Object.entries(names).sort()), null, 2));
+}
+await writeFile(join(dist, 'service-worker.js'), source);

@@ -1,5 +1,6 @@
 import { fileURLToPath } from 'node:url';
 import { defineConfig } from 'vite';
+import { FACE_MESH, faceMesh } from './facemesh.js';
 
 // Only built pages carry the policy: the development server injects inline modules and styles.
 const POLICY = [
@@ -28,7 +29,10 @@ export default defineConfig({
   resolve: {
     alias: packageAlias,
   },
+  define: { __FACE_MESH__: JSON.stringify(FACE_MESH) },
   server: { fs: { allow: ['..'] } },
+  // The package in a worker loads its modules as a page's does.
+  worker: { format: 'es' },
   build: {
     target: 'es2022',
     // A data: URL would need a wider policy.
@@ -40,6 +44,7 @@ export default defineConfig({
     },
   },
   plugins: [
+    faceMesh(),
     {
       name: 'content-security-policy',
       apply: 'build',

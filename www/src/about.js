@@ -68,6 +68,7 @@ export function createAbout(model, present, tour) {
           element('li', {}, `${source}, ${by} (${licence})`),
         ),
       ),
+      element('p', { class: 'note' }, text.findsFaces),
       element('p', { class: 'note' }, `${about.title} · ${about.made_by}`),
     ),
   );

@@ -20,6 +20,7 @@ import { createMeanings } from './meanings.js';
 import { createMix } from './mix.js';
 import { keepOffline } from './offline.js';
 import { createPanel } from './panel.js';
+import { createPhotoTab } from './photo/tab.js';
 import { createPicking } from './picking.js';
 import { createPortraits } from './portraits.js';
 import { createRandom } from './random.js';
@@ -146,6 +147,13 @@ export async function createDesigner(model, stage, chosen) {
   const meanings = createMeanings(editor, { distributions, limits });
   const compare = createCompare(editor, { library, display, stage: stage.root });
   const saved = createSaved(editor, { library, portraits, say: toast.say });
+  const photo = createPhotoTab(editor, {
+    stage: stage.root,
+    files: { modelUrl: chosen.url, expressionsUrl: chosen.expressions },
+    expressions: file,
+    sleep: scene.sleep,
+    choose: () => panel.choose('photo'),
+  });
   const explanation = createExplanation(editor);
   const panel = createPanel(text.panel, explanation.about, [
     { name: 'features', title: text.modes.features, root: features.root },
@@ -154,6 +162,7 @@ export async function createDesigner(model, stage, chosen) {
     { name: 'mix', title: text.modes.mix, ...mix },
     { name: 'compare', title: text.modes.compare, ...compare },
     { name: 'saved', title: text.modes.saved, ...saved },
+    { name: 'photo', title: text.modes.photo, ...photo },
   ]);
   const about = createAbout(model, chosen.name, () => tour.start());
   theme.follow(portraits.retake);
@@ -186,6 +195,7 @@ export async function createDesigner(model, stage, chosen) {
       return scene.frames;
     },
     onScreen: (name) => scene.onScreen(head.landmark(name)),
+    photo: async () => (await photo.room())?.state ?? null,
   };
   // Not a step: there is nothing before it to go back to.
   let unexpressed = false;

@@ -1,3 +1,6 @@
+/** The folder of what finds faces, relative to the page: see facemesh.js. */
+declare const __FACE_MESH__: string;
+
 interface Window {
   /** For automation. */
   designer: {
@@ -8,5 +11,7 @@ interface Window {
     readonly frames: number;
     /** Where a landmark is on the screen, CSS pixels. */
     onScreen(landmark: string): { x: number; y: number };
+    /** The photo that is worked on, its points and its fit; null before the section for photos was opened. */
+    photo(): Promise<ReturnType<typeof import('./photo/room.js').createRoom>['state'] | null>;
   };
 }

@@ -161,9 +161,11 @@ export function createSaved(editor, { library, portraits, say }) {
     if (event.dataTransfer?.types.includes('Files')) event.preventDefault();
   });
   window.addEventListener('drop', (event) => {
-    if (!event.dataTransfer?.files.length) return;
+    // Pictures are the photo section's.
+    const files = [...(event.dataTransfer?.files ?? [])].filter(({ type }) => !type.startsWith('image/'));
+    if (files.length === 0) return;
     event.preventDefault();
-    void take([...event.dataTransfer.files]);
+    void take(files);
   });
 
   const root = element(

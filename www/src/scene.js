@@ -94,6 +94,8 @@ export function createScene(canvas, subject) {
   /** @type {Set<() => void>} */
   const beforeFrame = new Set();
   let scheduled = false;
+  /** Covered by something else: nothing is drawn until that is gone. */
+  let asleep = false;
   let frames = 0;
   /** @type {null | { from: Spherical, to: Spherical, start: number }} */
   let flight = null;
@@ -101,7 +103,7 @@ export function createScene(canvas, subject) {
   let wipe = null;
 
   function invalidate() {
-    if (scheduled) return;
+    if (scheduled || asleep) return;
     scheduled = true;
     requestAnimationFrame(draw);
   }
@@ -268,6 +270,12 @@ export function createScene(canvas, subject) {
      */
     split(sides) {
       wipe = sides;
+      invalidate();
+    },
+    /** @param {boolean} now */
+    sleep(now) {
+      if (now === asleep) return;
+      asleep = now;
       invalidate();
     },
     /** Call after the head has changed shape. */

@@ -5,15 +5,23 @@
 
 /** @type {Record<string, string>} SHA-256 by path; `./` is the page. */
 const FILES = /* precache */ {};
+/** @type {Record<string, string>} What only some visits take, such as photos: kept once it was asked for. */
+const LATER = /* later */ {};
 
 const worker = /** @type {ServiceWorkerGlobalScope} */ (/** @type {unknown} */ (self));
 // Other sites may live on the same origin.
 const CACHE = `phiz ${worker.registration.scope}`;
-/** What is not part of every visit, such as the other model: kept once it was asked for. */
+/** What was asked for of `LATER`, and the other model. */
 const MORE = `phiz more ${worker.registration.scope}`;
 
 /** A file is kept by its digest, so what a new version did not change is not loaded again. */
-const keyOf = (/** @type {string} */ path) => new URL(`${path}?sha256=${FILES[path]}`, worker.registration.scope).href;
+const keyOf = (/** @type {string} */ path) => new URL(`${path}?sha256=${FILES[path] ?? LATER[path]}`, worker.registration.scope).href;
+
+/** @param {Response} response */
+async function digestOf(response) {
+  const digest = await crypto.subtle.digest('SHA-256', await response.arrayBuffer());
+  return Array.from(new Uint8Array(digest), (byte) => byte.toString(16).padStart(2, '0')).join('');
+}
 
 async function install() {
   const cache = await caches.open(CACHE);
@@ -21,10 +29,8 @@ async function install() {
     if (await cache.match(keyOf(path))) continue;
     const response = await fetch(new URL(path, worker.registration.scope), { cache: 'no-cache' });
     if (!response.ok || response.redirected) throw new Error(`${path}: ${response.status}`);
-    const digest = await crypto.subtle.digest('SHA-256', await response.clone().arrayBuffer());
-    const hex = Array.from(new Uint8Array(digest), (byte) => byte.toString(16).padStart(2, '0')).join('');
     // A site that is being replaced: the next visit tries again.
-    if (hex !== FILES[path]) throw new Error(`${path} belongs to another version`);
+    if ((await digestOf(response.clone())) !== FILES[path]) throw new Error(`${path} belongs to another version`);
     await cache.put(keyOf(path), response);
   }
 }
@@ -33,6 +39,9 @@ async function activate() {
   const cache = await caches.open(CACHE);
   const kept = new Set(Object.keys(FILES).map(keyOf));
   for (const { url } of await cache.keys()) if (!kept.has(url)) await cache.delete(url);
+  const more = await caches.open(MORE);
+  const wanted = new Set(Object.keys(LATER).map(keyOf));
+  for (const { url } of await more.keys()) if (url.includes('?sha256=') && !wanted.has(url)) await more.delete(url);
   // The first visit is served from now on too.
   await worker.clients.claim();
 }
@@ -45,6 +54,14 @@ async function answer(request, path) {
     return cached ?? fetch(request);
   }
   const more = await caches.open(MORE);
+  if (Object.hasOwn(LATER, path)) {
+    const cached = await more.match(keyOf(path));
+    if (cached) return cached;
+    const response = await fetch(request);
+    // The browser's own copy may be of an older site, and then it is of another digest.
+    if (response.ok && (await digestOf(response.clone())) === LATER[path]) await more.put(keyOf(path), response.clone());
+    return response;
+  }
   try {
     const response = await fetch(request);
     if (response.ok) await more.put(request, response.clone());
@@ -69,5 +86,5 @@ worker.addEventListener('fetch', (event) => {
   if (request.method !== 'GET' || origin !== scope.origin || !pathname.startsWith(scope.pathname)) return;
   const path = pathname.slice(scope.pathname.length);
   const name = path === '' || path === 'index.html' ? './' : path;
-  if (Object.hasOwn(FILES, name) || name.endsWith('.phiz')) event.respondWith(answer(request, name));
+  if (Object.hasOwn(FILES, name) || Object.hasOwn(LATER, name) || name.endsWith('.phiz')) event.respondWith(answer(request, name));
 });

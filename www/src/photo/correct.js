@@ -1,0 +1,168 @@
+import { element } from '../element.js';
+import { text } from '../text.js';
+import { COUNT, LINES } from './points.js';
+
+const SVG = 'http://www.w3.org/2000/svg';
+/** The magnifier: its size, CSS px, and how much closer than the photo it shows. */
+const LENS = 132;
+const LENS_ZOOM = 3;
+/** CSS px that an arrow key moves a point; ten times with Shift. */
+const NUDGE = 1;
+
+/**
+ * The drawing of the 68 points over the photo, and its correction: each is dragged under a magnifier, or
+ * reached with Tab and moved with the arrow keys.
+ *
+ * @param {import('./view.js').View} view
+ * @param {{ changed: () => void, leave: () => void }} on `leave`: Escape
+ */
+export function createCorrection(view, { changed, leave }) {
+  /** px of the photo. @type {Float64Array} */
+  let points = new Float64Array(2 * COUNT);
+  /** Where the fitted face has them. @type {Float64Array | null} */
+  let fitted = null;
+  /** @type {ImageBitmap | null} */
+  let bitmap = null;
+
+  const drawing = document.createElementNS(SVG, 'svg');
+  drawing.setAttribute('class', 'photo-lines');
+  drawing.setAttribute('aria-hidden', 'true');
+  const path = (/** @type {string} */ name) => {
+    const made = document.createElementNS(SVG, 'path');
+    made.setAttribute('class', name);
+    drawing.append(made);
+    return made;
+  };
+  const fittedLines = path('is-fitted');
+  const shadow = path('is-shadow');
+  const given = path('is-given');
+
+  const lens = element('canvas', { class: 'photo-lens', width: 2 * LENS, height: 2 * LENS, hidden: true, 'aria-hidden': 'true' });
+  const handles = Array.from({ length: COUNT }, (_, i) => {
+    const [name, first, last] = LINES.find(([, from, to]) => i >= from && i <= to) ?? LINES[0];
+    const handle = element('button', {
+      type: 'button',
+      class: 'photo-point',
+      'aria-label': text.photo.point(text.photo.lines[name], i - first + 1, last - first + 1),
+    });
+    handle.addEventListener('pointerdown', (event) => {
+      if (event.button !== 0) return;
+      event.preventDefault();
+      event.stopPropagation();
+      handle.focus({ preventScroll: true });
+      handle.setPointerCapture(event.pointerId);
+      magnify(i);
+    });
+    handle.addEventListener('pointermove', (event) => {
+      if (!handle.hasPointerCapture(event.pointerId)) return;
+      event.stopPropagation();
+      move(i, ...view.onPhoto(event));
+      magnify(i);
+    });
+    for (const end of /** @type {const} */ (['pointerup', 'pointercancel'])) {
+      handle.addEventListener(end, () => (lens.hidden = true));
+    }
+    handle.addEventListener('focus', () => view.reveal(points[2 * i], points[2 * i + 1]));
+    handle.addEventListener('blur', () => (lens.hidden = true));
+    handle.addEventListener('keydown', (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      if (event.key === 'Escape') return leave();
+      /** @type {Record<string, readonly [number, number]>} */
+      const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+      const way = ways[event.key];
+      if (!way) return;
+      event.preventDefault();
+      const step = (NUDGE * (event.shiftKey ? 10 : 1)) / view.scale;
+      move(i, points[2 * i] + step * way[0], points[2 * i + 1] + step * way[1]);
+      view.reveal(points[2 * i], points[2 * i + 1]);
+      magnify(i);
+    });
+    return handle;
+  });
+  const root = element('div', { class: 'photo-points', role: 'group', 'aria-label': text.photo.points, hidden: true }, ...handles, lens);
+  root.prepend(drawing);
+  view.over.append(root);
+
+  /** @param {Float64Array} of */
+  function pathOf(of) {
+    return LINES.map(([, first, last, closed]) => {
+      const at = [];
+      for (let i = first; i <= last; i++) at.push(view.onScreen(of[2 * i], of[2 * i + 1]).map((value) => value.toFixed(1)).join(' '));
+      return `M${at.join('L')}${closed ? 'Z' : ''}`;
+    }).join('');
+  }
+  function draw() {
+    if (root.hidden) return;
+    given.setAttribute('d', pathOf(points));
+    shadow.setAttribute('d', pathOf(points));
+    fittedLines.setAttribute('d', fitted ? pathOf(fitted) : '');
+    for (const [i, handle] of handles.entries()) {
+      const [left, top] = view.onScreen(points[2 * i], points[2 * i + 1]);
+      handle.style.transform = `translate(${left.toFixed(2)}px, ${top.toFixed(2)}px)`;
+    }
+  }
+  /** @param {number} i @param {number} px @param {number} py */
+  function move(i, px, py) {
+    points[2 * i] = Math.min(bitmap?.width ?? 0, Math.max(0, px));
+    points[2 * i + 1] = Math.min(bitmap?.height ?? 0, Math.max(0, py));
+    draw();
+    changed();
+  }
+  /** @param {number} i */
+  function magnify(i) {
+    const context = lens.getContext('2d');
+    if (!context || !bitmap) return;
+    const [px, py] = [points[2 * i], points[2 * i + 1]];
+    const closer = LENS_ZOOM * view.scale * 2;
+    context.imageSmoothingEnabled = closer < 12;
+    context.fillStyle = '#000';
+    context.fillRect(0, 0, lens.width, lens.height);
+    context.setTransform(closer, 0, 0, closer, LENS - px * closer, LENS - py * closer);
+    context.drawImage(bitmap, 0, 0);
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    // The point is where the lines would meet; the pixel itself stays free.
+    context.lineWidth = 2;
+    for (const [style, off] of /** @type {const} */ ([['rgb(0 0 0 / 60%)', 1], ['#fff', 0]])) {
+      context.strokeStyle = style;
+      context.beginPath();
+      for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+        context.moveTo(LENS + 10 * dx + off, LENS + 10 * dy + off);
+        context.lineTo(LENS + 46 * dx + off, LENS + 46 * dy + off);
+      }
+      context.stroke();
+    }
+    const [left, top] = view.onScreen(px, py);
+    const { clientWidth } = view.over;
+    const above = top > LENS + 40;
+    lens.hidden = false;
+    lens.style.transform = `translate(${Math.min(clientWidth - LENS, Math.max(0, left - LENS / 2))}px, ${above ? top - LENS - 28 : top + 28}px)`;
+  }
+  view.onMove(draw);
+
+  return {
+    root,
+    get points() {
+      return points;
+    },
+    /** @param {ImageBitmap | null} of @param {Float64Array} at copied */
+    open(of, at) {
+      bitmap = of;
+      points = at.slice();
+      draw();
+    },
+    /** The drawing of the fit, or none. @param {Float64Array | null} at */
+    compare(at) {
+      fitted = at;
+      draw();
+    },
+    /** @param {boolean} now @param {boolean} [still] shown, but not to be moved */
+    show(now, still = false) {
+      root.hidden = !now;
+      root.classList.toggle('is-still', still);
+      for (const handle of handles) handle.hidden = still;
+      lens.hidden = true;
+      draw();
+    },
+    focus: () => handles[30].focus(),
+  };
+}

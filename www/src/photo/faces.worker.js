@@ -1,0 +1,175 @@
+// Finds faces, with MediaPipe's face mesh, off the page's thread. A classic worker: that library knows
+// `importScripts` and no modules.
+//
+// It is half ready for workers (it forgets its drawing context there), and whole in pages; so it is
+// shown as much of a page as it looks for: elements for a canvas and for scripts.
+//
+// It takes whatever it is sent for the next frame of a film and looks first where the last one had a
+// face. Two black frames make it forget, so that a photo's points do not depend on the photo before.
+// `minDetectionConfidence` is not set anywhere: setting it aborts the module.
+
+const scope = /** @type {any} */ (self);
+scope.window = self;
+scope.document = {
+  createElement(/** @type {string} */ name) {
+    if (name === 'canvas') return Object.assign(new OffscreenCanvas(1, 1), { style: {} });
+    /** @type {Record<string, any>} */
+    const script = {
+      setAttribute: (/** @type {string} */ key, /** @type {string} */ value) => (script[key] = value),
+      addEventListener: (/** @type {string} */ event, /** @type {() => void} */ listener) => (script[`on${event}`] = listener),
+    };
+    return script;
+  },
+  body: {
+    appendChild(/** @type {{ src: string, onload: () => void }} */ script) {
+      scope.importScripts(script.src);
+      script.onload();
+    },
+  },
+  addEventListener() {},
+  removeEventListener() {},
+};
+// What the library says of itself is not for people; what goes wrong is thrown.
+console.log = console.info = console.warn = () => {};
+
+/** @typedef {{ left: number, top: number, right: number, bottom: number }} Box px of the photo */
+/** @typedef {{ x: number, y: number, side: number }} Square its left upper corner and its side, px */
+
+/** Points of a face. */
+const MESH = 468;
+/** What is looked at is drawn at most so large: the detector itself looks at 128 px, the mesh at 192. */
+const LOOKED_AT = 512;
+/** A face in a crop this much larger than itself is where the library expects it. */
+const AROUND = 1.9;
+/** Smaller faces are not looked for: there would be no points to tell apart. */
+const SMALLEST = 16;
+/** The least tile, px: the detector sees faces from about a tenth of a picture on. */
+const SMALLEST_TILE = 6 * SMALLEST;
+/** More tiles than this take more seconds than a person would wait for. */
+const MOST_TILES = 400;
+
+/** @type {any} */
+let mesh = null;
+/** @type {{ x: number, y: number }[][]} */
+let seen = [];
+const black = new OffscreenCanvas(128, 128);
+black.getContext('2d')?.fillRect(0, 0, 128, 128);
+
+/** @param {string} folder where the library's files are */
+async function start(folder) {
+  if (mesh) return;
+  scope.importScripts(new URL('face_mesh.js', folder).href);
+  mesh = new scope.FaceMesh({ locateFile: (/** @type {string} */ file) => new URL(file, folder).href });
+  // On the CPU it gives the same points on every machine. WebGL 2 it needs all the same.
+  mesh.setOptions({ maxNumFaces: 6, useCpuInference: true, refineLandmarks: false, selfieMode: false });
+  mesh.onResults((/** @type {any} */ results) => (seen = results.multiFaceLandmarks ?? []));
+  await mesh.initialize();
+}
+
+/** @param {OffscreenCanvas} canvas */
+async function send(canvas) {
+  seen = [];
+  await mesh.send({ image: canvas });
+  return seen;
+}
+
+/**
+ * The faces in a square of the photo, in px of the photo.
+ * @param {ImageBitmap} photo @param {Square} square @param {number} times it comes closer each time
+ */
+async function look(photo, { x, y, side }, times) {
+  const size = Math.min(LOOKED_AT, Math.max(128, Math.round(side)));
+  const canvas = new OffscreenCanvas(size, size);
+  const context = canvas.getContext('2d');
+  if (!context) throw new Error('no canvas');
+  context.imageSmoothingQuality = 'high';
+  const scale = size / side;
+  // Beside the photo it is black.
+  context.fillRect(0, 0, size, size);
+  context.drawImage(photo, -x * scale, -y * scale, photo.width * scale, photo.height * scale);
+  await send(black);
+  await send(black);
+  for (let n = 0; n < times; n++) await send(canvas);
+  return seen.map((face) => Float32Array.from(face.slice(0, MESH).flatMap((point) => [x + point.x * side, y + point.y * side])));
+}
+
+/** @param {Float32Array} points @returns {Box} */
+function boxOf(points) {
+  const box = { left: Infinity, top: Infinity, right: -Infinity, bottom: -Infinity };
+  for (let i = 0; i < points.length; i += 2) {
+    box.left = Math.min(box.left, points[i]);
+    box.right = Math.max(box.right, points[i]);
+    box.top = Math.min(box.top, points[i + 1]);
+    box.bottom = Math.max(box.bottom, points[i + 1]);
+  }
+  return box;
+}
+/** @param {Box} box */
+const sizeOf = (box) => Math.max(box.right - box.left, box.bottom - box.top);
+/** @param {Box} box @param {number} factor @returns {Square} */
+function squareAround(box, factor) {
+  const side = factor * sizeOf(box);
+  return { x: (box.left + box.right - side) / 2, y: (box.top + box.bottom - side) / 2, side };
+}
+/** Whether two boxes are of one face. @param {Box} a @param {Box} b */
+function same(a, b) {
+  const away = Math.hypot(a.left + a.right - b.left - b.right, a.top + a.bottom - b.top - b.bottom) / 2;
+  return away < 0.5 * Math.max(sizeOf(a), sizeOf(b));
+}
+
+/**
+ * Squares that cover the photo with overlap, so that each face up to half of one lies whole in some.
+ * @param {number} width @param {number} height @param {number} side
+ */
+function tiles(width, height, side) {
+  const places = (/** @type {number} */ length) => {
+    const count = Math.max(1, Math.ceil((length - side) / (side / 2)) + 1);
+    return Array.from({ length: count }, (_, i) => (count === 1 ? (length - side) / 2 : (i * (length - side)) / (count - 1)));
+  };
+  return places(height).flatMap((y) => places(width).map((x) => ({ x, y, side })));
+}
+
+/**
+ * All faces, the largest first.
+ * @param {ImageBitmap} photo @param {(fraction: number) => void} progress
+ */
+async function find(photo, progress) {
+  const { width, height } = photo;
+  const short = Math.min(width, height);
+  // The whole of it in one square, then smaller and smaller ones.
+  const levels = [[{ x: (width - Math.max(width, height)) / 2, y: (height - Math.max(width, height)) / 2, side: Math.max(width, height) }]];
+  for (let side = short; side >= SMALLEST_TILE; side /= 2) {
+    const level = tiles(width, height, side);
+    if (level.length > MOST_TILES) break;
+    if (side < short || width !== height) levels.push(level);
+  }
+  /** @type {Float32Array[]} */
+  const found = [];
+  for (let n = 0, last = levels.length; n < last; n++) {
+    const before = found.length;
+    for (const [i, tile] of levels[n].entries()) {
+      progress((n + i / levels[n].length) / last);
+      for (const rough of await look(photo, tile, 1)) {
+        const box = boxOf(rough);
+        if (sizeOf(box) < SMALLEST || found.some((known) => same(boxOf(known), box))) continue;
+        const [close] = (await look(photo, squareAround(box, AROUND), 3)).filter((points) => same(boxOf(points), box));
+        if (close && !found.some((known) => same(boxOf(known), boxOf(close)))) found.push(close);
+      }
+    }
+    // A portrait has one face; where the largest is smaller, others may stand behind.
+    if (found.some((points) => sizeOf(boxOf(points)) > 0.4 * short)) break;
+    if (found.length > before) last = Math.min(last, n + 2);
+  }
+  return found.sort((a, b) => sizeOf(boxOf(b)) - sizeOf(boxOf(a)));
+}
+
+addEventListener('message', async ({ data: { folder, photo } }) => {
+  try {
+    await start(folder);
+    const faces = await find(photo, (fraction) => postMessage({ progress: fraction }));
+    photo.close();
+    postMessage({ faces });
+  } catch (error) {
+    postMessage({ error: error instanceof Error ? error.message : String(error) });
+  }
+});

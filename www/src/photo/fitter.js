@@ -1,0 +1,78 @@
+// The worker that fits photos, as promises. To cancel is to end it: the next photo starts another.
+
+/** The worker sees a photo at most so large, px: a face has enough pixels there. */
+const LONGEST = 1024;
+
+/** Thrown into whatever was waiting when the worker was ended. */
+export class Cancelled extends Error {}
+
+/**
+ * @param {{ modelUrl: URL, expressionsUrl: URL | null }} files
+ */
+export function createFitter({ modelUrl, expressionsUrl }) {
+  /** @type {Worker | null} */
+  let worker = null;
+  let count = 0;
+  /** @type {Map<number, { done: (answer: any) => void, failed: (error: Error) => void }>} */
+  const waiting = new Map();
+
+  /** @param {Error} error */
+  function end(error) {
+    worker?.terminate();
+    worker = null;
+    for (const { failed } of waiting.values()) failed(error);
+    waiting.clear();
+  }
+
+  /** @param {string} task @param {Record<string, unknown>} wish @returns {Promise<any>} */
+  function ask(task, wish) {
+    if (!worker) {
+      worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+      worker.onmessage = ({ data }) => {
+        const asked = waiting.get(data.id);
+        waiting.delete(data.id);
+        if (data.error !== undefined) asked?.failed(new Error(data.error));
+        else asked?.done(data.answer);
+      };
+      worker.onerror = (event) => end(new Error(event.message || 'the worker did not start'));
+    }
+    const id = (count += 1);
+    return new Promise((done, failed) => {
+      waiting.set(id, { done, failed });
+      worker?.postMessage({ id, task, ...wish });
+    });
+  }
+
+  return {
+    /**
+     * The pixels and points as the worker sees them.
+     * @param {{ bitmap: ImageBitmap, width: number, height: number, focal?: number }} photo
+     * @param {Float64Array} points px of the photo
+     */
+    pixels({ bitmap, width, height, focal }, points) {
+      const scale = Math.min(1, LONGEST / Math.max(width, height));
+      const size = { width: Math.max(1, Math.round(scale * width)), height: Math.max(1, Math.round(scale * height)) };
+      const canvas = new OffscreenCanvas(size.width, size.height);
+      const context = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: true }));
+      context.imageSmoothingQuality = 'high';
+      context.drawImage(bitmap, 0, 0, size.width, size.height);
+      return {
+        ...size,
+        points: points.map((value) => value * scale),
+        focal: focal && focal * scale,
+        rgba: context.getImageData(0, 0, size.width, size.height).data,
+        /** From the worker's px to the photo's. */
+        scale: 1 / scale,
+      };
+    },
+    /** @param {object} photo of `pixels` @returns {Promise<import('phiz').PhotoFit>} */
+    fit: (photo) => ask('fit', { modelUrl: modelUrl.href, expressionsUrl: expressionsUrl?.href ?? null, photo }),
+    /** @param {object} photo of `pixels` @param {import('phiz').PhotoFit} fit */
+    edit: (photo, fit) => ask('edit', { photo, fit }),
+    /** @param {{ code: string, expression: Record<string, number> }} state */
+    field: (state) => ask('field', { state }),
+    cancel: () => end(new Cancelled()),
+  };
+}
+
+/** @typedef {ReturnType<typeof createFitter>} Fitter */

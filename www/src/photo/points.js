@@ -1,0 +1,112 @@
+// From the 468 points of MediaPipe's face mesh to the 68 of iBUG.
+//
+// The table is our own: for each point of iBUG's drawing the vertex, or the vertices between which it
+// lies, of the canonical face mesh that MediaPipe publishes with its landmark model. Sides are the
+// subject's, as in iBUG's numbers; a row goes as iBUG counts.
+
+/** The face oval from beside the right eye along the jaw to the chin, and on to the left eye. */
+const RIGHT_JAW = [127, 234, 93, 132, 58, 172, 136, 150, 149, 176, 148, 152];
+const LEFT_JAW = [152, 377, 400, 378, 379, 365, 397, 288, 361, 323, 454, 356];
+
+/** Points 17 to 67: the mean of these vertices. */
+const INNER = [
+  // Brows, from the outer end of the right one: between the upper and the lower row.
+  [70, 46], [63, 53], [105, 52], [66, 65], [107, 55],
+  [336, 285], [296, 295], [334, 282], [293, 283], [300, 276],
+  // The ridge of the nose downwards, and along its base.
+  [168], [197], [5], [4],
+  [98], [97], [2], [326], [327],
+  // Right eye from its outer corner over the upper lid, then the left from its inner.
+  [33], [160], [158], [133], [153], [144],
+  [362], [385], [387], [263], [373], [380],
+  // The outer border of the lips from the right corner over the upper lip, then the inner.
+  [61], [39, 40], [37], [0], [267], [269, 270], [291], [321, 405], [314], [17], [84], [91, 181],
+  [78], [81], [13], [311], [308], [402], [14], [178],
+];
+
+/**
+ * Points along a line with equal lengths between them, its ends among them.
+ * @param {(readonly [number, number])[]} line @param {number} count
+ */
+function evenly(line, count) {
+  const lengths = line.slice(1).map(([x, y], i) => Math.hypot(x - line[i][0], y - line[i][1]));
+  const step = lengths.reduce((sum, length) => sum + length, 0) / (count - 1);
+  /** @type {[number, number][]} */
+  const even = [];
+  let segment = 0;
+  let before = 0;
+  for (let i = 0; i < count; i++) {
+    const at = i * step;
+    while (segment < lengths.length - 1 && before + lengths[segment] < at) before += lengths[segment++];
+    const t = Math.min(1, lengths[segment] > 0 ? (at - before) / lengths[segment] : 0);
+    const [a, b] = [line[segment], line[segment + 1]];
+    even.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
+  }
+  return even;
+}
+
+/**
+ * @param {ArrayLike<number>} mesh 468 points as x, y pairs
+ * @returns {Float64Array} 68 points as x, y pairs
+ */
+export function ibugOf(mesh) {
+  const at = (/** @type {number} */ i) => /** @type {const} */ ([mesh[2 * i], mesh[2 * i + 1]]);
+  const jaw = [...evenly(RIGHT_JAW.map(at), 9), ...evenly(LEFT_JAW.map(at), 9).slice(1)];
+  const inner = INNER.map((vertices) => {
+    const points = vertices.map(at);
+    return [0, 1].map((axis) => points.reduce((sum, point) => sum + point[axis], 0) / points.length);
+  });
+  return Float64Array.from([...jaw, ...inner].flat());
+}
+
+/** The lines of the drawing, as runs of points: first, last, whether it closes. */
+export const LINES = /** @type {const} */ ([
+  ['jaw', 0, 16, false],
+  ['rightBrow', 17, 21, false],
+  ['leftBrow', 22, 26, false],
+  ['ridge', 27, 30, false],
+  ['nostrils', 31, 35, false],
+  ['rightEye', 36, 41, true],
+  ['leftEye', 42, 47, true],
+  ['outerLips', 48, 59, true],
+  ['innerLips', 60, 67, true],
+]);
+
+/** How many points there are. */
+export const COUNT = 68;
+
+/**
+ * The box around points: left, top, right, bottom.
+ * @param {ArrayLike<number>} points x, y pairs
+ */
+export function boxOf(points) {
+  const box = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < points.length; i += 2) {
+    box[0] = Math.min(box[0], points[i]);
+    box[1] = Math.min(box[1], points[i + 1]);
+    box[2] = Math.max(box[2], points[i]);
+    box[3] = Math.max(box[3], points[i + 1]);
+  }
+  return box;
+}
+
+/**
+ * The points of the median face as a camera in front of it would see them, in a box one high around 0.
+ * @param {import('phiz').FaceModel} model
+ */
+export function meanPoints(model) {
+  const median = model.face();
+  const { positions } = median;
+  const points = new Float64Array(2 * COUNT);
+  for (let i = 0; i < COUNT; i++) {
+    const landmark = model.landmarks.find(({ name }) => name === `ibug_${String(i).padStart(2, '0')}`);
+    for (const [vertex, weight] of landmark?.stencil ?? []) {
+      // The subject's left is on the right of the picture, and y goes down there.
+      points[2 * i] += weight * positions[3 * vertex];
+      points[2 * i + 1] -= weight * positions[3 * vertex + 1];
+    }
+  }
+  median.free();
+  const [left, top, right, bottom] = boxOf(points);
+  return points.map((value, i) => (value - (i % 2 ? (top + bottom) / 2 : (left + right) / 2)) / (bottom - top));
+}

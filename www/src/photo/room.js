@@ -1,0 +1,501 @@
+import './photo.css';
+import { element } from '../element.js';
+import { Failure } from '../failure.js';
+import { sameExpression } from '../history.js';
+import { icon } from '../icons.js';
+import { createSlider } from '../slider.js';
+import { text } from '../text.js';
+import { createChoice } from './choose.js';
+import { createCorrection } from './correct.js';
+import { findFaces, stopFinding } from './faces.js';
+import { Cancelled, createFitter } from './fitter.js';
+import { createPlacing } from './place.js';
+import { boxOf, ibugOf, meanPoints } from './points.js';
+import { readPhoto } from './read.js';
+import { savePhoto } from './save.js';
+import { createView } from './view.js';
+import { createWarp } from './warp.js';
+
+/** A face lower than this, px of the photo from brow to chin, has too few pixels to be told by. */
+const LEAST_FACE = 40;
+/** The stage's picture has at most so many pixels a side; the file has all. */
+const LONGEST_SHOWN = 2048;
+/** What the example's portrait is called. */
+const EXAMPLE = 'astronaut.jpg';
+
+/** What is being done: one block of the panel for each. @typedef {'empty' | 'busy' | 'choose' | 'none' | 'place' | 'ready' | 'adjust'} Mode */
+
+/**
+ * The room for photos: a portrait becomes a face, and whatever is done to the face happens to the
+ * portrait. Nothing of it leaves the page.
+ *
+ * @param {import('../editor.js').Editor} editor
+ * @param {{
+ *   panel: HTMLElement,
+ *   stage: HTMLElement,
+ *   files: { modelUrl: URL, expressionsUrl: URL | null },
+ *   expressions: { any: boolean, load: () => Promise<void> },
+ *   sleep: (asleep: boolean) => void,
+ * }} parts `panel` takes the controls; `sleep` stops the drawing of the head while it is covered
+ */
+export function createRoom(editor, { panel, stage, files, expressions, sleep }) {
+  const { model, face } = editor;
+  const fitter = createFitter(files);
+
+  /** @type {import('./read.js').Photo | null} */
+  let photo = null;
+  /** 468 points each, px of the photo. @type {Float32Array[]} */
+  let faces = [];
+  /** The 68 points that were found, px of the photo. @type {Float64Array | null} */
+  let detected = null;
+  /** What was fitted, to which points. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, scale: number } | null} */
+  let fitted = null;
+  /** The person's own face, as the fit had it. @type {{ code: string, expression: Record<string, number> } | null} */
+  let own = null;
+  /** What the present face changes. @type {import('./warp.js').Field | null} */
+  let field = null;
+  let editable = false;
+  let comparing = false;
+  let strength = 100;
+  let split = 0;
+  /** Each photo that is opened is a visit: what comes late for an earlier one is dropped. */
+  let visit = 0;
+  /** @type {Mode} */
+  let mode = 'empty';
+  /** Where a step back leads. @type {Mode} */
+  let before = 'empty';
+
+  // The stage.
+  const view = createView({ hold: compare });
+  const warp = createWarp(view.canvas);
+  const choice = createChoice(view, (i) => void take(i));
+  const correction = createCorrection(view, { changed: () => (again.disabled = false), leave: () => again.focus() });
+  const placing = createPlacing(view, { changed: (points) => correction.open(photo?.bitmap ?? null, points) });
+  const side = (/** @type {string} */ value, /** @type {string} */ words, /** @type {boolean} */ checked) =>
+    element('label', {}, element('input', { type: 'radio', name: 'photo-side', value, checked, onchange: turn }), element('span', {}, words));
+  const photoSide = side('photo', text.photo.photoSide, true);
+  const sides = element('div', { class: 'photo-sides', role: 'radiogroup', 'aria-label': text.photo.sides, hidden: true }, photoSide, side('head', text.photo.headSide, false));
+  const line = element('input', { type: 'range', id: 'photo-split', min: 0, max: 100, value: 0, oninput: () => setSplit(line.valueAsNumber) });
+  const beforeAfter = element('div', { class: 'photo-split', hidden: true }, element('label', { for: 'photo-split' }, text.photo.split), line);
+  view.root.append(beforeAfter);
+  stage.append(view.root, sides);
+
+  // The panel.
+  const status = element('p', { class: 'photo-status', role: 'status' });
+  const bar = element('progress', { max: 1, value: 0, 'aria-label': text.photo.progress });
+  const button = (/** @type {string} */ words, /** @type {() => void} */ onclick, kind = '') =>
+    element('button', { type: 'button', class: `button ${kind}`, onclick }, words);
+  const picker = element('input', {
+    type: 'file',
+    accept: 'image/*',
+    hidden: true,
+    'aria-label': text.photo.choose,
+    onchange: () => {
+      const file = picker.files?.[0];
+      if (file) void open(file, file.name);
+      picker.value = '';
+    },
+  });
+  const hold = element('button', { type: 'button', class: 'button hold', 'aria-pressed': 'false' }, text.photo.hold);
+  const back = button(text.photo.own, () => own && editor.take(own.code, own.expression));
+  const again = button(text.photo.fitAgain, () => void fit(correction.points), 'primary');
+  const asDetected = button(text.photo.asDetected, () => {
+    if (!detected) return;
+    correction.open(photo?.bitmap ?? null, detected);
+    again.disabled = false;
+  });
+  const strengthSlider = createSlider({
+    name: text.photo.strength,
+    label: text.photo.strength,
+    id: 'photo-strength',
+    about: text.photo.strengthAbout,
+    limits: [0, 100],
+    step: 1,
+    key: 1,
+    neutral: 100,
+    words: text.percent,
+    typed: { label: text.photo.strengthTyped, unit: '%', min: 0, max: 100, step: 1, show: Math.round, take: setStrength },
+    move: setStrength,
+    finish() {},
+  });
+  strengthSlider.show(strength);
+  const quality = element('p', { class: 'note' });
+  const size = element('p', { class: 'note' });
+  const placeAnyway = () => button(text.photo.placeByHand, startPlacing);
+
+  /** @type {Partial<Record<Mode, HTMLElement>>} */
+  const blocks = {
+    busy: element('div', {}, bar, element('div', { class: 'row' }, button(text.photo.cancel, cancel))),
+    choose: element('div', { class: 'row' }, placeAnyway()),
+    none: element('div', { class: 'row' }, placeAnyway()),
+    place: element(
+      'div',
+      {},
+      element('p', { class: 'note' }, text.photo.placeAbout),
+      element(
+        'div',
+        { class: 'row' },
+        button(text.photo.fitThese, () => void fit(correction.points), 'primary'),
+        button(text.photo.pointByPoint, () => {
+          before = 'none';
+          show('adjust');
+          correction.focus();
+        }),
+      ),
+    ),
+    adjust: element(
+      'div',
+      {},
+      element('p', { class: 'note' }, text.photo.adjustAbout),
+      element('div', { class: 'row' }, again, asDetected, button(text.photo.leave, leaveAdjusting)),
+    ),
+    ready: element(
+      'div',
+      {},
+      quality,
+      element('div', { class: 'row' }, button(text.photo.correct, startAdjusting)),
+      element(
+        'section',
+        { class: 'part', 'aria-label': text.photo.change },
+        element('h3', {}, text.photo.change),
+        element('p', { class: 'note' }, text.photo.changeAbout),
+        strengthSlider.root,
+        hold,
+        element('div', { class: 'row' }, back),
+      ),
+      element(
+        'section',
+        { class: 'part', 'aria-label': text.photo.saveTitle },
+        element('h3', {}, text.photo.saveTitle),
+        element('p', { class: 'note' }, text.photo.saveAbout),
+        size,
+        element('div', { class: 'row' }, button(text.photo.asPng, () => void keep('image/png'), 'primary'), button(text.photo.asJpeg, () => void keep('image/jpeg'))),
+      ),
+    ),
+  };
+  const first = element('p', { class: 'note' }, text.photo.about);
+  panel.append(
+    element('h2', { class: 'photo-title' }, text.photo.title),
+    first,
+    element(
+      'div',
+      { class: 'row' },
+      element('button', { type: 'button', class: 'button primary', onclick: () => picker.click() }, icon('upload'), text.photo.choose),
+      button(text.photo.example, () => void openExample()),
+      picker,
+    ),
+    element('p', { class: 'note photo-private' }, icon('lock'), text.photo.private),
+    status,
+    ...Object.values(blocks),
+  );
+
+  /** @param {string} sentence @param {boolean} [wrong] */
+  function say(sentence, wrong = false) {
+    status.textContent = sentence;
+    status.classList.toggle('is-wrong', wrong);
+  }
+  /** @param {Mode} next */
+  function show(next) {
+    mode = next;
+    for (const [name, block] of Object.entries(blocks)) block.hidden = name !== mode;
+    first.hidden = photo !== null;
+    sides.hidden = photo === null;
+    choice.show(mode === 'choose');
+    placing.show(mode === 'place');
+    const points = mode === 'place' || mode === 'adjust';
+    correction.show(points, mode === 'place');
+    correction.compare(mode === 'adjust' ? fittedPoints() : null);
+    asDetected.hidden = detected === null;
+    beforeAfter.hidden = mode !== 'ready' || !editable;
+    if (mode === 'choose' || points) photoOnStage();
+    turn();
+    draw();
+  }
+  function onPhoto() {
+    return /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked;
+  }
+  function photoOnStage() {
+    /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked = true;
+    turn();
+  }
+  function turn() {
+    const covered = photo !== null && onPhoto();
+    view.root.hidden = !covered;
+    stage.classList.toggle('shows-photo', covered);
+    sleep(covered);
+  }
+  function draw() {
+    if (!photo) return;
+    const changed = mode === 'ready' && !comparing ? field : null;
+    const at = changed && split > 0 ? split / 100 : null;
+    warp.draw(changed, { strength: strength / 100, split: at, scale: fitted?.scale ?? 1 });
+    view.split(mode === 'ready' && split > 0 && !comparing ? split / 100 : null);
+    if (warp.lost) say(text.lostContext, true);
+  }
+  /** @param {number} percent */
+  function setStrength(percent) {
+    strength = percent;
+    strengthSlider.show(percent);
+    draw();
+  }
+  /** @param {number} percent */
+  function setSplit(percent) {
+    split = percent;
+    draw();
+  }
+  /** The photo as it was, for as long as something is held. @param {boolean} down */
+  function compare(down) {
+    if (comparing === down || mode !== 'ready') return;
+    comparing = down;
+    hold.setAttribute('aria-pressed', String(down));
+    draw();
+  }
+  hold.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0) return;
+    hold.setPointerCapture(event.pointerId);
+    compare(true);
+  });
+  for (const end of ['pointerup', 'pointercancel', 'blur']) hold.addEventListener(end, () => compare(false));
+  hold.addEventListener('keydown', (event) => {
+    if (event.key !== ' ' && event.key !== 'Enter') return;
+    event.preventDefault();
+    compare(true);
+  });
+  hold.addEventListener('keyup', (event) => (event.key === ' ' || event.key === 'Enter') && compare(false));
+  hold.addEventListener('contextmenu', (event) => event.preventDefault());
+
+  // The photo follows the face: one question at a time, the last state wins.
+  let asking = false;
+  let asked = false;
+  async function follow() {
+    back.disabled = !own || (own.code === face.code && sameExpression(own.expression, face.expression));
+    if (!editable) return;
+    asked = true;
+    if (asking) return;
+    asking = true;
+    const here = visit;
+    try {
+      while (asked && here === visit && editable) {
+        asked = false;
+        const next = await fitter.field({ code: face.code, expression: face.expression });
+        if (here !== visit || !editable) break;
+        field = next;
+        draw();
+      }
+    } catch (error) {
+      if (!(error instanceof Cancelled)) say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
+    } finally {
+      asking = false;
+    }
+  }
+  editor.onShape(() => void follow());
+
+  /** Points of the fitted face, px of the photo. */
+  function fittedPoints() {
+    if (!fitted) return null;
+    const { points, fit, scale } = fitted;
+    return points.map((value, i) => value + scale * fit.residuals[i >> 1][i % 2]);
+  }
+
+  function cancel() {
+    visit += 1;
+    stopFinding();
+    fitter.cancel();
+    editable = false;
+    field = null;
+    say(text.photo.cancelled);
+    show(photo ? 'none' : 'empty');
+  }
+  /** @param {unknown} error @param {Mode} next */
+  function complain(error, next) {
+    say(error instanceof Error ? error.message : String(error), true);
+    show(next);
+    // A failure that has no sentence of its own is a fault of the page: keep its trace.
+    if (!(error instanceof Error)) throw error;
+  }
+
+  async function openExample() {
+    let file;
+    try {
+      const response = await fetch(new URL(EXAMPLE, document.baseURI));
+      if (!response.ok) throw new Error(String(response.status));
+      file = await response.blob();
+    } catch (error) {
+      return say(text.photo.noExample(error instanceof Error ? error.message : String(error)), true);
+    }
+    await open(file, EXAMPLE);
+  }
+
+  /** @param {Blob} file @param {string} name */
+  async function open(file, name) {
+    const here = (visit += 1);
+    stopFinding();
+    bar.removeAttribute('value');
+    say(text.photo.reading);
+    show('busy');
+    let next;
+    try {
+      next = await readPhoto(file, name);
+    } catch (error) {
+      if (here !== visit) return;
+      // The photo before stays, whole.
+      say(error instanceof Failure ? error.message : text.photo.damaged, true);
+      return show(fitted ? 'ready' : photo ? 'none' : 'empty');
+    }
+    if (here !== visit) return next.bitmap.close();
+    photo?.bitmap.close();
+    photo = next;
+    faces = [];
+    detected = fitted = own = field = null;
+    editable = false;
+    split = line.valueAsNumber = 0;
+    size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
+    const { bitmap, width, height } = photo;
+    const shown = Math.min(1, LONGEST_SHOWN / Math.max(width, height));
+    view.canvas.width = Math.round(shown * width);
+    view.canvas.height = Math.round(shown * height);
+    warp.setPhoto(bitmap);
+    photoOnStage();
+    view.open(width, height);
+    draw();
+    await search(here);
+  }
+
+  /** @param {number} here */
+  async function search(here) {
+    if (!photo) return;
+    say(text.photo.searching);
+    show('busy');
+    try {
+      faces = await findFaces(photo.bitmap, (fraction) => here === visit && (bar.value = fraction));
+    } catch (error) {
+      if (here === visit) complain(error, 'none');
+      return;
+    }
+    if (here !== visit) return;
+    if (faces.length === 0) {
+      say(text.photo.none, true);
+      return show('none');
+    }
+    if (faces.length === 1) return take(0);
+    choice.open(faces);
+    say(text.photo.several(faces.length));
+    show('choose');
+    choice.focus();
+  }
+
+  /** One of the faces. @param {number} i */
+  async function take(i) {
+    detected = ibugOf(faces[i]);
+    correction.open(photo?.bitmap ?? null, detected);
+    await fit(detected);
+  }
+
+  /** @param {Float64Array} points px of the photo */
+  async function fit(points) {
+    if (!photo) return;
+    const here = visit;
+    const box = boxOf(points);
+    const tall = box[3] - box[1];
+    if (tall < LEAST_FACE) {
+      say(text.photo.faceTooSmall(tall, LEAST_FACE), true);
+      return show(mode === 'adjust' || mode === 'place' ? mode : 'none');
+    }
+    const from = mode === 'adjust' || mode === 'place' ? mode : 'none';
+    bar.removeAttribute('value');
+    say(text.photo.fitting);
+    editable = false;
+    show('busy');
+    try {
+      const pixels = fitter.pixels(photo, points);
+      const [found] = await Promise.all([fitter.fit(pixels), expressions.any ? expressions.load() : undefined]);
+      if (here !== visit) return;
+      if (found.quality.refusal) {
+        say(text.photo.refused(found.quality.refusal), true);
+        before = 'none';
+        return show(from === 'none' ? 'adjust' : from);
+      }
+      // The page keeps expressions in whole per cents; what the photo shows is the same then.
+      const expression = Object.fromEntries(
+        Object.entries(found.expression).flatMap(([name, weight]) => (weight >= 0.005 ? [[name, Math.round(100 * weight) / 100]] : [])),
+      );
+      editor.take(found.code, expression);
+      own = { code: face.code, expression: face.expression };
+      const base = { ...found, ...own };
+      fitted = { fit: base, points: points.slice(), scale: pixels.scale };
+      await fitter.edit(pixels, base);
+      if (here !== visit) return;
+      editable = true;
+      field = null;
+      quality.textContent = text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm);
+      say(text.photo.ready);
+      show('ready');
+      await follow();
+    } catch (error) {
+      if (here === visit && !(error instanceof Cancelled)) complain(error, from === 'none' ? 'adjust' : from);
+    }
+  }
+
+  function startAdjusting() {
+    if (!fitted) return;
+    before = 'ready';
+    again.disabled = true;
+    correction.open(photo?.bitmap ?? null, fitted.points);
+    view.closeTo(around(fitted.points));
+    say('');
+    show('adjust');
+    correction.focus();
+  }
+  function leaveAdjusting() {
+    if (before === 'ready' && fitted) say(text.photo.ready);
+    show(before === 'ready' && fitted ? 'ready' : 'none');
+  }
+  /** A face with some room. @param {Float64Array} points */
+  function around(points) {
+    const [left, top, right, bottom] = boxOf(points);
+    const room = 0.18 * (bottom - top);
+    return [left - room, top - room, right + room, bottom + room];
+  }
+  function startPlacing() {
+    if (!photo) return;
+    const { width, height } = photo;
+    detected = null;
+    placing.open(meanPoints(model), width / 2, 0.45 * height, 0.5 * Math.min(width, height));
+    say('');
+    show('place');
+    placing.focus();
+  }
+
+  /** @param {'image/png' | 'image/jpeg'} type */
+  async function keep(type) {
+    if (!photo || !fitted) return;
+    say(text.exporting);
+    // The sentence shows before the work begins.
+    await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
+    try {
+      const changed = field && strength > 0 ? warp.crop(field, { strength: strength / 100, scale: fitted.scale }) : null;
+      const { file, bytes } = await savePhoto(photo, changed, type);
+      say(text.exported(file, bytes));
+    } catch (error) {
+      say(text.notExported(error instanceof Error ? error.message : String(error)), true);
+    }
+  }
+
+  show('empty');
+  return {
+    open,
+    /** For automation. */
+    get state() {
+      return {
+        mode,
+        width: photo?.width ?? 0,
+        height: photo?.height ?? 0,
+        faces,
+        points: photo ? correction.points : null,
+        fitted: fittedPoints(),
+        fit: fitted?.fit ?? null,
+        field,
+      };
+    },
+  };
+}

@@ -1,0 +1,74 @@
+import { element } from '../element.js';
+import { text } from '../text.js';
+
+/**
+ * The panel's section for photos. What it takes comes when it is first wanted: who designs faces only
+ * loads none of it.
+ *
+ * @param {import('../editor.js').Editor} editor
+ * @param {Omit<Parameters<typeof import('./room.js').createRoom>[1], 'panel'> & { choose: () => void }} parts
+ *   `choose` brings the section to the front
+ */
+export function createPhotoTab(editor, parts) {
+  const panel = element('div', { class: 'scroll' });
+  const state = element('p', { class: 'note', role: 'status' });
+  const retry = element('button', { type: 'button', class: 'button', hidden: true, onclick: () => void come() }, text.tryAgain);
+  panel.append(state, retry);
+  /** @type {Promise<ReturnType<typeof import('./room.js').createRoom>> | null} */
+  let coming = null;
+
+  async function make() {
+    state.textContent = text.photo.loading;
+    retry.hidden = true;
+    const { createRoom } = await import('./room.js');
+    const room = createRoom(editor, { ...parts, panel });
+    state.remove();
+    retry.remove();
+    return room;
+  }
+  async function come() {
+    coming ??= make();
+    try {
+      return await coming;
+    } catch (error) {
+      coming = null;
+      state.textContent = text.photo.notLoaded(error instanceof Error ? error.message : String(error));
+      retry.hidden = false;
+      return null;
+    }
+  }
+  /** @param {Iterable<File> | undefined} files */
+  function pictureAmong(files) {
+    return [...(files ?? [])].find(({ type }) => type.startsWith('image/'));
+  }
+  /** @param {File} file */
+  async function open(file) {
+    parts.choose();
+    await (await come())?.open(file, file.name);
+  }
+  // A photo can be dropped or pasted anywhere on the page.
+  window.addEventListener('drop', (event) => {
+    const file = pictureAmong(event.dataTransfer?.files);
+    if (!file) return;
+    event.preventDefault();
+    void open(file);
+  });
+  window.addEventListener('paste', (event) => {
+    const file = pictureAmong(event.clipboardData?.files);
+    if (!file) return;
+    event.preventDefault();
+    void open(file);
+  });
+
+  return {
+    root: element('div', { class: 'photo-panel' }, panel),
+    /** @param {boolean} now */
+    shown(now) {
+      if (now) void come();
+    },
+    /** What the room knows, for automation; null before it was opened. */
+    async room() {
+      return coming && (await coming);
+    },
+  };
+}

@@ -1,0 +1,58 @@
+// The face in a photo: the fit, and the fields of what is edited, off the page's thread. It has a model
+// of its own.
+import { load } from 'phiz';
+
+/** @typedef {{ width: number, height: number, points: Float64Array, focal?: number, rgba: Uint8ClampedArray<ArrayBuffer> }} Pixels */
+/** @typedef {{ code: string, expression: Record<string, number> }} State */
+
+/** @type {Promise<import('phiz').FaceModel> | null} */
+let model = null;
+/** @type {any} */
+let edit = null;
+
+/** @param {string} url */
+async function bytesOf(url) {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${response.status} ${response.statusText}`.trim());
+  return response.arrayBuffer();
+}
+
+/** @param {string} url @param {string | null} expressions */
+async function loadModel(url, expressions) {
+  const [bytes, more] = await Promise.all([bytesOf(url), expressions && bytesOf(expressions)]);
+  const loaded = await load(bytes);
+  if (more) await loaded.loadExpressions(more);
+  return loaded;
+}
+
+/** @type {Record<string, (wish: any) => Promise<{ answer: unknown, transfer?: Transferable[] }>>} */
+const TASKS = {
+  async fit({ modelUrl, expressionsUrl, photo }) {
+    model ??= loadModel(modelUrl, expressionsUrl);
+    const loaded = await model.catch((error) => {
+      model = null;
+      throw error;
+    });
+    return { answer: await loaded.fitPhoto(photo) };
+  },
+  async edit({ photo, fit }) {
+    const loaded = await model;
+    edit?.free();
+    edit = null;
+    edit = await /** @type {any} */ (loaded).editPhoto({ width: photo.width, height: photo.height, rgba: photo.rgba, fit });
+    return { answer: true };
+  },
+  async field({ state }) {
+    const field = edit?.field(state) ?? null;
+    return { answer: field, transfer: field ? [field.motion.buffer, field.gain.buffer] : [] };
+  },
+};
+
+addEventListener('message', async ({ data: { id, task, ...wish } }) => {
+  try {
+    const { answer, transfer = [] } = await TASKS[task](wish);
+    postMessage({ id, answer }, { transfer });
+  } catch (error) {
+    postMessage({ id, error: error instanceof Error ? error.message : String(error) });
+  }
+});

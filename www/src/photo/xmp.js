@@ -1,0 +1,85 @@
+// What a saved photo says of itself: that it was edited, in the words of the IPTC, as XMP.
+
+/** https://cv.iptc.org/newscodes/digitalsourcetype: "edited by a human, with non-generative tools". */
+const SOURCE_TYPE = 'http://cv.iptc.org/newscodes/digitalsourcetype/humanEdits';
+
+/** @param {string} note what was done, a sentence without markup */
+export function xmpPacket(note) {
+  return `<?xpacket begin="\uFEFF" id="W5M0MpCehiHzreSzNTczkc9d"?>
+<x:xmpmeta xmlns:x="adobe:ns:meta/">
+ <rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
+  <rdf:Description rdf:about=""
+    xmlns:dc="http://purl.org/dc/elements/1.1/"
+    xmlns:photoshop="http://ns.adobe.com/photoshop/1.0/"
+    xmlns:Iptc4xmpExt="http://iptc.org/std/Iptc4xmpExt/2008-02-29/"
+    xmlns:xmp="http://ns.adobe.com/xap/1.0/"
+    xmp:CreatorTool="phiz"
+    photoshop:Instructions="${note}"
+    Iptc4xmpExt:DigitalSourceType="${SOURCE_TYPE}">
+   <dc:description><rdf:Alt><rdf:li xml:lang="x-default">${note}</rdf:li></rdf:Alt></dc:description>
+  </rdf:Description>
+ </rdf:RDF>
+</x:xmpmeta>
+<?xpacket end="r"?>`;
+}
+
+const CRC = Uint32Array.from({ length: 256 }, (_, n) => {
+  let c = n;
+  for (let k = 0; k < 8; k++) c = c & 1 ? 0xedb88320 ^ (c >>> 1) : c >>> 1;
+  return c;
+});
+
+/** @param {Uint8Array} bytes */
+function crc32(bytes) {
+  let c = 0xffffffff;
+  for (const byte of bytes) c = CRC[(c ^ byte) & 0xff] ^ (c >>> 8);
+  return (c ^ 0xffffffff) >>> 0;
+}
+
+/** The signature of a PNG and its IHDR. */
+const PNG_HEAD = 8 + 25;
+
+/**
+ * @param {string} keyword @param {string} words
+ * @returns {Uint8Array<ArrayBuffer>} an iTXt chunk, not packed
+ */
+function iTXt(keyword, words) {
+  // The keyword, its end; not packed (two bytes); no language; no translated keyword.
+  const data = new TextEncoder().encode(`${keyword}\0\0\0\0\0${words}`);
+  const chunk = new Uint8Array(12 + data.length);
+  const view = new DataView(chunk.buffer);
+  view.setUint32(0, data.length);
+  chunk.set(new TextEncoder().encode('iTXt'), 4);
+  chunk.set(data, 8);
+  view.setUint32(8 + data.length, crc32(chunk.subarray(4, 8 + data.length)));
+  return chunk;
+}
+
+/**
+ * An APP1 segment of a JPEG.
+ * @param {string} packet
+ */
+function app1(packet) {
+  const data = new TextEncoder().encode(`http://ns.adobe.com/xap/1.0/\0${packet}`);
+  const segment = new Uint8Array(4 + data.length);
+  segment.set([0xff, 0xe1, (data.length + 2) >> 8, (data.length + 2) & 0xff]);
+  segment.set(data, 4);
+  return segment;
+}
+
+/**
+ * The same picture with an XMP packet in it. The canvas that wrote it put no other metadata there, so
+ * nothing of the photo's own, such as the place, goes along.
+ * @param {Blob} picture a PNG or a JPEG
+ * @param {string} packet
+ */
+export async function withXmp(picture, packet) {
+  if (picture.type === 'image/png') {
+    return new Blob([picture.slice(0, PNG_HEAD), iTXt('XML:com.adobe.xmp', packet), picture.slice(PNG_HEAD)], { type: picture.type });
+  }
+  if (picture.type !== 'image/jpeg') throw new Error(`a picture of type ${picture.type} takes no XMP here`);
+  // After the start marker and JFIF's APP0, which wants to be the first.
+  const start = new DataView(await picture.slice(0, 6).arrayBuffer());
+  const at = start.getUint16(2) === 0xffe0 ? 4 + start.getUint16(4) : 2;
+  return new Blob([picture.slice(0, at), app1(packet), picture.slice(at)], { type: picture.type });
+}
