@@ -20,9 +20,9 @@ pub const HARMONICS: usize = 9;
 /// A photo's pixels.
 #[derive(Debug, Clone, Copy)]
 pub struct Image<'a> {
-    width: usize,
-    height: usize,
-    rgba: &'a [u8],
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) rgba: &'a [u8],
 }
 
 impl<'a> Image<'a> {
@@ -71,14 +71,16 @@ impl<'a> Image<'a> {
 
 /// The linear light of an sRGB colour, 0 to 1 a channel (IEC 61966-2-1).
 fn linear(colour: [u8; 3]) -> DVec3 {
-    let each = colour.map(|byte| {
-        let x = f64::from(byte) / 255.0;
-        match x <= 0.04045 {
-            true => x / 12.92,
-            false => ((x + 0.055) / 1.055).powf(2.4),
-        }
-    });
-    DVec3::from_array(each)
+    DVec3::from_array(colour.map(linear_byte))
+}
+
+/// The linear light of a byte of sRGB, 0 to 1.
+pub(super) fn linear_byte(byte: u8) -> f64 {
+    let x = f64::from(byte) / 255.0;
+    match x <= 0.04045 {
+        true => x / 12.92,
+        false => ((x + 0.055) / 1.055).powf(2.4),
+    }
 }
 
 /// The shading of a face by lights that are far away.
@@ -198,7 +200,7 @@ impl Light {
 }
 
 /// The vertices of the skin that are not under hair, on most heads.
-fn bare(model: &FaceModel) -> Vec<u32> {
+pub(super) fn bare(model: &FaceModel) -> Vec<u32> {
     let parts = model.parts();
     let ibug = parts
         .landmarks

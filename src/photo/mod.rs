@@ -24,6 +24,7 @@ mod camera;
 mod contour;
 mod light;
 pub mod raster;
+mod reshape;
 mod shape;
 mod solver;
 mod start;
@@ -31,7 +32,8 @@ mod start;
 use glam::{DVec2, DVec3};
 
 pub use camera::Camera;
-pub use light::{Image, Light};
+pub use light::{HARMONICS, Image, Light};
+pub use reshape::{Edit, Field};
 
 use crate::{Error, Expressions, FaceModel, Result};
 use contour::JAW;
@@ -90,7 +92,7 @@ pub struct Quality {
 /// More than this is no face that was badly marked, mm. Five times what detectors are off.
 const WORST_RMS: f64 = 8.0;
 /// Nobody is so unusual.
-const MOST_UNUSUAL: f64 = 1.5;
+const MOST_UNUSUAL: f64 = 2.0;
 /// A face that looks farther away has no points that are seen: 110 degrees, a lost profile.
 const FARTHEST_AWAY: f64 = 110.0 / 180.0 * std::f64::consts::PI;
 

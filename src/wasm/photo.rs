@@ -1,8 +1,10 @@
-//! The bindings of the module that fits photos: one class.
+//! The bindings of the module that fits photos, and changes them ([`edit::PhotoEdit`]).
 //!
 //! It is built by itself (feature `photo`) and loaded when a photo is there, so that pages which only
 //! show faces do not carry it. It has a memory of its own, in which it reads the model's blob again;
 //! what it finds goes to the main module as a code.
+
+mod edit;
 
 use std::collections::BTreeMap;
 
@@ -83,7 +85,7 @@ const SHOWN: f64 = 2e-3;
 #[wasm_bindgen]
 pub struct Fitter {
     fitter: crate::photo::Fitter,
-    expressions: Vec<String>,
+    expressions: Option<Expressions>,
 }
 
 #[wasm_bindgen]
@@ -95,10 +97,9 @@ impl Fitter {
             .map(|bytes| Expressions::parse(&bytes, &model))
             .transpose()
             .map_err(error)?;
-        let list = expressions.as_ref().map_or(&[][..], |e| e.list());
         Ok(Self {
-            expressions: list.iter().map(|e| e.name.clone()).collect(),
             fitter: crate::photo::Fitter::new(&model, expressions.as_ref()).map_err(error)?,
+            expressions,
         })
     }
 
@@ -131,12 +132,13 @@ impl Fitter {
         // Points that are no face's have no light.
         let image = image.filter(|_| refusal.is_none());
         let light = image.map(|image| self.light(&fit, &image)).transpose()?;
-        let weights = self.expressions.iter().zip(&fit.expression);
+        let list = self.expressions.as_ref().map_or(&[][..], |e| e.list());
+        let weights = list.iter().zip(&fit.expression);
         let info = FitInfo {
             code: fit.code,
             camera: fit.camera.into(),
             expression: (weights.filter(|w| *w.1 > SHOWN))
-                .map(|(name, &weight)| (name.as_str(), weight))
+                .map(|(e, &weight)| (e.name.as_str(), weight))
                 .collect(),
             residuals: fit.residuals.iter().map(|r| r.to_array()).collect(),
             quality: QualityInfo {

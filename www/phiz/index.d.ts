@@ -103,6 +103,40 @@ export interface PhotoLight {
   readonly rms: number;
 }
 
+/** A shape that a face in a photo may take: a `Face` is one. */
+export interface PhotoShape {
+  readonly code: string;
+  readonly expression: Readonly<Record<string, number>>;
+}
+
+/**
+ * How a photo changes: on the nodes of a regular grid, linear between four of them, nothing outside of
+ * the outermost.
+ */
+export interface PhotoField {
+  /** Where the first node is, px from the photo's left and upper border. */
+  readonly left: number;
+  readonly top: number;
+  /** How far apart nodes are, px. */
+  readonly step: number;
+  readonly columns: number;
+  readonly rows: number;
+  /** Row by row, x and y of a node: from it to where the photo is read for it, px. */
+  readonly motion: Float32Array;
+  /** Row by row, for red, green and blue: the factor of its linear light. */
+  readonly gain: Float32Array;
+}
+
+/** A photo whose face can be changed. */
+export interface PhotoEdit {
+  /** How the photo changes for another shape than the fitted; null when it does not. */
+  field(shape: PhotoShape): PhotoField | null;
+  /** The photo's pixels, changed so: by the processor, without WebGL. */
+  render(shape: PhotoShape, rgba: Uint8Array | Uint8ClampedArray): Uint8ClampedArray;
+  /** Gives its memory back. */
+  free(): void;
+}
+
 /** What a photo tells. */
 export interface PhotoFit {
   /** The face, for `fromCode` and `Face.code`. */
@@ -210,6 +244,13 @@ export class FaceModel implements ModelInfo {
    *   that are no face's give a fit with a `quality.refusal`.
    */
   fitPhoto(photo: PhotoPoints): Promise<PhotoFit>;
+
+  /**
+   * Opens a photo for changing the face in it. Its size is that of the photo that was fitted; larger
+   * versions of the photo change by the same field.
+   * @throws Error with the reason when the face is not in the photo.
+   */
+  editPhoto(photo: { width: number; height: number; fit: PhotoFit }): Promise<PhotoEdit>;
 
   readonly controls: readonly Control[];
   readonly regions: readonly string[];

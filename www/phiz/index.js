@@ -60,6 +60,15 @@ async function loadPhotoModule() {
   return glue;
 }
 
+/** A failed download may be tried again. */
+function loadedPhotoModule() {
+  photoModule ??= loadPhotoModule().catch((why) => {
+    photoModule = null;
+    throw why;
+  });
+  return photoModule;
+}
+
 /** Photos are not larger, and what is not a whole number would wrap around in wasm. */
 const MOST_PIXELS = 1 << 20;
 
@@ -216,6 +225,30 @@ export class FaceModel {
     return fitter.fit(...size, pairs, focal, rgba);
   }
 
+  /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit }} photo */
+  async editPhoto({ width, height, fit }) {
+    const size = Uint32Array.of(pixels('width', width), pixels('height', height));
+    const { camera, light, code, expression } = fit;
+    const fitter = await this.#photoFitter();
+    this.#live;
+    const names = this.expressions;
+    const weigh = (/** @type {Readonly<Record<string, number>>} */ shown) => {
+      const unknown = Object.keys(shown).find((name) => !names.includes(name));
+      if (unknown !== undefined) throw new Error(`the model has no expression "${unknown}"`);
+      return Float64Array.from(names, (name) => shown[name] ?? 0);
+    };
+    const glue = await loadedPhotoModule();
+    const raw = glue.PhotoEdit.open(
+      fitter,
+      size,
+      Float64Array.of(camera.focal, ...camera.centre, ...camera.rotation, ...camera.translation),
+      Float64Array.from(light?.coefficients.flat() ?? []),
+      code,
+      weigh(expression),
+    );
+    return new PhotoEdit(raw, weigh);
+  }
+
   /** Prepared for the expressions that there are; a failed download may be tried again. */
   #photoFitter() {
     this.#live;
@@ -234,12 +267,8 @@ export class FaceModel {
 
   /** @param {Uint8Array | undefined} expressions */
   async #newFitter(expressions) {
-    photoModule ??= loadPhotoModule().catch((why) => {
-      photoModule = null;
-      throw why;
-    });
     const [glue, blob, more] = await Promise.all([
-      photoModule,
+      loadedPhotoModule(),
       unpack(this.#packed),
       expressions && unpack(expressions),
     ]);
@@ -317,6 +346,40 @@ export class FaceModel {
     this.#photos?.fitter.then((fitter) => fitter.free(), () => {});
     this.#photos = null;
     this.#raw.free();
+    this.#raw = null;
+  }
+}
+
+/** A photo whose face can be changed. */
+class PhotoEdit {
+  /** @type {import('./raw-photo.js').PhotoEdit | null} */
+  #raw;
+  #weigh;
+
+  /**
+   * @param {import('./raw-photo.js').PhotoEdit} raw
+   * @param {(expression: Readonly<Record<string, number>>) => Float64Array} weigh
+   */
+  constructor(raw, weigh) {
+    this.#raw = raw;
+    this.#weigh = weigh;
+  }
+
+  get #live() {
+    if (!this.#raw) throw new Error('this PhotoEdit was freed and cannot be used any more');
+    return this.#raw;
+  }
+
+  /** @param {import('phiz').PhotoShape} shape */
+  field({ code, expression }) {
+    return this.#live.field(code, this.#weigh(expression));
+  }
+  /** @param {import('phiz').PhotoShape} shape @param {Uint8Array | Uint8ClampedArray} rgba */
+  render({ code, expression }, rgba) {
+    return new Uint8ClampedArray(this.#live.render(rgba, code, this.#weigh(expression)).buffer);
+  }
+  free() {
+    this.#raw?.free();
     this.#raw = null;
   }
 }

@@ -1,4 +1,4 @@
-// The class that wasm-bindgen makes of `src/wasm/photo.rs`, as `index.js` uses it. Not part of the
+// The classes that wasm-bindgen makes of `src/wasm/photo.rs`, as `index.js` uses them. Not part of the
 // package: it lets `tsc` check the wrapper before any wasm is built.
 
 export class Fitter {
@@ -11,6 +11,21 @@ export class Fitter {
     focal?: number,
     rgba?: Uint8Array | Uint8ClampedArray,
   ): import('phiz').PhotoFit;
+  free(): void;
+}
+
+export class PhotoEdit {
+  private constructor();
+  static open(
+    fitter: Fitter,
+    size: Uint32Array,
+    camera: Float64Array,
+    light: Float64Array,
+    code: string,
+    weights: Float64Array,
+  ): PhotoEdit;
+  field(code: string, weights: Float64Array): import('phiz').PhotoField | null;
+  render(rgba: Uint8Array | Uint8ClampedArray, code: string, weights: Float64Array): Uint8Array;
   free(): void;
 }
 

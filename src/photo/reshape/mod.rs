@@ -1,0 +1,394 @@
+//! A photo of a face, as if the face had another shape (semantic reshaping, section 4.2).
+//!
+//! Every spot of the skin that is seen before and after the change moves in the photo as the surface
+//! does, and its light changes as its normal does: by the ratio of the new shading to the old, so that
+//! pores, beard and make-up stay what they are. What moves is told backwards, for each place of the new
+//! photo where in the old one it comes from. Round the face, in hair, background, and what a head hides
+//! of itself, the motion fades out smoothly ([`membrane`]), so that nothing tears and nothing is seen
+//! twice.
+
+mod membrane;
+mod render;
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::light::bare;
+use super::raster::{NOTHING, Raster};
+use super::{Camera, Light};
+use crate::anatomy::Landmark;
+use crate::{Error, FaceModel, Result};
+use membrane::{CHANNELS, Cell, Known};
+
+/// How a photo changes: on the nodes of a regular grid, linear in between, nothing outside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    /// Where the first node is in the photo, px.
+    pub origin: DVec2,
+    /// How far apart nodes are, px.
+    pub step: f64,
+    /// Nodes along x.
+    pub columns: usize,
+    /// Nodes along y.
+    pub rows: usize,
+    /// From each node, row by row, to where the photo is read for it, px.
+    pub motion: Vec<[f32; 2]>,
+    /// By what red, green and blue are multiplied there, in linear light.
+    pub gain: Vec<[f32; 3]>,
+}
+
+/// Cells along the longer side of the face. A mouth has some 40, an eye 25.
+const CELLS: f64 = 150.0;
+/// What is farther away from the skin that is known to move than this part of the face's longer side
+/// never moves. It is half a head's width.
+const REACH: f64 = 0.45;
+/// Skin is trusted where the cosine of the angle at which it is seen is above the first, wholly above the
+/// second.
+const FACING: [f64; 2] = [0.3, 0.5];
+/// Cells from the edge of what is trusted to where it is wholly.
+const EDGE: f64 = 4.0;
+/// The weight of what is trusted wholly: jumps are spread over half a cell.
+const TRUST: f32 = 4.0;
+/// The weight of what must not move.
+const HELD: f32 = 1e3;
+/// The weight of the inside of the mouth, which moves as a whole: over some six cells it gives way to
+/// what lips do.
+const INSIDE: f32 = 0.03;
+/// What lies so much farther than what is seen is hidden by it, mm.
+const BEHIND: f64 = 4.0;
+/// The least and the greatest factor of light: what is beyond is a wrong normal, not a shape.
+const GAIN: [f64; 2] = [0.75, 1.0 / 0.75];
+/// Shadows are never wholly black: a part of the light from the front that is everywhere.
+const FILL: f64 = 0.1;
+/// Motion below this, px, is none.
+const STILL: f32 = 1e-3;
+
+/// A photo of a face whose shape can be changed.
+#[derive(Debug, Clone)]
+pub struct Edit {
+    camera: Camera,
+    light: Option<Light>,
+    /// The face in the photo.
+    positions: Vec<DVec3>,
+    normals: Vec<Vec3>,
+    /// Where its vertices are, cells.
+    seen: Vec<DVec2>,
+    triangles: Vec<[u32; 3]>,
+    /// Of each triangle.
+    kinds: Vec<Kind>,
+    lips: Vec<Landmark>,
+    grid: Grid,
+    /// What is seen of the face in the photo, cell by cell.
+    raster: Raster,
+}
+
+/// What a triangle is for an edit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    /// Skin that is not under hair.
+    Bare,
+    /// The inside of the mouth.
+    Mouth,
+    Other,
+}
+
+/// Where cells are in the photo: the middle of cell (0, 0) is at `origin`, px.
+#[derive(Debug, Clone, Copy)]
+struct Grid {
+    origin: DVec2,
+    step: f64,
+    columns: usize,
+    rows: usize,
+}
+
+impl Grid {
+    /// Around a face, within a photo.
+    fn new(low: DVec2, high: DVec2, size: DVec2) -> Option<Self> {
+        let extent = (high - low).max_element();
+        if !(extent > 0.0 && extent.is_finite()) {
+            return None;
+        }
+        let step = extent / CELLS;
+        // Half a cell more than the photo, so that all of its pixels are between nodes.
+        let low = (low - REACH * extent).max(DVec2::splat(-0.5 * step));
+        let high = (high + REACH * extent).min(size + 0.5 * step);
+        let count = ((high - low) / step).ceil();
+        (count.min_element() > 1.0).then(|| Self {
+            origin: low,
+            step,
+            columns: count.x as usize + 1,
+            rows: count.y as usize + 1,
+        })
+    }
+
+    /// A camera whose pixels are the cells.
+    fn camera(&self, camera: &Camera) -> Camera {
+        Camera {
+            focal: camera.focal / self.step,
+            centre: (camera.centre - self.origin) / self.step + 0.5,
+            ..*camera
+        }
+    }
+}
+
+impl Edit {
+    /// Of a photo of `size` px and the face in it (positions in mm, unit normals, as the camera of the
+    /// fit sees them); without light only the shape changes.
+    ///
+    /// # Errors
+    /// When the mesh is not the model's, or the face is not in the photo.
+    pub fn new(
+        model: &FaceModel,
+        camera: &Camera,
+        size: [u32; 2],
+        light: Option<Light>,
+        positions: &[Vec3],
+        normals: &[Vec3],
+    ) -> Result<Self> {
+        let parts = model.parts();
+        check(positions, normals, parts.mean.len())?;
+        let topology = &parts.topology;
+        let triangles = topology.triangles();
+        let bare = bare(model);
+        let mut on_face = vec![false; positions.len()];
+        bare.iter().for_each(|&v| on_face[v as usize] = true);
+        let mut kinds = vec![Kind::Other; triangles.len()];
+        for part in &topology.parts {
+            let range = part.first as usize..(part.first + part.count) as usize;
+            for (kind, corners) in kinds[range.clone()].iter_mut().zip(&triangles[range]) {
+                *kind = match part.name.as_str() {
+                    "skin" if corners.iter().all(|&v| on_face[v as usize]) => Kind::Bare,
+                    "mouth cavity" => Kind::Mouth,
+                    _ => Kind::Other,
+                };
+            }
+        }
+        let inner_lip = |l: &&Landmark| ("ibug_60"..="ibug_67").contains(&l.name.as_str());
+        let lips = parts.landmarks.iter().filter(inner_lip).cloned().collect();
+        let positions: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for &v in &bare {
+            let at = camera.project(positions[v as usize]);
+            (low, high) = (low.min(at), high.max(at));
+        }
+        let size = DVec2::new(f64::from(size[0]), f64::from(size[1]));
+        let grid = Grid::new(low, high, size)
+            .ok_or_else(|| Error::Mismatch("no face is seen in the photo".into()))?;
+        let own = grid.camera(camera);
+        Ok(Self {
+            seen: positions.iter().map(|&p| own.project(p)).collect(),
+            raster: Raster::new(&own, [grid.columns, grid.rows], &positions, &triangles),
+            camera: own,
+            light,
+            positions,
+            normals: normals.to_vec(),
+            triangles,
+            kinds,
+            lips,
+            grid,
+        })
+    }
+
+    /// How the photo changes when the face has another shape; `None` when it has not.
+    ///
+    /// # Errors
+    /// When the mesh is not the model's.
+    pub fn field(&self, positions: &[Vec3], normals: &[Vec3]) -> Result<Option<Field>> {
+        check(positions, normals, self.positions.len())?;
+        let moved: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
+        if moved == self.positions {
+            return Ok(None);
+        }
+        let cells = self.known(&moved, normals).extend();
+        Ok(self.field_of(cells))
+    }
+
+    /// What is known of the cells' motion and of the logarithm of their gain.
+    fn known(&self, moved: &[DVec3], normals: &[Vec3]) -> Known {
+        let Grid { columns, rows, .. } = self.grid;
+        let seen: Vec<DVec2> = moved.iter().map(|&p| self.camera.project(p)).collect();
+        let raster = Raster::new(&self.camera, [columns, rows], moved, &self.triangles);
+        let hold = self.mouth(moved);
+        let eye = self.camera.position();
+        let mut known = Known::new(columns, rows);
+        for at in 0..columns * rows {
+            let triangle = raster.triangles[at];
+            if triangle == NOTHING {
+                continue;
+            }
+            let corners = self.triangles[triangle as usize].map(|v| v as usize);
+            match self.kinds[triangle as usize] {
+                Kind::Other => {}
+                Kind::Mouth => {
+                    known.weights[at] = INSIDE;
+                    known.values[at] = [hold.x as f32, hold.y as f32, 0.0, 0.0, 0.0];
+                }
+                Kind::Bare => {
+                    let here = DVec2::new((at % columns) as f64, (at / columns) as f64) + 0.5;
+                    let share = barycentric(here, corners.map(|v| seen[v]));
+                    let blend = |from: &[DVec3]| mix(share, corners.map(|v| from[v]));
+                    let before = blend(&self.positions);
+                    let after = blend(moved);
+                    let old = mix(share, corners.map(|v| self.normals[v].as_dvec3()));
+                    let new = mix(share, corners.map(|v| normals[v].as_dvec3()));
+                    let facing =
+                        |n: DVec3, p: DVec3| n.normalize_or_zero().dot((eye - p).normalize());
+                    let least = facing(old, before).min(facing(new, after));
+                    let trust = ((least - FACING[0]) / (FACING[1] - FACING[0])).min(1.0);
+                    let motion =
+                        (0..3).map(|i| (self.seen[corners[i]] - seen[corners[i]]) * share[i]);
+                    let motion: DVec2 = motion.sum();
+                    let depth = self.camera.to_camera(before).z;
+                    if !(trust > 0.0) || depth > self.raster.depth(here + motion) + BEHIND {
+                        continue;
+                    }
+                    let gain = self.gain(old.normalize_or_zero(), new.normalize_or_zero());
+                    known.weights[at] = (f64::from(TRUST) * trust) as f32;
+                    known.values[at] =
+                        [motion.x, motion.y, gain.x, gain.y, gain.z].map(|x| x as f32);
+                }
+            }
+        }
+        self.soften(&mut known);
+        known
+    }
+
+    /// How the inside of the mouth moves as a whole, cells: as the middle of the lips' inner edges.
+    fn mouth(&self, moved: &[DVec3]) -> DVec2 {
+        let middle = |positions: &[DVec3]| -> DVec2 {
+            let each = self.lips.iter().map(|l| {
+                let stencil = l.stencil.iter();
+                let p = stencil.map(|&(v, w)| positions[v as usize] * w).sum();
+                self.camera.project(p)
+            });
+            each.sum::<DVec2>() / self.lips.len().max(1) as f64
+        };
+        middle(&self.positions) - middle(moved)
+    }
+
+    /// The logarithm of the new shading over the old.
+    fn gain(&self, old: DVec3, new: DVec3) -> DVec3 {
+        let Some(light) = &self.light else {
+            return DVec3::ZERO;
+        };
+        let fill = light.coefficients.map(|c| FILL * c[0].abs().max(1e-6));
+        let shade = |normal: DVec3| light.shade(normal) + DVec3::from_array(fill);
+        let ratio = shade(new) / shade(old);
+        ratio
+            .clamp(DVec3::splat(GAIN[0]), DVec3::splat(GAIN[1]))
+            .ln()
+    }
+
+    /// Trust grows from the edges of what is trusted; far away from it nothing moves.
+    fn soften(&self, known: &mut Known) {
+        let Grid { columns, rows, .. } = self.grid;
+        let trusted: Vec<bool> = known.weights.iter().map(|&w| w > INSIDE).collect();
+        let inside = distances(columns, rows, |at| !trusted[at]);
+        let outside = distances(columns, rows, |at| trusted[at]);
+        let reach = (REACH * CELLS) as f32;
+        for at in 0..columns * rows {
+            if trusted[at] {
+                // The edge itself is mixed with what is beside it.
+                known.weights[at] *= ((f64::from(inside[at]) - 1.0) / EDGE).clamp(0.0, 1.0) as f32;
+            } else if outside[at] >= reach {
+                known.weights[at] = HELD;
+                known.values[at] = [0.0; CHANNELS];
+            }
+            for value in &mut known.values[at] {
+                *value *= known.weights[at];
+            }
+        }
+    }
+
+    /// The field of what cells do; `None` when none does anything.
+    fn field_of(&self, cells: Vec<Cell>) -> Option<Field> {
+        let Grid { columns, rows, .. } = self.grid;
+        let step = self.grid.step as f32;
+        let still = |cell: &Cell| {
+            let motion = cell[0].abs().max(cell[1].abs()) * step;
+            let gain = cell[2..].iter().fold(0.0_f32, |most, g| most.max(g.abs()));
+            // A five hundredth of light is half a step of a byte.
+            motion < STILL && gain < 2e-3
+        };
+        if cells.iter().all(still) {
+            return None;
+        }
+        let each = cells.iter().map(|cell| match still(cell) {
+            true => ([0.0; 2], [1.0; 3]),
+            false => (
+                [cell[0] * step, cell[1] * step],
+                [cell[2].exp(), cell[3].exp(), cell[4].exp()],
+            ),
+        });
+        let (motion, gain) = each.unzip();
+        Some(Field {
+            origin: self.grid.origin,
+            step: self.grid.step,
+            columns,
+            rows,
+            motion,
+            gain,
+        })
+    }
+}
+
+/// Whether positions and normals are a mesh's.
+fn check(positions: &[Vec3], normals: &[Vec3], vertices: usize) -> Result<()> {
+    if positions.len() != vertices || normals.len() != vertices {
+        return Err(Error::Mismatch(format!(
+            "{} positions and {} normals are no face of {vertices} vertices",
+            positions.len(),
+            normals.len()
+        )));
+    }
+    Ok(())
+}
+
+/// The shares of a triangle's corners in a point of its plane.
+fn barycentric(p: DVec2, [a, b, c]: [DVec2; 3]) -> [f64; 3] {
+    let double_area = (b - a).perp_dot(c - a);
+    let u = (c - b).perp_dot(p - b) / double_area;
+    let v = (a - c).perp_dot(p - c) / double_area;
+    [u, v, 1.0 - u - v]
+}
+
+fn mix(share: [f64; 3], corners: [DVec3; 3]) -> DVec3 {
+    corners[0] * share[0] + corners[1] * share[1] + corners[2] * share[2]
+}
+
+/// The distance of each cell to the nearest of some, cells, to within a twentieth (chamfer of 5 and 7,
+/// Borgefors 1986); infinite when there are none.
+fn distances(columns: usize, rows: usize, is_one: impl Fn(usize) -> bool) -> Vec<f32> {
+    let mut far: Vec<f32> = (0..columns * rows)
+        .map(|at| if is_one(at) { 0.0 } else { f32::INFINITY })
+        .collect();
+    let diagonal = 1.4;
+    let relax = |far: &mut [f32], x: usize, y: usize, sign: isize| {
+        let at = y * columns + x;
+        let mut least = far[at];
+        let beside = [
+            (-1, 0, 1.0),
+            (-1, -1, diagonal),
+            (0, -1, 1.0),
+            (1, -1, diagonal),
+        ];
+        for (dx, dy, length) in beside {
+            let (Some(x), Some(y)) = (
+                x.checked_add_signed(sign * dx),
+                y.checked_add_signed(sign * dy),
+            ) else {
+                continue;
+            };
+            if x < columns && y < rows {
+                least = least.min(far[y * columns + x] + length);
+            }
+        }
+        far[at] = least;
+    };
+    for y in 0..rows {
+        (0..columns).for_each(|x| relax(&mut far, x, y, 1));
+    }
+    for y in (0..rows).rev() {
+        (0..columns).rev().for_each(|x| relax(&mut far, x, y, -1));
+    }
+    far
+}

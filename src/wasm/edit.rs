@@ -1,0 +1,172 @@
+//! The binding of changes to a photo.
+
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use js_sys::{Float32Array, Object, Reflect};
+use wasm_bindgen::prelude::*;
+
+use super::{Fitter, error};
+use crate::photo::{Camera, Edit, Field, HARMONICS, Image, Light};
+use crate::{Error, Face, Performance};
+
+/// How many numbers tell a camera: the focal length, the centre, the rotation row by row, the
+/// translation.
+const CAMERA: usize = 15;
+
+/// A photo whose face can be changed.
+#[wasm_bindgen]
+pub struct PhotoEdit {
+    face: Worn,
+    edit: Edit,
+    size: [u32; 2],
+}
+
+/// A face and its expression.
+struct Worn {
+    face: Face,
+    performance: Option<Performance>,
+}
+
+impl Worn {
+    /// Takes weights of all expressions, in their order; none are none.
+    fn express(&mut self, weights: &[f64]) -> crate::Result<()> {
+        let Some(performance) = &mut self.performance else {
+            return match weights {
+                [] => Ok(()),
+                _ => Err(Error::Mismatch(
+                    "the photo was opened before its model had expressions".into(),
+                )),
+            };
+        };
+        performance.rest();
+        let names: Vec<String> = (performance.expressions().list().iter())
+            .map(|e| e.name.clone())
+            .collect();
+        for (name, &weight) in names.iter().zip(weights) {
+            performance.set(name, weight)?;
+        }
+        performance.perform(&self.face)
+    }
+
+    /// Positions and normals.
+    fn mesh(&self) -> [&[Vec3]; 2] {
+        match &self.performance {
+            Some(p) if !p.is_at_rest() => [p.positions(), p.normals()],
+            _ => [self.face.positions(), self.face.normals()],
+        }
+    }
+}
+
+#[wasm_bindgen]
+impl PhotoEdit {
+    /// Of the face with a code and an expression (the weights of all, or none) in a photo of `width` x
+    /// `height` px, which a camera of [`CAMERA`] numbers took, in a light of 27 numbers or none.
+    pub fn open(
+        fitter: &Fitter,
+        size: &[u32],
+        camera: &[f64],
+        light: &[f64],
+        code: &str,
+        weights: &[f64],
+    ) -> Result<PhotoEdit, JsError> {
+        let &[width, height] = size else {
+            return Err(error("a photo has a width and a height"));
+        };
+        let model = fitter.fitter.model();
+        let mut face = Worn {
+            face: model.from_code(code).map_err(error)?,
+            performance: fitter.expressions.as_ref().map(Performance::new),
+        };
+        face.express(weights).map_err(error)?;
+        let camera = camera_of(camera)?;
+        let light = match light {
+            [] => None,
+            numbers => Some(light_of(numbers)?),
+        };
+        let [positions, normals] = face.mesh();
+        let edit = Edit::new(model, &camera, [width, height], light, positions, normals);
+        Ok(Self {
+            edit: edit.map_err(error)?,
+            face,
+            size: [width, height],
+        })
+    }
+
+    /// How the photo changes for another face and expression, as `PhotoField` of `index.d.ts`; null when
+    /// it does not.
+    pub fn field(&mut self, code: &str, weights: &[f64]) -> Result<JsValue, JsError> {
+        let Some(field) = self.change(code, weights)? else {
+            return Ok(JsValue::NULL);
+        };
+        let object = Object::new();
+        let set = |name: &str, value: JsValue| {
+            // A fresh object takes everything.
+            Reflect::set(&object, &name.into(), &value)
+                .map_err(|_| error("no object takes a field"))
+        };
+        set("left", field.origin.x.into())?;
+        set("top", field.origin.y.into())?;
+        set("step", field.step.into())?;
+        set("columns", (field.columns as u32).into())?;
+        set("rows", (field.rows as u32).into())?;
+        set(
+            "motion",
+            Float32Array::from(field.motion.as_flattened()).into(),
+        )?;
+        set("gain", Float32Array::from(field.gain.as_flattened()).into())?;
+        Ok(object.into())
+    }
+
+    /// The photo of another face and expression, of pixels of the size that it was opened with.
+    pub fn render(
+        &mut self,
+        rgba: Vec<u8>,
+        code: &str,
+        weights: &[f64],
+    ) -> Result<Vec<u8>, JsError> {
+        let [width, height] = self.size;
+        let image = Image::new(width, height, &rgba).map_err(error)?;
+        let out = self
+            .change(code, weights)?
+            .map(|field| field.render(&image, 1.0));
+        Ok(out.unwrap_or(rgba))
+    }
+}
+
+impl PhotoEdit {
+    fn change(&mut self, code: &str, weights: &[f64]) -> Result<Option<Field>, JsError> {
+        self.face.face.set_code(code).map_err(error)?;
+        self.face.express(weights).map_err(error)?;
+        let [positions, normals] = self.face.mesh();
+        self.edit.field(positions, normals).map_err(error)
+    }
+}
+
+fn camera_of(numbers: &[f64]) -> Result<Camera, JsError> {
+    let &[focal, x, y, a, b, c, d, e, f, g, h, i, tx, ty, tz] = numbers else {
+        return Err(error(format!(
+            "{} numbers are no camera: {CAMERA} are",
+            numbers.len()
+        )));
+    };
+    Ok(Camera {
+        rotation: DMat3::from_cols_array(&[a, d, g, b, e, h, c, f, i]),
+        translation: DVec3::new(tx, ty, tz),
+        focal,
+        centre: DVec2::new(x, y),
+    })
+}
+
+fn light_of(numbers: &[f64]) -> Result<Light, JsError> {
+    let (channels, rest) = numbers.as_chunks::<HARMONICS>();
+    let coefficients = <[[f64; HARMONICS]; 3]>::try_from(channels);
+    match coefficients {
+        Ok(coefficients) if rest.is_empty() => Ok(Light {
+            coefficients,
+            rms: 0.0,
+        }),
+        _ => Err(error(format!(
+            "{} numbers are no light: 27 are",
+            numbers.len()
+        ))),
+    }
+}
