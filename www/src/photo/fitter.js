@@ -67,8 +67,8 @@ export function createFitter({ modelUrl, expressionsUrl }) {
     },
     /** @param {object} photo of `pixels` @returns {Promise<import('phiz').PhotoFit>} */
     fit: (photo) => ask('fit', { modelUrl: modelUrl.href, expressionsUrl: expressionsUrl?.href ?? null, photo }),
-    /** @param {object} photo of `pixels` @param {import('phiz').PhotoFit} fit */
-    edit: (photo, fit) => ask('edit', { photo, fit }),
+    /** @param {{ width: number, height: number }} photo of `pixels` @param {import('phiz').PhotoFit} fit */
+    edit: ({ width, height }, fit) => ask('edit', { photo: { width, height }, fit }),
     /** @param {{ code: string, expression: Record<string, number> }} state */
     field: (state) => ask('field', { state }),
     cancel: () => end(new Cancelled()),

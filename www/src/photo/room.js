@@ -1,6 +1,7 @@
 import './photo.css';
 import { element } from '../element.js';
 import { Failure } from '../failure.js';
+import { drawnByProcessor } from '../graphics.js';
 import { sameExpression } from '../history.js';
 import { icon } from '../icons.js';
 import { createSlider } from '../slider.js';
@@ -18,8 +19,8 @@ import { createWarp } from './warp.js';
 
 /** A face lower than this, px of the photo from brow to chin, has too few pixels to be told by. */
 const LEAST_FACE = 40;
-/** The stage's picture has at most so many pixels a side; the file has all. */
-const LONGEST_SHOWN = 2048;
+/** The stage's picture has at most so many pixels a side; the file has all. A processor draws fewer. */
+const LONGEST_SHOWN = drawnByProcessor() ? 2048 : 4096;
 /** What the example's portrait is called. */
 const EXAMPLE = 'astronaut.jpg';
 
@@ -44,6 +45,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
 
   /** @type {import('./read.js').Photo | null} */
   let photo = null;
+  /** @type {ImageBitmap | null} */
+  let onStage = null;
   /** 468 points each, px of the photo. @type {Float32Array[]} */
   let faces = [];
   /** The 68 points that were found, px of the photo. @type {Float64Array | null} */
@@ -52,6 +55,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
   let fitted = null;
   /** The person's own face, as the fit had it. @type {{ code: string, expression: Record<string, number> } | null} */
   let own = null;
+  /** px of the stage's picture for one of the photo. */
+  let shown = 1;
   /** What the present face changes. @type {import('./warp.js').Field | null} */
   let field = null;
   let editable = false;
@@ -228,7 +233,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     if (!photo) return;
     const changed = mode === 'ready' && !comparing ? field : null;
     const at = changed && split > 0 ? split / 100 : null;
-    warp.draw(changed, { strength: strength / 100, split: at, scale: fitted?.scale ?? 1 });
+    warp.draw(changed, { strength: strength / 100, split: at, scale: shown * (fitted?.scale ?? 1) });
     view.split(mode === 'ready' && split > 0 && !comparing ? split / 100 : null);
     if (warp.lost) say(text.lostContext, true);
   }
@@ -342,21 +347,29 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
       say(error instanceof Failure ? error.message : text.photo.damaged, true);
       return show(fitted ? 'ready' : photo ? 'none' : 'empty');
     }
-    if (here !== visit) return next.bitmap.close();
+    // The stage has a copy, which it may need again.
+    shown = Math.min(1, LONGEST_SHOWN / Math.max(next.width, next.height));
+    const picture = await createImageBitmap(next.bitmap, {
+      resizeWidth: Math.round(shown * next.width),
+      resizeHeight: Math.round(shown * next.height),
+      resizeQuality: 'high',
+    });
+    if (here !== visit) {
+      picture.close();
+      return next.bitmap.close();
+    }
     photo?.bitmap.close();
+    onStage?.close();
+    onStage = picture;
     photo = next;
     faces = [];
     detected = fitted = own = field = null;
     editable = false;
     split = line.valueAsNumber = 0;
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
-    const { bitmap, width, height } = photo;
-    const shown = Math.min(1, LONGEST_SHOWN / Math.max(width, height));
-    view.canvas.width = Math.round(shown * width);
-    view.canvas.height = Math.round(shown * height);
-    warp.setPhoto(bitmap);
+    warp.setPhoto(picture);
     photoOnStage();
-    view.open(width, height);
+    view.open(photo.width, photo.height);
     draw();
     await search(here);
   }
@@ -473,8 +486,11 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     // The sentence shows before the work begins.
     await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
     try {
-      const changed = field && strength > 0 ? warp.crop(field, { strength: strength / 100, scale: fitted.scale }) : null;
-      const { file, bytes } = await savePhoto(photo, changed, type);
+      const { bitmap } = photo;
+      const changed = field;
+      const options = { strength: strength / 100, scale: fitted.scale };
+      const change = changed && strength > 0 ? (/** @type {import('./save.js').Take} */ put) => warp.render(bitmap, changed, options, put) : null;
+      const { file, bytes } = await savePhoto(photo, change, type);
       say(text.exported(file, bytes));
     } catch (error) {
       say(text.notExported(error instanceof Error ? error.message : String(error)), true);

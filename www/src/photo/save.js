@@ -5,13 +5,15 @@ import { withXmp, xmpPacket } from './xmp.js';
 /** As cameras write it; below, skin shows blocks. */
 const QUALITY = 0.95;
 
+/** @typedef {(pixels: ImageData, x: number, y: number) => void} Take */
+
 /**
  * The whole photo with what was changed over it, as a file that says that it was edited.
  * @param {{ bitmap: ImageBitmap, width: number, height: number, name: string }} photo
- * @param {{ left: number, top: number, width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> } | null} changed
+ * @param {((take: Take) => Promise<void>) | null} change draws what is changed, part by part
  * @param {'image/png' | 'image/jpeg'} type
  */
-export async function savePhoto({ bitmap, width, height, name }, changed, type) {
+export async function savePhoto({ bitmap, width, height, name }, change, type) {
   const canvas = new OffscreenCanvas(width, height);
   const context = canvas.getContext('2d', { alpha: type === 'image/png' });
   if (!context) throw new Error(text.photo.noRoom);
@@ -21,12 +23,10 @@ export async function savePhoto({ bitmap, width, height, name }, changed, type) 
     context.fillRect(0, 0, width, height);
   }
   context.drawImage(bitmap, 0, 0);
-  if (changed && changed.width > 0 && changed.height > 0) {
-    context.putImageData(new ImageData(changed.rgba, changed.width, changed.height), changed.left, changed.top);
-  }
+  await change?.((pixels, x, y) => context.putImageData(pixels, x, y));
   const plain = await canvas.convertToBlob({ type, quality: QUALITY });
   const file = `${name.replace(/\.[^.]*$/, '') || 'photo'}-phiz.${type === 'image/png' ? 'png' : 'jpg'}`;
-  const blob = changed ? await withXmp(plain, xmpPacket(text.photo.editedNote)) : plain;
+  const blob = change ? await withXmp(plain, xmpPacket(text.photo.editedNote)) : plain;
   save(blob, file);
   return { file, bytes: blob.size };
 }

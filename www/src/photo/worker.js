@@ -7,7 +7,7 @@ import { load } from 'phiz';
 
 /** @type {Promise<import('phiz').FaceModel> | null} */
 let model = null;
-/** @type {any} */
+/** @type {import('phiz').PhotoEdit | null} */
 let edit = null;
 
 /** @param {string} url */
@@ -36,10 +36,9 @@ const TASKS = {
     return { answer: await loaded.fitPhoto(photo) };
   },
   async edit({ photo, fit }) {
-    const loaded = await model;
     edit?.free();
     edit = null;
-    edit = await /** @type {any} */ (loaded).editPhoto({ width: photo.width, height: photo.height, rgba: photo.rgba, fit });
+    edit = (await (await model)?.editPhoto({ width: photo.width, height: photo.height, fit })) ?? null;
     return { answer: true };
   },
   async field({ state }) {
