@@ -83,7 +83,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
   const line = element('input', { type: 'range', id: 'photo-split', min: 0, max: 100, value: 0, oninput: () => setSplit(line.valueAsNumber) });
   const beforeAfter = element('div', { class: 'photo-split', hidden: true }, element('label', { for: 'photo-split' }, text.photo.split), line);
   view.root.append(beforeAfter);
-  stage.append(view.root, sides);
+  // Over the head, under the buttons that stand on the stage.
+  stage.querySelector('canvas')?.after(view.root, sides);
 
   // The panel.
   const status = element('p', { class: 'photo-status', role: 'status' });
@@ -226,6 +227,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
   function turn() {
     const covered = photo !== null && onPhoto();
     view.root.hidden = !covered;
+    stage.classList.toggle('has-photo', photo !== null);
     stage.classList.toggle('shows-photo', covered);
     sleep(covered);
   }
@@ -440,6 +442,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
       if (here !== visit) return;
       editable = true;
       field = null;
+      view.closeTo(around(points, 1));
       quality.textContent = text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm);
       say(text.photo.ready);
       show('ready');
@@ -454,7 +457,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     before = 'ready';
     again.disabled = true;
     correction.open(photo?.bitmap ?? null, fitted.points);
-    view.closeTo(around(fitted.points));
+    view.closeTo(around(fitted.points, 0.18));
     say('');
     show('adjust');
     correction.focus();
@@ -463,10 +466,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     if (before === 'ready' && fitted) say(text.photo.ready);
     show(before === 'ready' && fitted ? 'ready' : 'none');
   }
-  /** A face with some room. @param {Float64Array} points */
-  function around(points) {
+  /** A face with room around it, as a part of its height. @param {Float64Array} points @param {number} part */
+  function around(points, part) {
     const [left, top, right, bottom] = boxOf(points);
-    const room = 0.18 * (bottom - top);
+    const room = part * (bottom - top);
     return [left - room, top - room, right + room, bottom + room];
   }
   function startPlacing() {

@@ -8,7 +8,11 @@ const CLOSEST = 8;
 const STEP = 48;
 const CLOSER = 1.25;
 /** Room around a photo that is shown whole, CSS px: above for the switch, below for the tools. */
-const MARGIN = { x: 12, top: 60, bottom: 12 };
+const MARGIN = { x: 12, top: 58, bottom: 62 };
+/** From so many CSS px a pixel on, pixels are shown as squares. */
+const PIXELS_FROM = 6;
+/** A stage lower than this, CSS px, has no room to leave below. */
+const LOW = 420;
 
 /**
  * The photo on the stage: shown whole, or moved and zoomed by wheel, fingers, and keys. What lies over it
@@ -32,16 +36,17 @@ export function createView({ hold }) {
   /** @type {Set<() => void>} */
   const listeners = new Set();
 
+  const below = () => (window_.clientHeight < LOW ? 6 : MARGIN.bottom);
   function least() {
     const { clientWidth, clientHeight } = window_;
-    return Math.min((clientWidth - 2 * MARGIN.x) / width, (clientHeight - MARGIN.top - MARGIN.bottom) / height);
+    return Math.min((clientWidth - 2 * MARGIN.x) / width, (clientHeight - MARGIN.top - below()) / height);
   }
   function place() {
     canvas.style.width = `${width}px`;
     canvas.style.height = `${height}px`;
     canvas.style.transform = `translate(${x}px, ${y}px) scale(${scale})`;
     // Pixels that are larger than the screen's are shown as they are.
-    canvas.style.imageRendering = scale * (width / canvas.width) > 3 ? 'pixelated' : '';
+    canvas.style.imageRendering = scale * (width / canvas.width) > PIXELS_FROM ? 'pixelated' : '';
     line.hidden = split === null;
     line.style.transform = `translate(${x + (split ?? 0) * width * scale}px, ${Math.max(0, y)}px)`;
     line.style.height = `${Math.min(window_.clientHeight, y + height * scale) - Math.max(0, y)}px`;
@@ -59,7 +64,7 @@ export function createView({ hold }) {
     whole = true;
     scale = Math.max(1e-3, least());
     x = (clientWidth - width * scale) / 2;
-    y = MARGIN.top + (clientHeight - MARGIN.top - MARGIN.bottom - height * scale) / 2;
+    y = MARGIN.top + (clientHeight - MARGIN.top - below() - height * scale) / 2;
     place();
   }
   /** @param {number} factor @param {number} atX @param {number} atY CSS px of the window, which stay where they are */
@@ -82,7 +87,15 @@ export function createView({ hold }) {
     keep();
     place();
   }
-  const zoomMiddle = (/** @type {number} */ factor) => zoom(factor, window_.clientWidth / 2, window_.clientHeight / 2);
+  /** What keys and buttons come closer to, px of the photo: the face, once there is one. @type {readonly [number, number] | null} */
+  let subject = null;
+  /** @param {number} factor */
+  function zoomMiddle(factor) {
+    const { clientWidth, clientHeight } = window_;
+    const [left, top] = subject ? [x + subject[0] * scale, y + subject[1] * scale] : [-1, -1];
+    const inside = left > 0 && top > 0 && left < clientWidth && top < clientHeight;
+    zoom(factor, ...(inside ? /** @type {const} */ ([left, top]) : /** @type {const} */ ([clientWidth / 2, clientHeight / 2])));
+  }
 
   /** @param {{ clientX: number, clientY: number }} event CSS px of the window */
   function local({ clientX, clientY }) {
@@ -172,6 +185,7 @@ export function createView({ hold }) {
     /** @param {number} w @param {number} h of the photo, px */
     open(w, h) {
       [width, height] = [w, h];
+      subject = null;
       fit();
     },
     fit,
@@ -200,13 +214,18 @@ export function createView({ hold }) {
     },
     /** Shows a part of the photo as large as it fits. @param {readonly number[]} box left, top, right, bottom */
     closeTo([left, top, right, bottom]) {
+      subject = [(left + right) / 2, (top + bottom) / 2];
       const { clientWidth, clientHeight } = window_;
       const most = Math.min(clientWidth / (right - left), (clientHeight - MARGIN.top) / (bottom - top)) * 0.86;
       if (most <= least()) return fit();
       scale = Math.min(Math.max(CLOSEST, CLOSEST * least()), most);
       whole = false;
-      x = clientWidth / 2 - (scale * (left + right)) / 2;
-      y = (clientHeight + MARGIN.top) / 2 - (scale * (top + bottom)) / 2;
+      x = clientWidth / 2 - scale * subject[0];
+      y = (clientHeight + MARGIN.top) / 2 - scale * subject[1];
+      // Not past the photo's edge while it fills the stage.
+      x = clientWidth > width * scale ? (clientWidth - width * scale) / 2 : Math.min(0, Math.max(clientWidth - width * scale, x));
+      const room = clientHeight - MARGIN.top;
+      y = room > height * scale ? MARGIN.top + (room - height * scale) / 2 : Math.min(MARGIN.top, Math.max(clientHeight - height * scale, y));
       place();
     },
   };
