@@ -195,7 +195,9 @@ export async function createDesigner(model, stage, chosen) {
       return scene.frames;
     },
     onScreen: (name) => scene.onScreen(head.landmark(name)),
-    photo: async () => (await photo.room())?.state ?? null,
+    get photo() {
+      return photo.state;
+    },
   };
   // Not a step: there is nothing before it to go back to.
   let unexpressed = false;

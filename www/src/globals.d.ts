@@ -12,6 +12,6 @@ interface Window {
     /** Where a landmark is on the screen, CSS pixels. */
     onScreen(landmark: string): { x: number; y: number };
     /** The photo that is worked on, its points and its fit; null before the section for photos was opened. */
-    photo(): Promise<ReturnType<typeof import('./photo/room.js').createRoom>['state'] | null>;
+    readonly photo: ReturnType<typeof import('./photo/room.js').createRoom>['state'] | null;
   };
 }

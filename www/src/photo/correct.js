@@ -44,29 +44,22 @@ export function createCorrection(view, { changed, leave }) {
       type: 'button',
       class: 'photo-point',
       'aria-label': text.photo.point(text.photo.lines[name], i - first + 1, last - first + 1),
+      tabindex: -1,
     });
-    handle.addEventListener('pointerdown', (event) => {
-      if (event.button !== 0) return;
-      event.preventDefault();
-      event.stopPropagation();
-      handle.focus({ preventScroll: true });
-      handle.setPointerCapture(event.pointerId);
-      magnify(i);
+    handle.addEventListener('focus', () => {
+      // One of them is a stop of the Tab key, from outside; from there it goes on to the others.
+      for (const other of handles) other.tabIndex = other === handle ? 0 : -1;
+      view.reveal(points[2 * i], points[2 * i + 1]);
     });
-    handle.addEventListener('pointermove', (event) => {
-      if (!handle.hasPointerCapture(event.pointerId)) return;
-      event.stopPropagation();
-      move(i, ...view.onPhoto(event));
-      magnify(i);
-    });
-    for (const end of /** @type {const} */ (['pointerup', 'pointercancel'])) {
-      handle.addEventListener(end, () => (lens.hidden = true));
-    }
-    handle.addEventListener('focus', () => view.reveal(points[2 * i], points[2 * i + 1]));
     handle.addEventListener('blur', () => (lens.hidden = true));
     handle.addEventListener('keydown', (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey) return;
       if (event.key === 'Escape') return leave();
+      const next = event.key === 'Tab' ? handles[i + (event.shiftKey ? -1 : 1)] : undefined;
+      if (next) {
+        event.preventDefault();
+        next.focus();
+      }
       /** @type {Record<string, readonly [number, number]>} */
       const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
       const way = ways[event.key];
@@ -81,6 +74,30 @@ export function createCorrection(view, { changed, leave }) {
   });
   const root = element('div', { class: 'photo-points', role: 'group', 'aria-label': text.photo.points, hidden: true }, ...handles, lens);
   root.prepend(drawing);
+  /** The point that a pointer holds. */
+  let held = -1;
+  root.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0 || held >= 0) return;
+    event.preventDefault();
+    event.stopPropagation();
+    // Handles overlap: the nearest is meant.
+    const [px, py] = view.onPhoto(event);
+    const away = (/** @type {number} */ i) => Math.hypot(points[2 * i] - px, points[2 * i + 1] - py);
+    held = handles.reduce((best, _, i) => (away(i) < away(best) ? i : best), 0);
+    handles[held].focus({ preventScroll: true });
+    handles[held].setPointerCapture(event.pointerId);
+    magnify(held);
+  });
+  root.addEventListener('pointermove', (event) => {
+    if (held < 0 || !handles[held].hasPointerCapture(event.pointerId)) return;
+    event.stopPropagation();
+    move(held, ...view.onPhoto(event));
+    magnify(held);
+  });
+  root.addEventListener('lostpointercapture', () => {
+    held = -1;
+    lens.hidden = true;
+  });
   view.over.append(root);
 
   /** @param {Float64Array} of */
@@ -163,6 +180,7 @@ export function createCorrection(view, { changed, leave }) {
       lens.hidden = true;
       draw();
     },
+    /** The tip of the nose first. */
     focus: () => handles[30].focus(),
   };
 }

@@ -1,4 +1,5 @@
-// The worker that finds faces: it comes with the first photo and stays for the next.
+// The worker that finds faces. It goes with the search: what it holds is a hundred megabytes, and the next
+// photo starts from the same state.
 import { text } from '../text.js';
 
 /** The photo is shown to it at most so large; it looks at faces with 192 px. */
@@ -27,7 +28,8 @@ export async function findFaces(bitmap, progress) {
     resizeQuality: 'high',
   });
   const [sx, sy] = [bitmap.width / photo.width, bitmap.height / photo.height];
-  const seeker = (worker ??= new Worker(new URL('./faces.worker.js', import.meta.url)));
+  stopFinding();
+  const seeker = (worker = new Worker(new URL('./faces.worker.js', import.meta.url)));
   try {
     return await new Promise((done, failed) => {
       seeker.onmessage = ({ data }) => {
@@ -39,9 +41,7 @@ export async function findFaces(bitmap, progress) {
       const folder = new URL(__FACE_MESH__, document.baseURI).href;
       seeker.postMessage({ folder, photo }, [photo]);
     });
-  } catch (error) {
-    // Its module is in no known state.
+  } finally {
     if (worker === seeker) stopFinding();
-    throw error;
   }
 }

@@ -14,8 +14,9 @@ const QUALITY = 0.95;
  * @param {'image/png' | 'image/jpeg'} type
  */
 export async function savePhoto({ bitmap, width, height, name }, change, type) {
+  // In the processor's memory: on the card it would be there once more.
   const canvas = new OffscreenCanvas(width, height);
-  const context = canvas.getContext('2d', { alpha: type === 'image/png' });
+  const context = canvas.getContext('2d', { alpha: type === 'image/png', willReadFrequently: true });
   if (!context) throw new Error(text.photo.noRoom);
   if (type === 'image/jpeg') {
     // JPEG has no transparency; paper is white.

@@ -16,12 +16,14 @@ export function createPhotoTab(editor, parts) {
   panel.append(state, retry);
   /** @type {Promise<ReturnType<typeof import('./room.js').createRoom>> | null} */
   let coming = null;
+  /** @type {ReturnType<typeof import('./room.js').createRoom> | null} */
+  let room = null;
 
   async function make() {
     state.textContent = text.photo.loading;
     retry.hidden = true;
     const { createRoom } = await import('./room.js');
-    const room = createRoom(editor, { ...parts, panel });
+    room = createRoom(editor, { ...parts, panel });
     state.remove();
     retry.remove();
     return room;
@@ -67,8 +69,8 @@ export function createPhotoTab(editor, parts) {
       if (now) void come();
     },
     /** What the room knows, for automation; null before it was opened. */
-    async room() {
-      return coming && (await coming);
+    get state() {
+      return room?.state ?? null;
     },
   };
 }

@@ -1,0 +1,500 @@
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { readFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
+import { join } from 'node:path';
+import { describe, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { deflateSync } from 'node:zlib';
+import { decodePng, moveSlider, open, SCREENSHOTS, siteAndBrowser } from './site.js';
+
+const require = createRequire(new URL('../../www/package.json', import.meta.url));
+const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
+/** @type {typeof import('pngjs')} */
+const { PNG } = require('pngjs');
+const here = (/** @type {string} */ path) => fileURLToPath(new URL(path, import.meta.url));
+/** Eileen Collins, NASA, public domain; 512 x 512. */
+const PORTRAIT = readFileSync(here('../../www/public/astronaut.jpg'));
+const CMYK = readFileSync(here('photos/cmyk.jpg'));
+
+const { browser, site } = await siteAndBrowser();
+
+/** @param {import('playwright-core').Page} page */
+const stateOf = (page) => 
+  page.evaluate(() => {
+    const { mode, width, height, faces, points, fitted, fit, field } = window.designer.photo;
+    return { mode, width, height, faces: faces.map((face) => [...face]), points: points && [...points], fitted: fitted && [...fitted], fit, changed: field !== null };
+  });
+/** Waits for the end of what is being done to a photo. @param {import('playwright-core').Page} page */
+async function done(page) {
+  await page.waitForFunction(() => !['busy', 'empty'].includes(window.designer.photo?.mode ?? 'empty'), null, { timeout: 60_000 });
+  return stateOf(page);
+}
+/** @param {import('playwright-core').Page} page */
+const sentence = (page) => page.locator('.photo-status').textContent();
+/**
+ * Opens a file as a person would, and waits until all that follows is over.
+ * @param {import('playwright-core').Page} page @param {Buffer} buffer
+ */
+async function choose(page, buffer, name = 'photo.png', mimeType = 'image/png') {
+  await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name, mimeType, buffer });
+  return done(page);
+}
+/**
+ * A picture that a page draws with the portrait at hand.
+ * @param {import('playwright-core').Page} page
+ * @param {(string | number)[][]} calls `fill` a colour, `turn` by a matrix, `draw` the portrait, with their numbers
+ * @param {number} width @param {number} height @param {string} [type]
+ */
+async function drawn(page, calls, width, height, type = 'image/png') {
+  const code = await page.evaluate(
+    async ([source, bytes, width, height, type]) => {
+      const portrait = await createImageBitmap(new Blob([Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0))]));
+      const canvas = new OffscreenCanvas(width, height);
+      const context = canvas.getContext('2d');
+      // The page's policy lets no string become a function: what to draw is a list of calls.
+      for (const [name, ...values] of JSON.parse(source)) {
+        if (name === 'fill') {
+          context.fillStyle = values[0];
+          context.fillRect(...values.slice(1));
+        } else if (name === 'turn') context.transform(...values);
+        else context.drawImage(portrait, ...values);
+      }
+      const blob = await canvas.convertToBlob({ type, quality: 0.95 });
+      const all = new Uint8Array(await blob.arrayBuffer());
+      let text = '';
+      for (let i = 0; i < all.length; i += 0x8000) text += String.fromCharCode(...all.subarray(i, i + 0x8000));
+      return btoa(text);
+    },
+    /** @type {const} */ ([JSON.stringify(calls), PORTRAIT.toString('base64'), width, height, type]),
+  );
+  return Buffer.from(code, 'base64');
+}
+
+/** A grey PNG without anything in it, of any size. @param {number} width @param {number} height */
+function greyPng(width, height) {
+  const chunk = (/** @type {string} */ name, /** @type {Buffer} */ data) => {
+    const body = Buffer.concat([Buffer.from(name, 'latin1'), data]);
+    const ends = Buffer.alloc(8);
+    ends.writeUInt32BE(data.length, 0);
+    ends.writeUInt32BE(crcOf(body), 4);
+    return Buffer.concat([ends.subarray(0, 4), body, ends.subarray(4)]);
+  };
+  const head = Buffer.alloc(13);
+  head.writeUInt32BE(width, 0);
+  head.writeUInt32BE(height, 4);
+  head[8] = 8;
+  return Buffer.concat([
+    Buffer.from('\x89PNG\r\n\x1a\n', 'latin1'),
+    chunk('IHDR', head),
+    chunk('IDAT', deflateSync(Buffer.alloc((width + 1) * height), { level: 1 })),
+    chunk('IEND', Buffer.alloc(0)),
+  ]);
+}
+
+/** As PNG has it. @param {Buffer} bytes */
+function crcOf(bytes) {
+  let c = 0xffffffff;
+  for (const byte of bytes) {
+    c ^= byte;
+    for (let k = 0; k < 8; k++) c = c & 1 ? 0xedb88320 ^ (c >>> 1) : c >>> 1;
+  }
+  return (c ^ 0xffffffff) >>> 0;
+}
+/** @param {Buffer} png */
+function chunksOf(png) {
+  const chunks = [];
+  for (let at = 8; at < png.length; at += 12 + png.readUInt32BE(at)) {
+    const length = png.readUInt32BE(at);
+    chunks.push({ name: png.toString('latin1', at + 4, at + 8), data: png.subarray(at + 8, at + 8 + length), whole: crcOf(png.subarray(at + 4, at + 8 + length)) === png.readUInt32BE(at + 8 + length) });
+  }
+  return chunks;
+}
+
+/**
+ * An EXIF segment with an orientation, a focal length for film and a place, for a JPEG.
+ * @param {number} orientation @param {number} focal
+ */
+function exifOf(orientation, focal) {
+  const tiff = Buffer.alloc(26 + 2 + 3 * 12 + 4 + 2 + 12 + 4 + 2 + 12 + 4);
+  tiff.write('II*\0', 0, 'latin1');
+  tiff.writeUInt32LE(8, 4);
+  const entry = (/** @type {number} */ at, /** @type {number} */ tag, /** @type {number} */ type, /** @type {number} */ value) => {
+    tiff.writeUInt16LE(tag, at);
+    tiff.writeUInt16LE(type, at + 2);
+    tiff.writeUInt32LE(1, at + 4);
+    tiff.writeUInt32LE(value, at + 8);
+  };
+  tiff.writeUInt16LE(3, 8);
+  entry(10, 0x0112, 3, orientation);
+  entry(22, 0x8769, 4, 50);
+  entry(34, 0x8825, 4, 70);
+  tiff.writeUInt16LE(1, 50);
+  entry(52, 0xa405, 3, focal);
+  tiff.writeUInt16LE(1, 70);
+  entry(72, 0x0000, 1, 0x00000302);
+  const body = Buffer.concat([Buffer.from('Exif\0\0', 'latin1'), tiff]);
+  const head = Buffer.from([0xff, 0xe1, (body.length + 2) >> 8, (body.length + 2) & 255]);
+  return Buffer.concat([head, body]);
+}
+
+/** The mean distance of points, px. @param {number[]} a @param {number[]} b @param {number} [from] */
+function apart(a, b, from = 0) {
+  let sum = 0;
+  for (let i = 2 * from; i < a.length; i += 2) sum += Math.hypot(a[i] - b[i], a[i + 1] - b[i + 1]);
+  return sum / (a.length / 2 - from);
+}
+
+/** @param {import('playwright-core').Page} page */
+async function faults(page) {
+  return page.evaluate(async () => {
+    const { violations } = await window.axe.run(document, { resultTypes: ['violations'], runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'] });
+    return violations
+      .filter(({ impact }) => impact === 'serious' || impact === 'critical')
+      .map(({ id, help, nodes }) => `${id}: ${help}: ${nodes.slice(0, 3).map(({ html, any }) => `${html.slice(0, 120)} ${any[0]?.message ?? ''}`).join(' | ')}`);
+  });
+}
+
+/** The picture on the stage, pixel by pixel. @param {import('playwright-core').Page} page */
+const shown = (page) =>
+  page.evaluate(() => {
+    const canvas = document.querySelector('.photo-canvas');
+    const copy = new OffscreenCanvas(canvas.width, canvas.height);
+    const context = copy.getContext('2d');
+    context.drawImage(canvas, 0, 0);
+    const { data } = context.getImageData(0, 0, copy.width, copy.height);
+    return crypto.subtle.digest('SHA-256', data).then((digest) => Array.from(new Uint8Array(digest)).join(' '));
+  });
+
+describe('a face in a photo', () => {
+  /** The portrait's points when it is the first photo of a visit. @type {number[]} */
+  let first;
+
+  test('the example is found, fitted, changed, saved; nothing leaves', async () => {
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 1280, height: 800 } });
+    await page.evaluate(AXE);
+    /** @type {{ url: string, body: boolean }[]} */
+    const requests = [];
+    context.on('request', (request) => requests.push({ url: request.url(), body: request.postDataBuffer() !== null }));
+    const start = await page.evaluate(() => window.designer.face.code);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByText('nothing is uploaded').waitFor();
+    await page.getByRole('button', { name: 'An example' }).click();
+    const state = await done(page);
+    assert.equal(await sentence(page), 'The face is fitted. Shape it with the other tabs, and the photo follows.');
+    assert.deepEqual([state.width, state.height, state.faces.length], [512, 512, 1]);
+    first = state.points;
+    // Where a person sees the outer corners of the eyes, the tip of the nose, the corners of the mouth
+    // and the chin in this portrait, px.
+    for (const [point, x, y] of [[36, 194, 101], [45, 255, 105], [30, 223, 127], [48, 200, 139], [54, 244, 141], [8, 221, 174]]) {
+      const away = Math.hypot(state.points[2 * point] - x, state.points[2 * point + 1] - y);
+      assert.ok(away < 5, `point ${point} is ${away.toFixed(1)} px from where it is seen`);
+    }
+    // A tenth of the eyes' distance is what detectors are off.
+    const eyes = Math.hypot(state.points[72] - state.points[90], state.points[73] - state.points[91]);
+    assert.ok(apart(state.points, state.fitted) < 0.05 * eyes, `the fit's drawing is ${apart(state.points, state.fitted)} px off the points`);
+    assert.equal(state.fit.quality.refusal, null);
+    const own = await page.evaluate(() => ({ code: window.designer.face.code, expression: window.designer.face.expression }));
+    assert.notEqual(own.code, start);
+    assert.ok((own.expression.mouthSmileLeft ?? 0) > 0.2 && (own.expression.mouthSmileRight ?? 0) > 0.2, 'she smiles');
+    assert.equal(state.changed, false, 'nothing is changed yet');
+    assert.deepEqual(await faults(page), []);
+    const plain = await shown(page);
+    await page.screenshot({ path: join(SCREENSHOTS, 'photo-fitted.png') });
+
+    // A slider of another tab changes the photo; held it is as it was; so with no strength.
+    await page.getByRole('tab', { name: 'Meanings' }).click();
+    await moveSlider(page, 'nose width', 0.99);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
+    const changed = await shown(page);
+    assert.notEqual(changed, plain);
+    await page.locator('.photo-canvas').focus();
+    await page.keyboard.down('Space');
+    assert.equal(await shown(page), plain, 'held, it is as it was');
+    await page.keyboard.up('Space');
+    assert.equal(await shown(page), changed);
+    await page.getByRole('slider', { name: 'Before and after' }).fill('100');
+    assert.equal(await shown(page), plain, 'the line at the right shows all of it as it was');
+    await page.getByRole('slider', { name: 'Before and after' }).fill('0');
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    const strength = page.getByRole('slider', { name: 'Strength', exact: true });
+    await strength.focus();
+    await page.keyboard.press('Home');
+    assert.equal(await shown(page), plain, 'no strength, no change');
+    await page.keyboard.press('End');
+    assert.equal(await shown(page), changed);
+
+    // PNG: the whole photo, the note after the head, nothing else of metadata.
+    const saved = async (/** @type {string} */ button) => {
+      const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: button }).click()]);
+      return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
+    };
+    const png = await saved('Save as PNG');
+    assert.equal(png.name, 'astronaut-phiz.png');
+    const chunks = chunksOf(png.bytes);
+    assert.ok(chunks.every(({ whole }) => whole), 'each chunk has its CRC');
+    assert.deepEqual(chunks.slice(0, 2).map(({ name }) => name), ['IHDR', 'iTXt']);
+    assert.ok(!chunks.some(({ name }) => name === 'eXIf'));
+    const keyword = 'XML:com.adobe.xmp\0\0\0\0\0';
+    assert.equal(chunks[1].data.toString('utf8', 0, keyword.length), keyword);
+    const said = (/** @type {string} */ xmp) => {
+      assert.match(xmp, /Iptc4xmpExt:DigitalSourceType="http:\/\/cv\.iptc\.org\/newscodes\/digitalsourcetype\/humanEdits"/);
+      assert.match(xmp, /<rdf:li xml:lang="x-default">Edited with phiz: the shape of the face was changed<\/rdf:li>/);
+    };
+    said(chunks[1].data.toString('utf8', keyword.length));
+    const picture = decodePng(png.bytes);
+    assert.deepEqual([picture.width, picture.height], [512, 512]);
+    const jpeg = await saved('Save as JPEG');
+    assert.equal(jpeg.name, 'astronaut-phiz.jpg');
+    const segment = jpeg.bytes.indexOf('http://ns.adobe.com/xap/1.0/\0', 0, 'latin1') - 4;
+    assert.deepEqual([...jpeg.bytes.subarray(segment, segment + 2)], [0xff, 0xe1]);
+    said(jpeg.bytes.toString('utf8', segment, segment + 2 + jpeg.bytes.readUInt16BE(segment + 2)));
+    assert.ok(!jpeg.bytes.includes('Exif\0'));
+
+    // What was not changed is the file's own pixels; around the nose they are others.
+    const before_ = decodePng(await drawn(page, [['draw', 0, 0]], 512, 512));
+    const nose = [state.points[60], state.points[61]].map(Math.round);
+    let there = 0;
+    for (let y = 0; y < 512; y++) {
+      for (let x = 0; x < 512; x++) {
+        const at = 3 * (512 * y + x);
+        const same = picture.rgb.compare(before_.rgb, at, at + 3, at, at + 3) === 0;
+        const away = Math.hypot(x - nose[0], y - nose[1]);
+        if (!same) there++;
+        // A head's width, some 120 px here, and nothing is changed.
+        if (!same && away > 130) assert.fail(`the pixel ${x}, ${y} was changed, ${away.toFixed(0)} px from the nose`);
+      }
+    }
+    assert.ok(there > 100, `${there} pixels were changed`);
+
+    // Back to her own face is a step; undoing it and the rest ends at the start.
+    await page.getByRole('button', { name: 'Back to the person’s own face' }).click();
+    await page.waitForFunction(() => window.designer.photo.field === null);
+    assert.equal(await page.evaluate(() => window.designer.face.code), own.code);
+    assert.equal(await shown(page), plain);
+    const undo = page.getByRole('button', { name: 'Undo', exact: true });
+    for (let n = 0; n < 3; n++) await undo.click();
+    assert.equal(await page.evaluate(() => window.designer.face.code), start, 'the fit was one step');
+    assert.ok(await undo.isDisabled());
+
+    // The switch shows the head; the page draws no head that nobody sees.
+    assert.ok(await page.locator('.photo-canvas').isVisible());
+    await page.getByText('3D head').click();
+    assert.ok(await page.locator('.photo-canvas').isHidden());
+
+    const { origin } = site;
+    const local = (/** @type {string} */ url) => url.startsWith(`${origin}/`) || url.startsWith('blob:') || url.startsWith('data:');
+    assert.ok(requests.length > 5, 'requests were seen');
+    assert.ok(requests.some(({ url }) => url.includes('face_mesh')), 'those of workers too');
+    assert.deepEqual(requests.filter(({ url, body }) => !local(url) || body), []);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('whatever was shown before, the points are the same; five faces: one is chosen', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    // Five in a row, the second smaller.
+    const row = await drawn(page, [['fill', '#456', 0, 0, 1500, 300], ...[0, 1, 2, 3, 4].map((i) => ['draw', 300 * i, i === 1 ? 60 : 0, i === 1 ? 240 : 300, i === 1 ? 240 : 300])], 1500, 300);
+    const several = await choose(page, row);
+    assert.equal(several.mode, 'choose');
+    assert.equal(several.faces.length, 5);
+    assert.equal(await sentence(page), '5 faces were found. Choose one in the photo.');
+    await page.evaluate(AXE);
+    assert.deepEqual(await faults(page), []);
+    // By keyboard, along the row to the second: the smallest is the fifth of five.
+    assert.match((await page.evaluate(() => document.activeElement?.getAttribute('aria-label'))) ?? '', /^Face 1 of 5/);
+    const frames = page.locator('.photo-face');
+    await frames.first().focus();
+    await page.keyboard.press('Tab');
+    assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('aria-label')), 'Face 5 of 5');
+    await page.keyboard.press('Enter');
+    const one = await done(page);
+    assert.equal(one.mode, 'ready');
+    assert.ok(one.points[60] > 300 && one.points[60] < 600, `the nose is at ${one.points[60]}`);
+
+    const again = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');
+    assert.deepEqual(again.points, first);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('what is no photo, or no face, is a sentence; whatever the browser decodes is taken', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    /** Without a photo before, nothing that is refused leaves anything. */
+    const refuse = async (/** @type {Buffer} */ bytes, /** @type {string} */ name, /** @type {string} */ type) => {
+      await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name, mimeType: type, buffer: bytes });
+      await page.waitForFunction(() => document.querySelector('.photo-status.is-wrong'));
+      const words = await sentence(page);
+      assert.equal((await stateOf(page)).mode, 'empty');
+      await page.evaluate(() => document.querySelector('.photo-status')?.classList.remove('is-wrong'));
+      return words;
+    };
+    const unreadable = 'This is not a picture that your browser can show.';
+    assert.equal(await refuse(Buffer.from('no picture'), 'a.png', 'image/png'), unreadable);
+    assert.equal(await refuse(Buffer.alloc(0), 'a.png', 'image/png'), 'The file is empty.');
+    assert.equal(await refuse(PORTRAIT.subarray(0, PORTRAIT.length / 2), 'a.jpg', 'image/jpeg'), 'The picture is damaged, and cannot be opened.');
+    assert.equal(await refuse(greyPng(16000, 8000), 'a.png', 'image/png'), 'The photo has 128 megapixels; more than 100 do not fit into a page.');
+
+    // No face, and one that is too small.
+    const wall = await choose(page, await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332));
+    assert.equal(wall.mode, 'none');
+    assert.equal(await sentence(page), 'No face was found. If there is one, you can place the points on it by hand.');
+    const small = await choose(page, await drawn(page, [['fill', '#465', 0, 0, 400, 300], ['draw', 150, 100, 120, 120]], 400, 300));
+    assert.equal(small.mode, 'none');
+    assert.match((await sentence(page)) ?? '', /^The face is \d\d pixels high from brow to chin, and at least 40 are needed\.$/);
+
+    // 50 megapixels are worked on as fewer, and a long search can be stopped.
+    await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'large.png', mimeType: 'image/png', buffer: greyPng(8660, 5774) });
+    await page.getByText('Looking for faces').waitFor({ timeout: 30_000 });
+    const large = await stateOf(page);
+    assert.ok(large.width * large.height <= 24e6 && large.width * large.height > 20e6, `${large.width} x ${large.height}`);
+    assert.ok(Math.abs(large.width / large.height - 8660 / 5774) < 1e-3);
+    await page.getByRole('button', { name: 'Cancel' }).click();
+    assert.equal(await sentence(page), 'Stopped.');
+
+    // CMYK, and 16 bits a channel.
+    assert.equal((await choose(page, CMYK, 'cmyk.jpg', 'image/jpeg')).mode, 'ready');
+    const eight = PNG.sync.read(await drawn(page, [['draw', 0, 0]], 512, 512));
+    const deep = new Uint16Array(eight.data.length);
+    eight.data.forEach((/** @type {number} */ value, /** @type {number} */ i) => (deep[i] = 257 * value));
+    const sixteen = PNG.sync.write({ width: 512, height: 512, data: Buffer.from(deep.buffer) }, { bitDepth: 16, inputHasAlpha: true });
+    assert.equal(sixteen[24], 16);
+    const fromDeep = await choose(page, sixteen);
+    assert.equal(fromDeep.mode, 'ready');
+    assert.ok(apart(fromDeep.points, first) < 1);
+
+    // Turned by EXIF, with a focal length: it is the right way up, and the lens is known.
+    const turned = await drawn(page, [['fill', '#567', 0, 0, 512, 768], ['turn', 0, -1, 1, 0, 0, 768], ['draw', 120, 0]], 512, 768, 'image/jpeg');
+    const exif = Buffer.concat([turned.subarray(0, 2), exifOf(6, 50), turned.subarray(2)]);
+    const right = await choose(page, exif, 'turned.jpg', 'image/jpeg');
+    assert.deepEqual([right.mode, right.width, right.height], ['ready', 768, 512]);
+    assert.ok(apart(right.points, first.map((value, i) => (i % 2 ? value : value + 120))) < 1.5);
+    assert.ok(Math.abs(right.fit.camera.focal - (768 * 50) / 36) < 1e-6, `the lens is ${right.fit.camera.focal} px`);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('points are corrected by hand: keyboard, magnifier, dragging, placing', async () => {
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 1280, height: 800 } });
+    await page.evaluate(AXE);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    const state = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');
+    const code = await page.evaluate(() => window.designer.face.code);
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    assert.deepEqual(await faults(page), []);
+    const again = page.getByRole('button', { name: 'Fit again' });
+    assert.ok(await again.isDisabled());
+
+    // The keyboard begins at the tip of the nose; two further is the middle of its base... by Tab.
+    const name = () => page.evaluate(() => document.activeElement?.getAttribute('aria-label'));
+    assert.equal(await name(), 'Ridge of the nose, 4 of 4');
+    await page.keyboard.press('Tab');
+    assert.equal(await name(), 'Base of the nose, 1 of 5');
+    await page.keyboard.press('Shift+Tab');
+    await page.keyboard.press('Shift+ArrowRight');
+    await page.keyboard.press('ArrowUp');
+    assert.ok(await page.locator('.photo-lens').isVisible());
+    const moved = await stateOf(page);
+    const scale = (moved.points[60] - state.points[60]) / 10;
+    assert.ok(scale > 0 && Math.abs(moved.points[61] - state.points[61] + scale) < 1e-6, 'ten steps to the right, one up');
+    assert.deepEqual(moved.points.filter((_, i) => i >> 1 !== 30), state.points.filter((_, i) => i >> 1 !== 30));
+
+    // By pointer.
+    const chin = await page.getByRole('button', { name: 'Jaw from right to left, 9 of 17' }).boundingBox();
+    await page.mouse.move(chin.x + chin.width / 2, chin.y + chin.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(chin.x + chin.width / 2 + 6, chin.y + chin.height / 2 + 30, { steps: 3 });
+    assert.ok(await page.locator('.photo-lens').isVisible());
+    await page.screenshot({ path: join(SCREENSHOTS, 'photo-points.png') });
+    await page.mouse.up();
+    assert.ok(await page.locator('.photo-lens').isHidden());
+    const dragged = await stateOf(page);
+    assert.ok(Math.abs(dragged.points[17] - state.points[17] - 30 * scale) < 0.6 * scale, `the chin went ${dragged.points[17] - state.points[17]} px`);
+    await again.click();
+    const corrected = await done(page);
+    assert.equal(corrected.mode, 'ready');
+    assert.deepEqual(corrected.points, dragged.points);
+    const other = await page.evaluate(() => window.designer.face.code);
+    assert.notEqual(other, code);
+    assert.ok(corrected.fitted[61] !== state.fitted[61]);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.equal(await page.evaluate(() => window.designer.face.code), code);
+
+    // As found, and fitted again: the same face as at first.
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    await page.getByRole('button', { name: 'As found' }).click();
+    assert.deepEqual((await stateOf(page)).points, state.points);
+    await again.click();
+    await done(page);
+    assert.equal(await page.evaluate(() => window.designer.face.code), code);
+
+    // Where no face is found, a mean drawing is placed as a whole.
+    const wall = await choose(page, await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332));
+    assert.equal(wall.mode, 'none');
+    await page.getByRole('button', { name: 'Place the points by hand' }).click();
+    const placed = await stateOf(page);
+    const middle = (/** @type {number[]} */ points) => [0, 1].map((axis) => points.filter((_, i) => i % 2 === axis).reduce((sum, value) => sum + value, 0) / 68);
+    const height = (/** @type {number[]} */ points) => Math.hypot(points[16] - points[54], points[17] - points[55]);
+    await page.keyboard.press('ArrowLeft');
+    await page.keyboard.press('+');
+    await page.keyboard.press(']');
+    const after = await stateOf(page);
+    assert.ok(middle(after.points)[0] < middle(placed.points)[0]);
+    assert.ok(Math.abs(height(after.points) / height(placed.points) - 1.03) < 1e-6);
+    const tilt = Math.atan2(after.points[91] - after.points[73], after.points[90] - after.points[72]) - Math.atan2(placed.points[91] - placed.points[73], placed.points[90] - placed.points[72]);
+    assert.ok(Math.abs(tilt - (2 * Math.PI) / 180) < 1e-9);
+    const handle = await page.locator('.photo-grip').boundingBox();
+    await page.mouse.move(handle.x + handle.width / 2, handle.y + handle.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(handle.x + handle.width / 2 + 30, handle.y + handle.height / 2 + 30, { steps: 3 });
+    await page.mouse.up();
+    assert.ok(height((await stateOf(page)).points) > 1.05 * height(after.points));
+    assert.deepEqual(await faults(page), []);
+    await page.screenshot({ path: join(SCREENSHOTS, 'photo-placing.png') });
+    await page.getByRole('button', { name: 'Fit the face' }).click();
+    const mean = await done(page);
+    assert.equal(mean.mode, 'ready');
+    // The drawing is of the median face: so is what is fitted to it.
+    assert.ok(mean.fit.quality.unusual < 0.5, `it is ${mean.fit.quality.unusual} unusual`);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('a phone, dropping, pasting; and the second visit has it without a network', async () => {
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 320, height: 640 }, hasTouch: true, isMobile: true, colorScheme: 'dark' });
+    await page.evaluate(AXE);
+    const give = (/** @type {string} */ how) =>
+      page.evaluate(
+        ([bytes, how]) => {
+          const files = new DataTransfer();
+          files.items.add(new File([Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0))], 'me.jpg', { type: 'image/jpeg' }));
+          window.dispatchEvent(
+            how === 'drop'
+              ? new DragEvent('drop', { dataTransfer: files, bubbles: true, cancelable: true })
+              : new ClipboardEvent('paste', { clipboardData: files, bubbles: true, cancelable: true }),
+          );
+        },
+        /** @type {const} */ ([PORTRAIT.toString('base64'), how]),
+      );
+    await give('drop');
+    assert.equal((await done(page)).mode, 'ready');
+    assert.equal(await page.getByRole('tab', { name: 'Photo' }).getAttribute('aria-selected'), 'true');
+    assert.deepEqual(await faults(page), []);
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth)) <= 0);
+    await page.screenshot({ path: join(SCREENSHOTS, 'photo-phone.png') });
+    await page.getByRole('button', { name: 'Correct the points' }).tap();
+    assert.deepEqual(await faults(page), []);
+    await page.screenshot({ path: join(SCREENSHOTS, 'photo-phone-points.png') });
+    await page.getByRole('button', { name: 'Leave' }).tap();
+    await give('paste');
+    await page.waitForFunction(() => document.querySelector('.photo-status')?.textContent?.startsWith('Looking'));
+    assert.equal((await done(page)).mode, 'ready');
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+});
