@@ -86,6 +86,8 @@ export function faceMesh() {
   return {
     name: 'face-mesh',
     generateBundle() {
+      // The package says Apache-2.0 and comes without the text, which has to go along.
+      this.emitFile({ type: 'asset', fileName: `${FACE_MESH}LICENSE`, source: readFileSync(new URL('../LICENSE-APACHE', import.meta.url)) });
       for (const name of FILES) this.emitFile({ type: 'asset', fileName: FACE_MESH + name, source: read(name) });
     },
     configureServer(server) {

@@ -53,6 +53,33 @@ describe('offline', () => {
     await context.close();
   });
 
+  test('what photos take is not loaded before a photo, and is kept after one', async () => {
+    const site = await serve();
+    const { context, page } = await open(browser, site);
+    await kept(page);
+    const has = () =>
+      page.evaluate(async () => {
+        const urls = [];
+        for (const name of await caches.keys()) for (const { url } of await (await caches.open(name)).keys()) urls.push(url);
+        return urls.filter((url) => /face_mesh|astronaut|photo_bg/.test(url)).length;
+      });
+    assert.equal(await has(), 0);
+    const fitted = async (/** @type {import('playwright-core').Page} */ on) => {
+      await on.getByRole('tab', { name: 'Photo' }).click();
+      await on.getByRole('button', { name: 'An example' }).click();
+      await on.getByText('The face is fitted.').waitFor({ timeout: 60_000 });
+      return on.evaluate(() => window.designer.face.code);
+    };
+    const code = await fitted(page);
+    assert.ok((await has()) > 5);
+    await site.close();
+    const again = await context.newPage();
+    await again.goto(site.url);
+    await ready(again);
+    assert.equal(await fitted(again), code);
+    await context.close();
+  });
+
   test('a new version waits, is offered, and replaces the old one', async () => {
     const folder = await mkdtemp(join(tmpdir(), 'phiz-site-'));
     const site = await serve({ root: () => folder });
@@ -181,6 +208,11 @@ describe('a strict content security policy', () => {
           ]);
           assert.ok((await readFile(await file.path())).length > 10_000);
         }
+        await page.keyboard.press('Escape');
+        // Workers take the policy of their answers, which here is the page's.
+        await page.getByRole('tab', { name: 'Photo' }).click();
+        await page.getByRole('button', { name: 'An example' }).click();
+        await page.getByText('The face is fitted.').waitFor({ timeout: 60_000 });
         await kept(page);
       }
       assert.deepEqual(await page.evaluate(() => window.violations), []);

@@ -276,6 +276,8 @@ export const text = {
     placeByHand: 'Place the points by hand',
     placeAbout: 'Drag the drawing onto the face; the handle at its corner sizes and turns it. By keys: arrows, plus and minus, square brackets.',
     frame: 'Drawing of a face. The arrow keys move it, plus and minus size it, square brackets turn it.',
+    another: 'Another face',
+    notFitted: (/** @type {string} */ why) => `The face could not be fitted: ${why}.`,
     fitThese: 'Fit the face',
     pointByPoint: 'Point by point',
     correct: 'Correct the points',

@@ -128,12 +128,19 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
   const quality = element('p', { class: 'note' });
   const size = element('p', { class: 'note' });
   const placeAnyway = () => button(text.photo.placeByHand, startPlacing);
+  const retry = button(text.tryAgain, () => void search((visit += 1)));
+  const another = button(text.photo.another, () => {
+    say(text.photo.several(faces.length));
+    view.fit();
+    show('choose');
+    choice.focus();
+  });
 
   /** @type {Partial<Record<Mode, HTMLElement>>} */
   const blocks = {
     busy: element('div', {}, bar, element('div', { class: 'row' }, button(text.photo.cancel, cancel))),
     choose: element('div', { class: 'row' }, placeAnyway()),
-    none: element('div', { class: 'row' }, placeAnyway()),
+    none: element('div', { class: 'row' }, retry, placeAnyway()),
     place: element(
       'div',
       {},
@@ -159,7 +166,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
       'div',
       {},
       quality,
-      element('div', { class: 'row' }, button(text.photo.correct, startAdjusting)),
+      element('div', { class: 'row' }, button(text.photo.correct, startAdjusting), another),
       element(
         'section',
         { class: 'part', 'aria-label': text.photo.change },
@@ -212,6 +219,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     correction.show(points, mode === 'place');
     correction.compare(mode === 'adjust' ? fittedPoints() : null);
     asDetected.hidden = detected === null;
+    another.hidden = faces.length < 2;
     beforeAfter.hidden = mode !== 'ready' || !editable;
     if (mode === 'choose' || points) photoOnStage();
     turn();
@@ -311,14 +319,13 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     editable = false;
     field = null;
     say(text.photo.cancelled);
+    retry.hidden = false;
     show(photo ? 'none' : 'empty');
   }
   /** @param {unknown} error @param {Mode} next */
   function complain(error, next) {
     say(error instanceof Error ? error.message : String(error), true);
     show(next);
-    // A failure that has no sentence of its own is a fault of the page: keep its trace.
-    if (!(error instanceof Error)) throw error;
   }
 
   async function openExample() {
@@ -384,11 +391,13 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     try {
       faces = await findFaces(photo.bitmap, (fraction) => here === visit && (bar.value = fraction));
     } catch (error) {
+      retry.hidden = false;
       if (here === visit) complain(error, 'none');
       return;
     }
     if (here !== visit) return;
     if (faces.length === 0) {
+      retry.hidden = true;
       say(text.photo.none, true);
       return show('none');
     }
@@ -414,6 +423,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     const tall = box[3] - box[1];
     if (tall < LEAST_FACE) {
       say(text.photo.faceTooSmall(tall, LEAST_FACE), true);
+      retry.hidden = true;
       return show(mode === 'adjust' || mode === 'place' ? mode : 'none');
     }
     const from = mode === 'adjust' || mode === 'place' ? mode : 'none';
@@ -448,7 +458,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
       show('ready');
       await follow();
     } catch (error) {
-      if (here === visit && !(error instanceof Cancelled)) complain(error, from === 'none' ? 'adjust' : from);
+      if (here !== visit || error instanceof Cancelled) return;
+      complain(new Error(text.photo.notFitted(error instanceof Error ? error.message : String(error))), from === 'none' ? 'adjust' : from);
     }
   }
 
