@@ -262,6 +262,7 @@ export const text = {
     fitting: 'Fitting the face …',
     empty: 'The file is empty.',
     unreadable: 'This is not a picture that your browser can show.',
+    undecodable: 'Your browser cannot read this kind of picture. JPEG, PNG and WebP are read everywhere.',
     damaged: 'The picture is damaged, and cannot be opened.',
     tooLarge: (/** @type {number} */ megapixels, /** @type {number} */ most) =>
       `The photo has ${Math.round(megapixels)} megapixels; more than ${Math.round(most)} do not fit into a page.`,

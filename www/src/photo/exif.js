@@ -1,58 +1,90 @@
-// The one thing that is wanted of a photo's EXIF: the focal length as if for film. A library for all of
-// EXIF is many times this, and what it would read besides is of no use here.
+// What is wanted of a photo's file before its pixels: how large it is, which way up, and the focal length
+// as if for film. A library for all of EXIF is many times this, and what it would read besides is of no
+// use here.
 
-/** IFD tags of EXIF 2.3. */
+/** Tags of EXIF 2.3. */
+const ORIENTATION = 0x0112;
 const EXIF_IFD = 0x8769;
 const FOCAL_35 = 0xa405;
 
-/** What cameras have; anything else is a mistake. */
+/** What cameras have, mm; anything else is a mistake. */
 const FOCALS = [8, 800];
 
-/**
- * Where the TIFF of a file begins, or -1: in the APP1 of a JPEG, the eXIf of a PNG, the EXIF of a WebP.
- * @param {DataView} view
- */
-function tiffOf(view) {
-  const name = (/** @type {number} */ at, /** @type {number} */ length) =>
-    at + length > view.byteLength ? '' : String.fromCharCode(...new Uint8Array(view.buffer, view.byteOffset + at, length));
-  if (view.byteLength < 16) return -1;
-  if (view.getUint16(0) === 0xffd8) {
-    for (let at = 2; at + 10 < view.byteLength && view.getUint8(at) === 0xff; at += 2 + view.getUint16(at + 2)) {
-      if (view.getUint8(at + 1) === 0xe1 && name(at + 4, 6) === 'Exif\0\0') return at + 10;
-      // The picture itself begins.
-      if (view.getUint8(at + 1) === 0xda) break;
-    }
-  } else if (name(1, 3) === 'PNG') {
-    for (let at = 8; at + 12 <= view.byteLength; at += 12 + view.getUint32(at)) if (name(at + 4, 4) === 'eXIf') return at + 8;
-  } else if (name(0, 4) === 'RIFF' && name(8, 4) === 'WEBP') {
-    for (let at = 12; at + 8 <= view.byteLength; at += 8 + view.getUint32(at + 4, true) + (view.getUint32(at + 4, true) & 1)) {
-      if (name(at, 4) === 'EXIF') return at + (name(at + 8, 6) === 'Exif\0\0' ? 14 : 8);
-    }
-  }
-  return -1;
+/** @param {DataView} view @param {number} at @param {number} length */
+function nameAt(view, at, length) {
+  return at + length > view.byteLength ? '' : String.fromCharCode(...new Uint8Array(view.buffer, view.byteOffset + at, length));
 }
 
 /**
- * The focal length, mm, as if the longer side of the sensor were 36 mm; null where the file does not say.
- * @param {ArrayBuffer} bytes the file, or its beginning
+ * What a file's parts say: its size as stored, and where the TIFF of its EXIF begins, or -1.
+ * @param {DataView} view
  */
-export function focal35(bytes) {
+function partsOf(view) {
+  /** @type {{ kind: string | null, size: [number, number] | null, tiff: number }} */
+  const parts = { kind: null, size: null, tiff: -1 };
+  if (view.byteLength < 16) return parts;
+  if (view.getUint16(0) === 0xffd8) {
+    parts.kind = 'jpeg';
+    for (let at = 2; at + 10 < view.byteLength && view.getUint8(at) === 0xff; at += 2 + view.getUint16(at + 2)) {
+      const marker = view.getUint8(at + 1);
+      if (marker === 0xe1 && nameAt(view, at + 4, 6) === 'Exif\0\0') parts.tiff = at + 10;
+      // A start of frame; three of the sixteen are something else.
+      if (marker >= 0xc0 && marker <= 0xcf && ![0xc4, 0xc8, 0xcc].includes(marker)) {
+        parts.size = [view.getUint16(at + 7), view.getUint16(at + 5)];
+      }
+      // The picture itself begins.
+      if (marker === 0xda) break;
+    }
+  } else if (nameAt(view, 1, 3) === 'PNG') {
+    parts.kind = 'png';
+    for (let at = 8; at + 16 <= view.byteLength; at += 12 + view.getUint32(at)) {
+      const name = nameAt(view, at + 4, 4);
+      if (name === 'IHDR') parts.size = [view.getUint32(at + 8), view.getUint32(at + 12)];
+      if (name === 'eXIf') parts.tiff = at + 8;
+      if (name === 'IDAT') break;
+    }
+  } else if (nameAt(view, 0, 4) === 'RIFF' && nameAt(view, 8, 4) === 'WEBP') {
+    parts.kind = 'webp';
+    for (let at = 12; at + 8 <= view.byteLength; ) {
+      if (nameAt(view, at, 4) === 'EXIF') parts.tiff = at + (nameAt(view, at + 8, 6) === 'Exif\0\0' ? 14 : 8);
+      const length = view.getUint32(at + 4, true);
+      at += 8 + length + (length & 1);
+    }
+  } else if (nameAt(view, 0, 4) === 'GIF8') {
+    parts.kind = 'gif';
+    parts.size = [view.getUint16(6, true), view.getUint16(8, true)];
+  } else if (nameAt(view, 4, 4) === 'ftyp') {
+    parts.kind = 'avif or heif';
+  }
+  return parts;
+}
+
+/**
+ * @param {ArrayBuffer} bytes the file, or its beginning
+ * @returns {{ kind: string | null, size: [number, number] | null, focal35: number | null }} `kind` null: it is no
+ *   picture that is known here; `size`, px, as it is seen, null: it is known after decoding; `focal35`, mm, as if
+ *   the longer side of the sensor were 36 mm, null: the file does not say
+ */
+export function headerOf(bytes) {
   const view = new DataView(bytes);
-  const tiff = tiffOf(view);
-  if (tiff < 0 || tiff + 8 > view.byteLength) return null;
+  const { kind, size, tiff } = partsOf(view);
+  if (tiff < 0 || tiff + 8 > view.byteLength) return { kind, size, focal35: null };
   const little = view.getUint16(tiff) === 0x4949;
-  /** @param {number} ifd @param {number} wanted @returns {number | null} its value */
+  /** @param {number} ifd @param {number} wanted @returns {number} its value; 0 when there is none */
   const find = (ifd, wanted) => {
     const first = tiff + ifd;
-    if (first + 2 > view.byteLength) return null;
+    if (first + 2 > view.byteLength) return 0;
     const count = view.getUint16(first, little);
     for (let entry = first + 2; entry < first + 2 + 12 * count && entry + 12 <= view.byteLength; entry += 12) {
       if (view.getUint16(entry, little) !== wanted) continue;
       return view.getUint16(entry + 2, little) === 3 ? view.getUint16(entry + 8, little) : view.getUint32(entry + 8, little);
     }
-    return null;
+    return 0;
   };
-  const exif = find(view.getUint32(tiff + 4, little), EXIF_IFD);
+  const main = view.getUint32(tiff + 4, little);
+  const exif = find(main, EXIF_IFD);
   const focal = exif && find(exif, FOCAL_35);
-  return focal && focal >= FOCALS[0] && focal <= FOCALS[1] ? focal : null;
+  // From the fifth on, orientations lie on their side.
+  if (size && find(main, ORIENTATION) >= 5) size.reverse();
+  return { kind, size, focal35: focal >= FOCALS[0] && focal <= FOCALS[1] ? focal : null };
 }
