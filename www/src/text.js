@@ -245,7 +245,7 @@ export const text = {
     about: 'Open a portrait: the face in it becomes the face here, every slider says where this person stands, and whatever you change happens to the photo. You can also drop a photo onto the page, or paste one.',
     choose: 'Choose a photo',
     example: 'An example',
-    private: 'The photo stays on this device: nothing is uploaded.',
+    private: 'The photo stays here: nothing is uploaded.',
     canvas: 'The photo. Drag to move it, scroll or pinch to come closer. The arrow keys move it, plus and minus zoom, 0 shows all of it, the space bar held shows it as it was.',
     sides: 'What the stage shows',
     photoSide: 'Photo',
