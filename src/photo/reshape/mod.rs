@@ -36,8 +36,8 @@ pub struct Field {
     pub gain: Vec<[f32; 3]>,
 }
 
-/// Cells along the longer side of the face. A mouth has some 40, an eye 25.
-const CELLS: f64 = 150.0;
+/// Cells along the longer side of the face. A mouth has some 35, an eye 22.
+const CELLS: f64 = 130.0;
 /// What is farther away from the skin that is known to move than this part of the face's longer side
 /// never moves. It is half a head's width.
 const REACH: f64 = 0.45;
@@ -45,7 +45,7 @@ const REACH: f64 = 0.45;
 /// second.
 const FACING: [f64; 2] = [0.3, 0.5];
 /// Cells from the edge of what is trusted to where it is wholly.
-const EDGE: f64 = 4.0;
+const EDGE: f32 = 4.0;
 /// The weight of what is trusted wholly: jumps are spread over half a cell.
 const TRUST: f32 = 4.0;
 /// The weight of what must not move.
@@ -59,6 +59,8 @@ const BEHIND: f64 = 4.0;
 const GAIN: [f64; 2] = [0.75, 1.0 / 0.75];
 /// Shadows are never wholly black: a part of the light from the front that is everywhere.
 const FILL: f64 = 0.1;
+/// Farther than anything is, fifths of a cell.
+const FARTHEST: u16 = u16::MAX / 2;
 /// Motion below this, px, is none.
 const STILL: f32 = 1e-3;
 
@@ -79,6 +81,8 @@ pub struct Edit {
     grid: Grid,
     /// What is seen of the face in the photo, cell by cell.
     raster: Raster,
+    /// The cells that never move.
+    far: Vec<bool>,
 }
 
 /// What a triangle is for an edit.
@@ -174,9 +178,17 @@ impl Edit {
         let grid = Grid::new(low, high, size)
             .ok_or_else(|| Error::Mismatch("no face is seen in the photo".into()))?;
         let own = grid.camera(camera);
+        let raster = Raster::new(&own, [grid.columns, grid.rows], &positions, &triangles);
+        let face = |at: usize| {
+            let triangle = raster.triangles[at];
+            triangle != NOTHING && kinds[triangle as usize] == Kind::Bare
+        };
+        let away = distances(grid.columns, grid.rows, face);
+        let reach = (5.0 * REACH * CELLS) as u16;
         Ok(Self {
+            far: away.into_iter().map(|away| away >= reach).collect(),
             seen: positions.iter().map(|&p| own.project(p)).collect(),
-            raster: Raster::new(&own, [grid.columns, grid.rows], &positions, &triangles),
+            raster,
             camera: own,
             light,
             positions,
@@ -283,13 +295,11 @@ impl Edit {
         let Grid { columns, rows, .. } = self.grid;
         let trusted: Vec<bool> = known.weights.iter().map(|&w| w > INSIDE).collect();
         let inside = distances(columns, rows, |at| !trusted[at]);
-        let outside = distances(columns, rows, |at| trusted[at]);
-        let reach = (REACH * CELLS) as f32;
         for at in 0..columns * rows {
             if trusted[at] {
                 // The edge itself is mixed with what is beside it.
-                known.weights[at] *= ((f64::from(inside[at]) - 1.0) / EDGE).clamp(0.0, 1.0) as f32;
-            } else if outside[at] >= reach {
+                known.weights[at] *= ((f32::from(inside[at]) / 5.0 - 1.0) / EDGE).clamp(0.0, 1.0);
+            } else if self.far[at] {
                 known.weights[at] = HELD;
                 known.values[at] = [0.0; CHANNELS];
             }
@@ -355,40 +365,28 @@ fn mix(share: [f64; 3], corners: [DVec3; 3]) -> DVec3 {
     corners[0] * share[0] + corners[1] * share[1] + corners[2] * share[2]
 }
 
-/// The distance of each cell to the nearest of some, cells, to within a twentieth (chamfer of 5 and 7,
-/// Borgefors 1986); infinite when there are none.
-fn distances(columns: usize, rows: usize, is_one: impl Fn(usize) -> bool) -> Vec<f32> {
-    let mut far: Vec<f32> = (0..columns * rows)
-        .map(|at| if is_one(at) { 0.0 } else { f32::INFINITY })
-        .collect();
-    let diagonal = 1.4;
-    let relax = |far: &mut [f32], x: usize, y: usize, sign: isize| {
-        let at = y * columns + x;
-        let mut least = far[at];
-        let beside = [
-            (-1, 0, 1.0),
-            (-1, -1, diagonal),
-            (0, -1, 1.0),
-            (1, -1, diagonal),
-        ];
-        for (dx, dy, length) in beside {
-            let (Some(x), Some(y)) = (
-                x.checked_add_signed(sign * dx),
-                y.checked_add_signed(sign * dy),
-            ) else {
-                continue;
-            };
-            if x < columns && y < rows {
-                least = least.min(far[y * columns + x] + length);
+/// The distance of each cell to the nearest of some, fifths of a cell, to within a twentieth (chamfer of
+/// 5 and 7, Borgefors 1986); [`FARTHEST`] when there are none.
+fn distances(columns: usize, rows: usize, is_one: impl Fn(usize) -> bool) -> Vec<u16> {
+    // A border of its own, so that every cell has all of its neighbours.
+    let width = columns + 2;
+    let mut far = vec![FARTHEST; width * (rows + 2)];
+    for y in 0..rows {
+        for x in 0..columns {
+            if is_one(y * columns + x) {
+                far[(y + 1) * width + x + 1] = 0;
             }
         }
-        far[at] = least;
-    };
-    for y in 0..rows {
-        (0..columns).for_each(|x| relax(&mut far, x, y, 1));
     }
-    for y in (0..rows).rev() {
-        (0..columns).rev().for_each(|x| relax(&mut far, x, y, -1));
+    let steps = [(1, 5), (width + 1, 7), (width, 5), (width - 1, 7)];
+    let inner = || (1..=rows).flat_map(|y| (1..=columns).map(move |x| y * width + x));
+    for at in inner() {
+        let least = steps.map(|(back, length)| far[at - back] + length);
+        far[at] = least.into_iter().fold(far[at], u16::min);
     }
-    far
+    for at in inner().rev() {
+        let least = steps.map(|(ahead, length)| far[at + ahead] + length);
+        far[at] = least.into_iter().fold(far[at], u16::min);
+    }
+    inner().map(|at| far[at]).collect()
 }
