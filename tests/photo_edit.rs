@@ -5,6 +5,7 @@ mod common;
 
 use glam::{DVec2, DVec3, Vec3};
 use phiz::anatomy::Landmark;
+use phiz::photo::raster::{NOTHING, Raster, barycentric};
 use phiz::photo::{Camera, Edit, Field, HARMONICS, Image, Light};
 use phiz::{Face, Random, Randomize};
 
@@ -394,4 +395,102 @@ fn what_cannot_be_edited_is_refused() {
     );
     let edit = edit(&face, &camera([0.0; 3]), None);
     assert!(edit.field(positions, &normals[1..]).is_err());
+}
+
+/// A picture of a face whose skin has some linear albedo at each vertex, in a light, on green.
+fn picture(face: &Face, camera: &Camera, light: &Light, albedo: &[DVec3]) -> Vec<u8> {
+    let triangles = face.model().parts().topology.triangles();
+    let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+    let size = SIZE.map(|s| s as usize);
+    let raster = Raster::new(camera, size, &positions, &triangles);
+    let mut rgba = Vec::with_capacity(4 * size[0] * size[1]);
+    for (at, &triangle) in raster.triangles.iter().enumerate() {
+        let mut colour = DVec3::new(0.0, 0.5, 0.0);
+        if triangle != NOTHING {
+            let corners = triangles[triangle as usize].map(|v| v as usize);
+            let here = DVec2::new((at % size[0]) as f64, (at / size[0]) as f64) + 0.5;
+            let share = barycentric(here, corners.map(|v| camera.project(positions[v])));
+            let mix = |of: &dyn Fn(usize) -> DVec3| -> DVec3 {
+                (0..3).map(|i| of(corners[i]) * share[i]).sum()
+            };
+            let normal = mix(&|v| face.normals()[v].as_dvec3()).normalize();
+            colour = mix(&|v| albedo[v]) * light.shade(normal);
+        }
+        let coded = colour.to_array().map(|c| match c <= 0.0031308 {
+            true => 12.92 * c,
+            false => 1.055 * c.powf(1.0 / 2.4) - 0.055,
+        });
+        rgba.extend(coded.map(|c| (255.0 * c.min(1.0)).round() as u8));
+        rgba.push(255);
+    }
+    rgba
+}
+
+#[test]
+fn a_head_wears_the_photo_without_its_light() {
+    let face = person(9);
+    let model = face.model();
+    let parts = model.parts();
+    // Turned: the right side of the face is hardly seen. Skin is striped across, the same on both sides.
+    let camera = camera([0.6, 0.0, 0.0]);
+    let albedo: Vec<DVec3> = (parts.mean.iter())
+        .map(|p| DVec3::new(0.5, 0.35, 0.25) * (1.0 + 0.2 * f64::from(p.y / 9.0).sin()))
+        .collect();
+    let light = window();
+    let rgba = picture(&face, &camera, &light, &albedo);
+    let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+    let worn = edit(&face, &camera, Some(light))
+        .texture(&image, 512)
+        .unwrap();
+    assert_eq!(worn.rgba.len(), 4 * 512 * 512);
+    let linear = |byte: u8| (f64::from(byte) / 255.0 + 0.055).powf(2.4) / 1.055_f64.powf(2.4);
+    // Over the true albedo, which is known but for the exposure.
+    let mut ratios: [Vec<f64>; 2] = Default::default();
+    for (v, uv) in parts.topology.uvs[..parts.mean.len()].iter().enumerate() {
+        let [x, y] = [uv[0], 1.0 - uv[1]].map(|c| ((c * 512.0) as usize).min(511));
+        let at = 4 * (512 * y + x);
+        if worn.rgba[at + 3] > 230 && parts.mean[v].x.abs() > 15.0 {
+            let side = usize::from(parts.mean[v].x > 0.0);
+            ratios[side].push(linear(worn.rgba[at]) / albedo[v].x);
+        }
+    }
+    let [right, left] = ratios.map(|mut all| {
+        all.sort_unstable_by(f64::total_cmp);
+        assert!(all.len() > 300, "{}", all.len());
+        [0.1, 0.5, 0.9].map(|q| all[(q * (all.len() - 1) as f64) as usize])
+    });
+    // Stripes are some cells of the picture wide, so a tenth of their height is lost.
+    for [low, median, high] in [right, left] {
+        assert!(
+            low / median > 0.92 && high / median < 1.08,
+            "{low}, {median}, {high}"
+        );
+    }
+    assert!(
+        (right[1] / left[1] - 1.0).abs() < 0.05,
+        "{right:?}, {left:?}"
+    );
+    // Nothing of the wall is on the skin.
+    let skin = parts.topology.part_vertices("skin");
+    let green = skin.iter().filter(|&&v| {
+        let [u, w] = parts.topology.uvs[v as usize];
+        let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
+        let pixel = &worn.rgba[4 * (512 * y + x)..][..3];
+        pixel[1] > pixel[0]
+    });
+    assert_eq!(green.count(), 0);
+}
+
+#[test]
+fn colours_that_nobody_knows_are_refused() {
+    let face = person(1);
+    let grey = vec![128; (4 * SIZE[0] * SIZE[1]) as usize];
+    let image = Image::new(SIZE[0], SIZE[1], &grey).unwrap();
+    let dark = edit(&face, &camera([0.0; 3]), None).texture(&image, 512);
+    assert!(dark.unwrap_err().to_string().contains("without the light"));
+    let lit = edit(&face, &camera([0.0; 3]), Some(window()));
+    for size in [0, 63, 4097] {
+        let why = lit.texture(&image, size).unwrap_err().to_string();
+        assert!(why.contains("from 64 to 4096 texels"), "{why}");
+    }
 }

@@ -26,14 +26,17 @@ mod light;
 pub mod raster;
 mod reshape;
 mod shape;
+mod sight;
 mod solver;
 mod start;
+mod texture;
 
 use glam::{DVec2, DVec3};
 
 pub use camera::Camera;
 pub use light::{HARMONICS, Image, Light};
 pub use reshape::{Edit, Field};
+pub use texture::Texture;
 
 use crate::{Error, Expressions, FaceModel, Result};
 use contour::JAW;
@@ -317,4 +320,14 @@ fn checked(photo: &Photo) -> Result<Vec<DVec2>> {
         }
     }
     Ok(photo.points.iter().map(|&p| DVec2::from_array(p)).collect())
+}
+
+/// Whether so many positions and normals are a mesh's.
+fn check_mesh(positions: usize, normals: usize, vertices: usize) -> Result<()> {
+    if positions != vertices || normals != vertices {
+        return Err(Error::Mismatch(format!(
+            "{positions} positions and {normals} normals are no face of {vertices} vertices"
+        )));
+    }
+    Ok(())
 }

@@ -13,8 +13,8 @@ mod render;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::light::bare;
-use super::raster::{NOTHING, Raster};
-use super::{Camera, Light};
+use super::raster::{NOTHING, Raster, barycentric};
+use super::{Camera, Image, Light, Texture, check_mesh};
 use crate::anatomy::Landmark;
 use crate::{Error, FaceModel, Result};
 use membrane::{CHANNELS, Cell, Known};
@@ -67,7 +67,11 @@ const STILL: f32 = 1e-3;
 /// A photo of a face whose shape can be changed.
 #[derive(Debug, Clone)]
 pub struct Edit {
+    model: FaceModel,
+    /// The photo's.
     camera: Camera,
+    /// One whose pixels are the cells.
+    own: Camera,
     light: Option<Light>,
     /// The face in the photo.
     positions: Vec<DVec3>,
@@ -149,7 +153,7 @@ impl Edit {
         normals: &[Vec3],
     ) -> Result<Self> {
         let parts = model.parts();
-        check(positions, normals, parts.mean.len())?;
+        check_mesh(positions.len(), normals.len(), parts.mean.len())?;
         let topology = &parts.topology;
         let triangles = topology.triangles();
         let bare = bare(model);
@@ -189,7 +193,9 @@ impl Edit {
             far: away.into_iter().map(|away| away >= reach).collect(),
             seen: positions.iter().map(|&p| own.project(p)).collect(),
             raster,
-            camera: own,
+            model: model.clone(),
+            camera: *camera,
+            own,
             light,
             positions,
             normals: normals.to_vec(),
@@ -205,7 +211,7 @@ impl Edit {
     /// # Errors
     /// When the mesh is not the model's.
     pub fn field(&self, positions: &[Vec3], normals: &[Vec3]) -> Result<Option<Field>> {
-        check(positions, normals, self.positions.len())?;
+        check_mesh(positions.len(), normals.len(), self.positions.len())?;
         let moved: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
         if moved == self.positions {
             return Ok(None);
@@ -214,11 +220,23 @@ impl Edit {
         Ok(self.field_of(cells))
     }
 
+    /// The colours of the head in the photo, as its light shows them, with a side of `size` texels.
+    ///
+    /// # Errors
+    /// When no light is known, or the size is not from 64 to 4096.
+    pub fn texture(&self, image: &Image, size: usize) -> Result<Texture> {
+        let light = self.light.as_ref().ok_or_else(|| {
+            Error::Mismatch("without the light on it nobody knows a face's colours".into())
+        })?;
+        let mesh = (&self.positions[..], &self.normals[..]);
+        Texture::of(&self.model, &self.camera, light, mesh, image, size)
+    }
+
     /// What is known of the cells' motion and of the logarithm of their gain.
     fn known(&self, moved: &[DVec3], normals: &[Vec3]) -> Known {
         let Grid { columns, rows, .. } = self.grid;
-        let seen: Vec<DVec2> = moved.iter().map(|&p| self.camera.project(p)).collect();
-        let raster = Raster::new(&self.camera, [columns, rows], moved, &self.triangles);
+        let seen: Vec<DVec2> = moved.iter().map(|&p| self.own.project(p)).collect();
+        let raster = Raster::new(&self.own, [columns, rows], moved, &self.triangles);
         let hold = self.mouth(moved);
         let eye = self.camera.position();
         let mut known = Known::new(columns, rows);
@@ -249,7 +267,7 @@ impl Edit {
                     let motion =
                         (0..3).map(|i| (self.seen[corners[i]] - seen[corners[i]]) * share[i]);
                     let motion: DVec2 = motion.sum();
-                    let depth = self.camera.to_camera(before).z;
+                    let depth = self.own.to_camera(before).z;
                     if !(trust > 0.0) || depth > self.raster.depth(here + motion) + BEHIND {
                         continue;
                     }
@@ -270,7 +288,7 @@ impl Edit {
             let each = self.lips.iter().map(|l| {
                 let stencil = l.stencil.iter();
                 let p = stencil.map(|&(v, w)| positions[v as usize] * w).sum();
-                self.camera.project(p)
+                self.own.project(p)
             });
             each.sum::<DVec2>() / self.lips.len().max(1) as f64
         };
@@ -339,26 +357,6 @@ impl Edit {
             gain,
         })
     }
-}
-
-/// Whether positions and normals are a mesh's.
-fn check(positions: &[Vec3], normals: &[Vec3], vertices: usize) -> Result<()> {
-    if positions.len() != vertices || normals.len() != vertices {
-        return Err(Error::Mismatch(format!(
-            "{} positions and {} normals are no face of {vertices} vertices",
-            positions.len(),
-            normals.len()
-        )));
-    }
-    Ok(())
-}
-
-/// The shares of a triangle's corners in a point of its plane.
-fn barycentric(p: DVec2, [a, b, c]: [DVec2; 3]) -> [f64; 3] {
-    let double_area = (b - a).perp_dot(c - a);
-    let u = (c - b).perp_dot(p - b) / double_area;
-    let v = (a - c).perp_dot(p - c) / double_area;
-    [u, v, 1.0 - u - v]
 }
 
 fn mix(share: [f64; 3], corners: [DVec3; 3]) -> DVec3 {
