@@ -400,6 +400,31 @@ bench_kernels() {
         "target/bench/$build/bench_bg.wasm" -o "target/bench/$build/bench_bg.wasm"
 }
 
+# bench_offline: target/bench/offline.json, or a word why there is none.
+bench_offline() {
+    local venv=target/peers/venv-bench program
+    rm -f target/bench/offline.json
+    if ! have python3 || ! python3 -m venv --help >/dev/null 2>&1; then
+        say "Without Python and its venv the offline peers are skipped"
+        return
+    fi
+    quietly bench-peers bench_peers "$venv"
+    quietly bench-offline cargo bench --no-run --locked --features fit --bench offline
+    program=$(sed -n 's/^ *Executable .*(\(.*\))$/\1/p' "$LOGS/bench-offline.log")
+    say "The offline half beside its peers"
+    "$venv/bin/python" tests/bench/offline.py "$program" www/public/model.phiz \
+        target/bench/offline.json
+}
+
+bench_peers() {
+    local venv=$1 wanted=tests/bench/requirements.txt
+    cmp -s "$wanted" "$venv/requirements.txt" && return
+    rm -rf "$venv"
+    python3 -m venv "$venv"
+    "$venv/bin/pip" install --quiet --requirement "$wanted"
+    cp "$wanted" "$venv/requirements.txt"
+}
+
 bench() {
     say "Setting up"
     need_node
@@ -409,6 +434,7 @@ bench() {
     site
     bench_kernels scalar ""
     bench_kernels simd "-C target-feature=+simd128" --enable-simd
+    bench_offline
     say "Phiz beside its peers; a few minutes"
     node tests/bench/bench.js
 }

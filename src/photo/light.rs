@@ -47,6 +47,24 @@ impl<'a> Image<'a> {
         })
     }
 
+    /// The linear light, 0 to 1, at a point (px), between the middles of four pixels; `None` outside.
+    pub(super) fn at(&self, p: DVec2) -> Option<DVec3> {
+        let size = DVec2::new(self.width as f64, self.height as f64);
+        if !(p.min_element() >= 0.0 && p.x < size.x && p.y < size.y) {
+            return None;
+        }
+        let q = (p - 0.5).clamp(DVec2::ZERO, size - 1.0);
+        let low = q.as_usizevec2();
+        let part = q - low.as_dvec2();
+        let high = (low + 1).min((size - 1.0).as_usizevec2());
+        let pixel = |x: usize, y: usize| {
+            let at = 4 * (y * self.width + x);
+            linear([self.rgba[at], self.rgba[at + 1], self.rgba[at + 2]])
+        };
+        let row = |y: usize| pixel(low.x, y).lerp(pixel(high.x, y), part.x);
+        Some(row(low.y).lerp(row(high.y), part.y))
+    }
+
     /// The mean linear light, 0 to 1, of the pixels whose middles are within `reach` px of a point along
     /// both axes, at least of the pixel that it is in; `None` outside of the image.
     fn mean(&self, p: DVec2, reach: f64) -> Option<DVec3> {
@@ -69,8 +87,16 @@ impl<'a> Image<'a> {
     }
 }
 
+/// The sRGB value, 0 to 1, of a linear light (IEC 61966-2-1).
+pub(super) fn encoded(light: f64) -> f64 {
+    match light <= 0.003_130_8 {
+        true => 12.92 * light.max(0.0),
+        false => 1.055 * light.min(1.0).powf(1.0 / 2.4) - 0.055,
+    }
+}
+
 /// The linear light of an sRGB colour, 0 to 1 a channel (IEC 61966-2-1).
-fn linear(colour: [u8; 3]) -> DVec3 {
+pub(super) fn linear(colour: [u8; 3]) -> DVec3 {
     DVec3::from_array(colour.map(linear_byte))
 }
 

@@ -29,12 +29,6 @@ impl Raster {
         positions: &[DVec3],
         triangles: &[[u32; 3]],
     ) -> Self {
-        let mut raster = Self {
-            width,
-            height,
-            triangles: vec![NOTHING; width * height],
-            depths: vec![f32::INFINITY; width * height],
-        };
         // One over the depth is linear in the image.
         let seen: Vec<DVec3> = positions
             .iter()
@@ -43,8 +37,24 @@ impl Raster {
                 (camera.centre + q.truncate() * (camera.focal / q.z)).extend(1.0 / q.z)
             })
             .collect();
-        for (corners, t) in triangles.iter().zip(0..) {
-            raster.draw(t, corners.map(|v| seen[v as usize]));
+        let corners = triangles.iter().map(|t| t.map(|v| seen[v as usize]));
+        Self::of([width, height], corners)
+    }
+
+    /// Of triangles whose corners are in the image (px) and have the third number as one over their
+    /// depths; what has none above 0 is left out.
+    pub fn of(
+        [width, height]: [usize; 2],
+        triangles: impl IntoIterator<Item = [DVec3; 3]>,
+    ) -> Self {
+        let mut raster = Self {
+            width,
+            height,
+            triangles: vec![NOTHING; width * height],
+            depths: vec![f32::INFINITY; width * height],
+        };
+        for (corners, t) in triangles.into_iter().zip(0..) {
+            raster.draw(t, corners);
         }
         raster
     }
@@ -66,9 +76,7 @@ impl Raster {
         for y in first(low.y)..end(high.y, self.height) {
             for x in first(low.x)..end(high.x, self.width) {
                 let p = DVec2::new(x as f64, y as f64) + 0.5;
-                let u = (c - b).perp_dot(p - b) / double_area;
-                let v = (a - c).perp_dot(p - c) / double_area;
-                let w = 1.0 - u - v;
+                let [u, v, w] = barycentric(p, [a, b, c]);
                 if u < 0.0 || v < 0.0 || w < 0.0 {
                     continue;
                 }
@@ -93,6 +101,14 @@ impl Raster {
             false => f64::INFINITY,
         }
     }
+}
+
+/// The shares of a triangle's corners in a point of its plane.
+pub fn barycentric(p: DVec2, [a, b, c]: [DVec2; 3]) -> [f64; 3] {
+    let double_area = (b - a).perp_dot(c - a);
+    let u = (c - b).perp_dot(p - b) / double_area;
+    let v = (a - c).perp_dot(p - c) / double_area;
+    [u, v, 1.0 - u - v]
 }
 
 #[cfg(test)]

@@ -116,6 +116,15 @@ impl PhotoEdit {
         Ok(object.into())
     }
 
+    /// The colours of the head in the photo, of pixels of the size that it was opened with: sRGB and
+    /// how much of it is the photo's, with a side of `size` texels.
+    pub fn texture(&self, rgba: &[u8], size: u32) -> Result<Vec<u8>, JsError> {
+        let [width, height] = self.size;
+        let image = Image::new(width, height, rgba).map_err(error)?;
+        let texture = self.edit.texture(&image, size as usize).map_err(error)?;
+        Ok(texture.rgba)
+    }
+
     /// The photo of another face and expression, of pixels of the size that it was opened with.
     pub fn render(
         &mut self,

@@ -94,6 +94,8 @@ console.log(`\nthe page's first face took ${page.toFixed(0)} ms, a sphere of its
 
 const target = new URL('../../target/', import.meta.url);
 await mkdir(target, { recursive: true });
-const all = { cpu: cpus()[0].model, nodeVersion: process.version, three, node, chromium, first };
+// Made just before, where there is Python.
+const offline = await file('target/bench/offline.json').then(JSON.parse, () => null);
+const all = { cpu: cpus()[0].model, nodeVersion: process.version, three, node, chromium, first, offline };
 await writeFile(new URL('bench.json', target), `${JSON.stringify(all, null, 2)}\n`);
 say('target/bench.json');

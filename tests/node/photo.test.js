@@ -105,6 +105,58 @@ describe('a photo', () => {
     await assert.rejects(model.fitPhoto({ ...photo, rgba: grey.subarray(4) }), /bytes are no photo of 640 x 480/);
   });
 
+  test('changes with the face, and not without', async () => {
+    const { width, height } = SIZE;
+    const noise = Uint8ClampedArray.from({ length: 4 * width * height }, (_, i) => (i * 7919) % 251);
+    const fit = await model.fitPhoto({ ...SIZE, points });
+    const edit = await model.editPhoto({ ...SIZE, fit });
+    const face = model.fromCode(fit.code);
+    assert.equal(edit.field(face), null);
+    assert.deepEqual(edit.render(face, noise), noise);
+    const before = face.measure('nose width');
+    face.setMeasure('nose width', before + 6);
+    const field = edit.field(face);
+    assert.equal(field.motion.length, 2 * field.columns * field.rows);
+    assert.equal(field.gain.length, 3 * field.columns * field.rows);
+    // Some 3 mm to a side at 700 mm through a lens of 900 px, and less where the head looks past.
+    const most = field.motion.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
+    assert.ok(most > 1.5 && most < 8, `${most} px`);
+    const changed = edit.render(face, noise);
+    const rows = new Set();
+    changed.forEach((byte, i) => byte !== noise[i] && rows.add(Math.floor(i / 4 / width)));
+    const nose = points[61];
+    assert.ok(rows.has(Math.round(nose)), 'beside the nose');
+    // A plain object is as good; the same shape gives the same pixels.
+    assert.deepEqual(edit.render({ code: face.code, expression: {} }, noise), changed);
+    face.code = fit.code;
+    assert.deepEqual(edit.render(face, noise), noise, 'and back');
+    assert.throws(() => edit.field({ code: face.code, expression: { jawOpen: 1 } }), /no expression "jawOpen"/);
+    assert.throws(() => edit.field({ code: 'nothing', expression: {} }), Error);
+    assert.throws(() => edit.render(face, noise.subarray(4)), /bytes are no photo of 640 x 480/);
+    face.setMeasure('nose width', before + 6);
+    assert.throws(() => edit.render(face, noise.subarray(4)), /bytes are no photo of 640 x 480/);
+    edit.free();
+    assert.throws(() => edit.field(face), /was freed/);
+    face.free();
+  });
+
+  test('changes with an expression', async () => {
+    const smiling = await load(bytes);
+    await smiling.loadExpressions(await file('expressions.phiz'));
+    const face = smiling.face();
+    face.randomize({ seed: 4 });
+    face.express('jawOpen', 0.4);
+    const fit = await smiling.fitPhoto({ ...SIZE, points: seen(face) });
+    const edit = await smiling.editPhoto({ ...SIZE, fit });
+    const shown = smiling.fromCode(fit.code);
+    shown.expression = fit.expression;
+    assert.equal(edit.field(shown), null, 'the expression is in the photo');
+    shown.express('jawOpen', 0);
+    assert.ok(edit.field(shown), 'the mouth shuts');
+    smiling.free();
+    edit.free();
+  });
+
   test('that is none is an error or refused, in a sentence', async () => {
     const fails = (photo, why) => assert.rejects(model.fitPhoto({ ...SIZE, points, ...photo }), why);
     await fails({ points: points.slice(2) }, /67 points were given, a face has 68/);

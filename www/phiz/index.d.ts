@@ -133,6 +133,13 @@ export interface PhotoEdit {
   field(shape: PhotoShape): PhotoField | null;
   /** The photo's pixels, changed so: by the processor, without WebGL. */
   render(shape: PhotoShape, rgba: Uint8Array | Uint8ClampedArray): Uint8ClampedArray;
+  /**
+   * The head's colours as the photo has them, without its light: `size` x `size` texels in the model's
+   * texture coordinates, row by row from v = 1, sRGB; alpha is how much of it is the photo's. What the
+   * camera does not see is taken from the other side, or continued.
+   * @throws Error when the fit has no light (see `PhotoPoints.rgba`).
+   */
+  texture(rgba: Uint8Array | Uint8ClampedArray, size?: number): Uint8ClampedArray;
   /** Gives its memory back. */
   free(): void;
 }

@@ -378,6 +378,10 @@ class PhotoEdit {
   render({ code, expression }, rgba) {
     return new Uint8ClampedArray(this.#live.render(rgba, code, this.#weigh(expression)).buffer);
   }
+  /** @param {Uint8Array | Uint8ClampedArray} rgba */
+  texture(rgba, size = 1024) {
+    return new Uint8ClampedArray(this.#live.texture(rgba, pixels('texture', size)).buffer);
+  }
   free() {
     this.#raw?.free();
     this.#raw = null;

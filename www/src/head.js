@@ -1,4 +1,4 @@
-import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
+import { Box3, BufferAttribute, BufferGeometry, Color, DataTexture, DynamicDrawUsage, Group, LinearFilter, LinearMipmapLinearFilter, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { createEyes } from './eyes.js';
 import { createLashes } from './lashes.js';
 import { ambientOcclusion, smoothed } from './occlusion.js';
@@ -101,6 +101,7 @@ export function createHead(model, face) {
   geometry.setAttribute('position', position);
   geometry.setAttribute('normal', normal);
   geometry.setAttribute('mark', mark);
+  geometry.setAttribute('uv', new BufferAttribute(model.uvs.slice(), 2));
   const heat = new BufferAttribute(new Float32Array(3 * cornerCount), 3).setUsage(DynamicDrawUsage);
   geometry.setAttribute('heat', heat);
   geometry.setAttribute('rest', perCorner((v, k) => rest[3 * v + k], 3));
@@ -259,6 +260,27 @@ export function createHead(model, face) {
     heat.needsUpdate = true;
   }
 
+  /** @type {DataTexture | null} */
+  let worn = null;
+  /**
+   * Shows a person's own colours in place of the skin's; null takes them off.
+   * @param {{ size: number, rgba: Uint8ClampedArray } | null} texture as `PhotoEdit.texture` has it
+   */
+  function wear(texture) {
+    worn?.dispose();
+    worn = null;
+    skin.uniforms.worn.value = texture ? 1 : 0;
+    if (!texture) return;
+    worn = new DataTexture(texture.rgba, texture.size, texture.size);
+    worn.colorSpace = SRGBColorSpace;
+    worn.flipY = true;
+    worn.generateMipmaps = true;
+    worn.minFilter = LinearMipmapLinearFilter;
+    worn.magFilter = LinearFilter;
+    worn.needsUpdate = true;
+    skin.uniforms.wornMap.value = worn;
+  }
+
   /**
    * Tells features apart, which takes a model that has them: the head may be drawn from one that is
    * a face and no more.
@@ -282,6 +304,7 @@ export function createHead(model, face) {
     update,
     highlight,
     paintHeat,
+    wear,
     groupAt,
     divide,
     /** @param {typeof turnsOf} turns how far expressions turn the eyes */

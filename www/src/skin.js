@@ -1,4 +1,4 @@
-import { Color, MeshPhysicalMaterial, ShaderChunk, Vector4 } from 'three';
+import { Color, DataTexture, MeshPhysicalMaterial, ShaderChunk, Vector4 } from 'three';
 import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
 
 // Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
@@ -48,6 +48,9 @@ const DECLARATIONS = /* glsl */ `
   uniform vec3 accent;
   uniform vec2 markStrength;
   uniform float faceDepth;
+  varying vec2 vWorn;
+  uniform sampler2D wornMap;
+  uniform float worn;
   ${BACKDROP_GLSL}
 
   // Relief and mottling, projected along the three axes of the head at rest.
@@ -95,6 +98,7 @@ const COLOUR = /* glsl */ `
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * 0.66);
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
+  if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb, worn);
   float marked = dot(smoothstep(0.15, 0.85, vMark), markStrength);
   vec2 rim = smoothstep(0.0, 0.45, vMark) * smoothstep(1.0, 0.55, vMark);
   diffuseColor.rgb = mix(tone, accent * (0.35 + 0.9 * dot(tone, vec3(0.33))), clamp(marked * 0.1 + dot(rim, markStrength) * 0.3, 0.0, 0.5));
@@ -161,6 +165,9 @@ export function createSkin({ tone, pores, face, brows, depth }) {
     markStrength: { value: [0, 0] },
     faceDepth: { value: depth },
     heatStrength: { value: 0 },
+    /** A person's own colours, and how much of them shows. */
+    wornMap: { value: new DataTexture(new Uint8Array(4), 1, 1) },
+    worn: { value: 0 },
   };
   const material = new MeshPhysicalMaterial({
     color: tone,
@@ -186,7 +193,8 @@ export function createSkin({ tone, pores, face, brows, depth }) {
         varying vec3 vShade;
         varying vec2 vMark;
         attribute vec3 heat;
-        varying vec3 vHeat;`,
+        varying vec3 vHeat;
+        varying vec2 vWorn;`,
       )
       .replace(
         '#include <begin_vertex>',
@@ -195,7 +203,8 @@ export function createSkin({ tone, pores, face, brows, depth }) {
         vRestNormal = restNormal;
         vShade = shade;
         vMark = mark;
-        vHeat = heat;`,
+        vHeat = heat;
+        vWorn = uv;`,
       );
     shader.fragmentShader = shader.fragmentShader
       .replace('#include <common>', `#include <common>\nuniform mat3 normalMatrix;\n${DECLARATIONS}`)

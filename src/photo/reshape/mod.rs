@@ -13,8 +13,8 @@ mod render;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::light::bare;
-use super::raster::{NOTHING, Raster};
-use super::{Camera, Light};
+use super::raster::{NOTHING, Raster, barycentric};
+use super::{Camera, Image, Light, Texture, check_mesh};
 use crate::anatomy::Landmark;
 use crate::{Error, FaceModel, Result};
 use membrane::{CHANNELS, Cell, Known};
@@ -36,8 +36,8 @@ pub struct Field {
     pub gain: Vec<[f32; 3]>,
 }
 
-/// Cells along the longer side of the face. A mouth has some 40, an eye 25.
-const CELLS: f64 = 150.0;
+/// Cells along the longer side of the face. A mouth has some 35, an eye 22.
+const CELLS: f64 = 130.0;
 /// What is farther away from the skin that is known to move than this part of the face's longer side
 /// never moves. It is half a head's width.
 const REACH: f64 = 0.45;
@@ -45,7 +45,7 @@ const REACH: f64 = 0.45;
 /// second.
 const FACING: [f64; 2] = [0.3, 0.5];
 /// Cells from the edge of what is trusted to where it is wholly.
-const EDGE: f64 = 4.0;
+const EDGE: f32 = 4.0;
 /// The weight of what is trusted wholly: jumps are spread over half a cell.
 const TRUST: f32 = 4.0;
 /// The weight of what must not move.
@@ -59,13 +59,19 @@ const BEHIND: f64 = 4.0;
 const GAIN: [f64; 2] = [0.75, 1.0 / 0.75];
 /// Shadows are never wholly black: a part of the light from the front that is everywhere.
 const FILL: f64 = 0.1;
+/// Farther than anything is, fifths of a cell.
+const FARTHEST: u16 = u16::MAX / 2;
 /// Motion below this, px, is none.
 const STILL: f32 = 1e-3;
 
 /// A photo of a face whose shape can be changed.
 #[derive(Debug, Clone)]
 pub struct Edit {
+    model: FaceModel,
+    /// The photo's.
     camera: Camera,
+    /// One whose pixels are the cells.
+    own: Camera,
     light: Option<Light>,
     /// The face in the photo.
     positions: Vec<DVec3>,
@@ -79,6 +85,8 @@ pub struct Edit {
     grid: Grid,
     /// What is seen of the face in the photo, cell by cell.
     raster: Raster,
+    /// The cells that never move.
+    far: Vec<bool>,
 }
 
 /// What a triangle is for an edit.
@@ -145,7 +153,7 @@ impl Edit {
         normals: &[Vec3],
     ) -> Result<Self> {
         let parts = model.parts();
-        check(positions, normals, parts.mean.len())?;
+        check_mesh(positions.len(), normals.len(), parts.mean.len())?;
         let topology = &parts.topology;
         let triangles = topology.triangles();
         let bare = bare(model);
@@ -174,10 +182,20 @@ impl Edit {
         let grid = Grid::new(low, high, size)
             .ok_or_else(|| Error::Mismatch("no face is seen in the photo".into()))?;
         let own = grid.camera(camera);
+        let raster = Raster::new(&own, [grid.columns, grid.rows], &positions, &triangles);
+        let face = |at: usize| {
+            let triangle = raster.triangles[at];
+            triangle != NOTHING && kinds[triangle as usize] == Kind::Bare
+        };
+        let away = distances(grid.columns, grid.rows, face);
+        let reach = (5.0 * REACH * CELLS) as u16;
         Ok(Self {
+            far: away.into_iter().map(|away| away >= reach).collect(),
             seen: positions.iter().map(|&p| own.project(p)).collect(),
-            raster: Raster::new(&own, [grid.columns, grid.rows], &positions, &triangles),
-            camera: own,
+            raster,
+            model: model.clone(),
+            camera: *camera,
+            own,
             light,
             positions,
             normals: normals.to_vec(),
@@ -193,7 +211,7 @@ impl Edit {
     /// # Errors
     /// When the mesh is not the model's.
     pub fn field(&self, positions: &[Vec3], normals: &[Vec3]) -> Result<Option<Field>> {
-        check(positions, normals, self.positions.len())?;
+        check_mesh(positions.len(), normals.len(), self.positions.len())?;
         let moved: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
         if moved == self.positions {
             return Ok(None);
@@ -202,11 +220,23 @@ impl Edit {
         Ok(self.field_of(cells))
     }
 
+    /// The colours of the head in the photo, as its light shows them, with a side of `size` texels.
+    ///
+    /// # Errors
+    /// When no light is known, or the size is not from 64 to 4096.
+    pub fn texture(&self, image: &Image, size: usize) -> Result<Texture> {
+        let light = self.light.as_ref().ok_or_else(|| {
+            Error::Mismatch("without the light on it nobody knows a face's colours".into())
+        })?;
+        let mesh = (&self.positions[..], &self.normals[..]);
+        Texture::of(&self.model, &self.camera, light, mesh, image, size)
+    }
+
     /// What is known of the cells' motion and of the logarithm of their gain.
     fn known(&self, moved: &[DVec3], normals: &[Vec3]) -> Known {
         let Grid { columns, rows, .. } = self.grid;
-        let seen: Vec<DVec2> = moved.iter().map(|&p| self.camera.project(p)).collect();
-        let raster = Raster::new(&self.camera, [columns, rows], moved, &self.triangles);
+        let seen: Vec<DVec2> = moved.iter().map(|&p| self.own.project(p)).collect();
+        let raster = Raster::new(&self.own, [columns, rows], moved, &self.triangles);
         let hold = self.mouth(moved);
         let eye = self.camera.position();
         let mut known = Known::new(columns, rows);
@@ -237,7 +267,7 @@ impl Edit {
                     let motion =
                         (0..3).map(|i| (self.seen[corners[i]] - seen[corners[i]]) * share[i]);
                     let motion: DVec2 = motion.sum();
-                    let depth = self.camera.to_camera(before).z;
+                    let depth = self.own.to_camera(before).z;
                     if !(trust > 0.0) || depth > self.raster.depth(here + motion) + BEHIND {
                         continue;
                     }
@@ -258,7 +288,7 @@ impl Edit {
             let each = self.lips.iter().map(|l| {
                 let stencil = l.stencil.iter();
                 let p = stencil.map(|&(v, w)| positions[v as usize] * w).sum();
-                self.camera.project(p)
+                self.own.project(p)
             });
             each.sum::<DVec2>() / self.lips.len().max(1) as f64
         };
@@ -283,13 +313,11 @@ impl Edit {
         let Grid { columns, rows, .. } = self.grid;
         let trusted: Vec<bool> = known.weights.iter().map(|&w| w > INSIDE).collect();
         let inside = distances(columns, rows, |at| !trusted[at]);
-        let outside = distances(columns, rows, |at| trusted[at]);
-        let reach = (REACH * CELLS) as f32;
         for at in 0..columns * rows {
             if trusted[at] {
                 // The edge itself is mixed with what is beside it.
-                known.weights[at] *= ((f64::from(inside[at]) - 1.0) / EDGE).clamp(0.0, 1.0) as f32;
-            } else if outside[at] >= reach {
+                known.weights[at] *= ((f32::from(inside[at]) / 5.0 - 1.0) / EDGE).clamp(0.0, 1.0);
+            } else if self.far[at] {
                 known.weights[at] = HELD;
                 known.values[at] = [0.0; CHANNELS];
             }
@@ -331,64 +359,32 @@ impl Edit {
     }
 }
 
-/// Whether positions and normals are a mesh's.
-fn check(positions: &[Vec3], normals: &[Vec3], vertices: usize) -> Result<()> {
-    if positions.len() != vertices || normals.len() != vertices {
-        return Err(Error::Mismatch(format!(
-            "{} positions and {} normals are no face of {vertices} vertices",
-            positions.len(),
-            normals.len()
-        )));
-    }
-    Ok(())
-}
-
-/// The shares of a triangle's corners in a point of its plane.
-fn barycentric(p: DVec2, [a, b, c]: [DVec2; 3]) -> [f64; 3] {
-    let double_area = (b - a).perp_dot(c - a);
-    let u = (c - b).perp_dot(p - b) / double_area;
-    let v = (a - c).perp_dot(p - c) / double_area;
-    [u, v, 1.0 - u - v]
-}
-
 fn mix(share: [f64; 3], corners: [DVec3; 3]) -> DVec3 {
     corners[0] * share[0] + corners[1] * share[1] + corners[2] * share[2]
 }
 
-/// The distance of each cell to the nearest of some, cells, to within a twentieth (chamfer of 5 and 7,
-/// Borgefors 1986); infinite when there are none.
-fn distances(columns: usize, rows: usize, is_one: impl Fn(usize) -> bool) -> Vec<f32> {
-    let mut far: Vec<f32> = (0..columns * rows)
-        .map(|at| if is_one(at) { 0.0 } else { f32::INFINITY })
-        .collect();
-    let diagonal = 1.4;
-    let relax = |far: &mut [f32], x: usize, y: usize, sign: isize| {
-        let at = y * columns + x;
-        let mut least = far[at];
-        let beside = [
-            (-1, 0, 1.0),
-            (-1, -1, diagonal),
-            (0, -1, 1.0),
-            (1, -1, diagonal),
-        ];
-        for (dx, dy, length) in beside {
-            let (Some(x), Some(y)) = (
-                x.checked_add_signed(sign * dx),
-                y.checked_add_signed(sign * dy),
-            ) else {
-                continue;
-            };
-            if x < columns && y < rows {
-                least = least.min(far[y * columns + x] + length);
+/// The distance of each cell to the nearest of some, fifths of a cell, to within a twentieth (chamfer of
+/// 5 and 7, Borgefors 1986); [`FARTHEST`] when there are none.
+fn distances(columns: usize, rows: usize, is_one: impl Fn(usize) -> bool) -> Vec<u16> {
+    // A border of its own, so that every cell has all of its neighbours.
+    let width = columns + 2;
+    let mut far = vec![FARTHEST; width * (rows + 2)];
+    for y in 0..rows {
+        for x in 0..columns {
+            if is_one(y * columns + x) {
+                far[(y + 1) * width + x + 1] = 0;
             }
         }
-        far[at] = least;
-    };
-    for y in 0..rows {
-        (0..columns).for_each(|x| relax(&mut far, x, y, 1));
     }
-    for y in (0..rows).rev() {
-        (0..columns).rev().for_each(|x| relax(&mut far, x, y, -1));
+    let steps = [(1, 5), (width + 1, 7), (width, 5), (width - 1, 7)];
+    let inner = || (1..=rows).flat_map(|y| (1..=columns).map(move |x| y * width + x));
+    for at in inner() {
+        let least = steps.map(|(back, length)| far[at - back] + length);
+        far[at] = least.into_iter().fold(far[at], u16::min);
     }
-    far
+    for at in inner().rev() {
+        let least = steps.map(|(ahead, length)| far[at + ahead] + length);
+        far[at] = least.into_iter().fold(far[at], u16::min);
+    }
+    inner().map(|at| far[at]).collect()
 }

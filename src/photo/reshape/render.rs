@@ -2,7 +2,7 @@
 
 use super::Field;
 use crate::photo::Image;
-use crate::photo::light::linear_byte;
+use crate::photo::light::{encoded, linear_byte};
 
 /// Steps of linear light that are told apart when it is encoded again: half a step of a byte in the
 /// darkest tones, where the encoding is steepest (12.92), is 1/6589.
@@ -18,17 +18,13 @@ struct Tone {
 
 impl Tone {
     fn new() -> Self {
-        let encoded = (0..=STEPS).map(|i| {
+        let steps = (0..=STEPS).map(|i| {
             let light = i as f64 / STEPS as f64;
-            let coded = match light <= 0.003_130_8 {
-                true => 12.92 * light,
-                false => 1.055 * light.powf(1.0 / 2.4) - 0.055,
-            };
-            (255.0 * coded) as f32
+            (255.0 * encoded(light)) as f32
         });
         Self {
             linear: std::array::from_fn(|byte| linear_byte(byte as u8) as f32),
-            encoded: encoded.collect(),
+            encoded: steps.collect(),
         }
     }
 

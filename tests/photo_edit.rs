@@ -1,0 +1,496 @@
+//! Faces in photos that take another shape.
+#![cfg(feature = "photo")]
+
+mod common;
+
+use glam::{DVec2, DVec3, Vec3};
+use phiz::anatomy::Landmark;
+use phiz::photo::raster::{NOTHING, Raster, barycentric};
+use phiz::photo::{Camera, Edit, Field, HARMONICS, Image, Light};
+use phiz::{Face, Random, Randomize};
+
+const SIZE: [u32; 2] = [480, 400];
+
+/// The edits of the paper's Figs. 7 and 8, each both ways.
+const EDITS: [&str; 8] = [
+    "mouth width",
+    "mouth protrusion",
+    "nose length",
+    "nose width",
+    "eyes size",
+    "eyes length",
+    "forehead convexity",
+    "forehead size",
+];
+
+fn person(seed: u64) -> Face {
+    let mut face = common::head_model().face();
+    let options = Randomize {
+        seed: Some(seed),
+        ..Randomize::default()
+    };
+    face.randomize(&options).unwrap();
+    face
+}
+
+fn camera(angles: [f64; 3]) -> Camera {
+    Camera {
+        rotation: Camera::turned(angles),
+        translation: DVec3::new(0.0, 0.0, 800.0),
+        focal: 1000.0,
+        centre: DVec2::new(240.0, 200.0),
+    }
+}
+
+fn edit(face: &Face, camera: &Camera, light: Option<Light>) -> Edit {
+    Edit::new(
+        face.model(),
+        camera,
+        SIZE,
+        light,
+        face.positions(),
+        face.normals(),
+    )
+    .unwrap()
+}
+
+fn field(edit: &Edit, face: &Face) -> Option<Field> {
+    edit.field(face.positions(), face.normals()).unwrap()
+}
+
+/// A face whose control's own mode is moved by so many standard deviations.
+fn moved(face: &Face, control: &str, sigmas: f32) -> Face {
+    let controls = &face.model().parts().controls;
+    let at = controls
+        .iter()
+        .position(|c| c.name == control)
+        .expect("is a control");
+    let mut coefficients = face.coefficients();
+    coefficients[at] += sigmas;
+    let mut face = face.clone();
+    face.set_coefficients(&coefficients).unwrap();
+    face
+}
+
+/// The field's motion at a point of the photo, px.
+fn motion(field: &Field, at: DVec2) -> DVec2 {
+    let node = (at - field.origin) / field.step;
+    let first = node.floor().as_usizevec2();
+    let part = node - node.floor();
+    let get = |x: usize, y: usize| {
+        let [x, y] = field.motion[(first.y + y) * field.columns + first.x + x];
+        DVec2::new(f64::from(x), f64::from(y))
+    };
+    let upper = get(0, 0).lerp(get(1, 0), part.x);
+    upper.lerp(get(0, 1).lerp(get(1, 1), part.x), part.y)
+}
+
+/// The least of the determinants of the map of places to where they come from: 1 where nothing is
+/// stretched, 0 where it folds.
+fn least_jacobian(field: &Field) -> f64 {
+    let motion = |x: usize, y: usize| {
+        let [x, y] = field.motion[y * field.columns + x];
+        DVec2::new(f64::from(x), f64::from(y)) / field.step
+    };
+    let cells = (0..field.rows - 1).flat_map(|y| (0..field.columns - 1).map(move |x| (x, y)));
+    let each = cells.map(|(x, y)| {
+        let across = DVec2::X + motion(x + 1, y) - motion(x, y);
+        let down = DVec2::Y + motion(x, y + 1) - motion(x, y);
+        across.perp_dot(down)
+    });
+    each.fold(f64::INFINITY, f64::min)
+}
+
+fn window() -> Light {
+    // Bright from the subject's left and above, a little warm.
+    let channel =
+        |k: f64| -> [f64; HARMONICS] { [k, 0.5 * k, 0.2 * k, 0.3 * k, 0.0, 0.0, 0.1, 0.0, 0.0] };
+    Light {
+        coefficients: [channel(0.7), channel(0.6), channel(0.5)],
+        rms: 0.0,
+    }
+}
+
+#[test]
+fn no_change_is_no_field() {
+    let face = person(1);
+    let edit = edit(&face, &camera([0.2, 0.1, 0.0]), Some(window()));
+    assert_eq!(field(&edit, &face), None);
+    assert_eq!(field(&edit, &moved(&face, "nose width", 0.0)), None);
+}
+
+#[test]
+fn what_is_seen_goes_where_the_surface_goes() {
+    let face = person(2);
+    let camera = camera([0.25, 0.05, 0.1]);
+    let edit = edit(&face, &camera, None);
+    let mut checked = 0;
+    for control in EDITS {
+        let other = moved(&face, control, 2.0);
+        let field = field(&edit, &other).expect("it moves");
+        let eye = camera.position();
+        for landmark in &face.model().parts().landmarks {
+            // Points of the inner skin; lids and lips have their edges at the points.
+            let number = landmark
+                .name
+                .strip_prefix("ibug_")
+                .map(|n| n.parse::<usize>().unwrap());
+            let Some(17..=35) = number else { continue };
+            let facing = |f: &Face| {
+                let p = landmark.place(f.positions());
+                let normal: Vec3 = stencil(landmark, f.normals());
+                normal.as_dvec3().normalize().dot((eye - p).normalize())
+            };
+            if facing(&face).min(facing(&other)) < 0.7 {
+                continue;
+            }
+            let place = |f: &Face| camera.project(landmark.place(f.positions()));
+            let (from, to) = (place(&face), place(&other));
+            let off = (motion(&field, to) - (from - to)).length();
+            // Cells are 1.8 px, and over half of one what is known is mixed.
+            assert!(
+                off < 0.25,
+                "{control}, {}: {off} of {}",
+                landmark.name,
+                from.distance(to)
+            );
+            checked += 1;
+        }
+    }
+    assert!(checked > 80, "{checked}");
+}
+
+fn stencil(landmark: &Landmark, of: &[Vec3]) -> Vec3 {
+    landmark
+        .stencil
+        .iter()
+        .map(|&(v, w)| of[v as usize] * w as f32)
+        .sum()
+}
+
+#[test]
+fn nothing_folds() {
+    let mut least = (f64::INFINITY, String::new());
+    for (seed, angles) in [
+        (3, [0.0; 3]),
+        (4, [0.78, 0.1, 0.0]),
+        (5, [-0.5, -0.2, 0.15]),
+    ] {
+        let face = person(seed);
+        let edit = edit(&face, &camera(angles), None);
+        for control in EDITS {
+            for sigmas in [-2.0, 2.0] {
+                let field = field(&edit, &moved(&face, control, sigmas)).expect("it moves");
+                let jacobian = least_jacobian(&field);
+                if jacobian < least.0 {
+                    least = (jacobian, format!("{control} {sigmas} of {seed}"));
+                }
+            }
+        }
+    }
+    println!("least: {least:?}");
+    // The project's bar.
+    assert!(least.0 > 0.3, "{least:?}");
+}
+
+#[test]
+fn what_is_far_away_never_moves() {
+    let face = person(6);
+    let camera = camera([0.0; 3]);
+    let edit = edit(&face, &camera, Some(window()));
+    let mut other = person(7);
+    other.set("nose width", 0.9).unwrap();
+    let field = field(&edit, &other).expect("it is another person");
+    let points = face
+        .model()
+        .parts()
+        .landmarks
+        .iter()
+        .filter(|l| l.name.starts_with("ibug_"));
+    let points: Vec<DVec2> = points
+        .map(|l| camera.project(l.place(face.positions())))
+        .collect();
+    let wide = points[..17].iter().map(|p| p.x);
+    let (low, high) = wide.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
+    let mut still = 0;
+    for at in 0..field.motion.len() {
+        let node = DVec2::new((at % field.columns) as f64, (at / field.columns) as f64);
+        let place = field.origin + node * field.step;
+        let away = points
+            .iter()
+            .map(|p| p.distance(place))
+            .fold(f64::MAX, f64::min);
+        if away > high - low {
+            assert_eq!(
+                (field.motion[at], field.gain[at]),
+                ([0.0; 2], [1.0; 3]),
+                "{place}"
+            );
+            still += 1;
+        }
+    }
+    assert!(still > 100, "{still}");
+    // Pixels of noise, of which those that do not move are the same.
+    let mut random = Random::new(1);
+    let noise: Vec<u8> = (0..SIZE[0] * SIZE[1] * 4)
+        .map(|_| (random.uniform() * 256.0) as u8)
+        .collect();
+    let image = Image::new(SIZE[0], SIZE[1], &noise).unwrap();
+    let out = field.render(&image, 1.0);
+    let changed = |x: usize, y: usize| {
+        let at = 4 * (y * SIZE[0] as usize + x);
+        noise[at..at + 4] != out[at..at + 4]
+    };
+    for x in 0..SIZE[0] as usize {
+        for y in 0..SIZE[1] as usize {
+            let place = DVec2::new(x as f64, y as f64) + 0.5;
+            let away = points
+                .iter()
+                .map(|p| p.distance(place))
+                .fold(f64::MAX, f64::min);
+            assert!(
+                !changed(x, y) || away < high - low + 2.0 * field.step,
+                "{place}"
+            );
+        }
+    }
+    assert!(changed(240, 200), "the nose is another");
+}
+
+#[test]
+fn mirror_images_change_as_mirror_images() {
+    // A symmetric face straight ahead, in the middle between two nodes.
+    let face = common::head_model().face();
+    let edit = edit(&face, &camera([0.0; 3]), None);
+    let field = field(&edit, &moved(&face, "nose width", 2.0)).expect("it moves");
+    let mut most = 0.0_f64;
+    for y in [150.0, 180.0, 200.0, 215.0, 230.0] {
+        for x in [4.0, 9.0, 14.0, 22.0, 40.0] {
+            let [left, right] = [-x, x].map(|x| motion(&field, DVec2::new(240.0 + x, y)));
+            let off = (left + DVec2::new(right.x, -right.y)).length();
+            // The model's mean is symmetric to 0.05 mm; cells lie otherwise on the one side.
+            assert!(off < 0.12, "{left}, {right}");
+            most = most.max(right.length());
+        }
+    }
+    assert!(most > 1.5, "it moves: {most}");
+}
+
+#[test]
+fn light_follows_the_normals() {
+    let face = person(8);
+    let camera = camera([0.0; 3]);
+    let other = moved(&face, "nose width", 2.0);
+    let dark = field(&edit(&face, &camera, None), &other).unwrap();
+    assert!(
+        dark.gain.iter().all(|g| *g == [1.0; 3]),
+        "without light there is no shading"
+    );
+    let lit = field(&edit(&face, &camera, Some(window())), &other).unwrap();
+    assert_eq!(lit.motion, dark.motion);
+    let gains = lit.gain.as_flattened().iter();
+    let (low, high) = gains.fold((f32::MAX, 0.0_f32), |(l, h), &g| (l.min(g), h.max(g)));
+    assert!(low < 0.97 && high > 1.03, "{low}, {high}");
+    // Clipped, but for what the grids' correction overshoots.
+    assert!(low > 0.7 && high < 1.4, "{low}, {high}");
+    // The same light from everywhere has no ratio.
+    let mut even = window();
+    even.coefficients.iter_mut().for_each(|c| c[1..].fill(0.0));
+    let flat = field(&edit(&face, &camera, Some(even)), &other).unwrap();
+    assert!(
+        flat.gain
+            .as_flattened()
+            .iter()
+            .all(|g| (g - 1.0).abs() < 1e-6)
+    );
+}
+
+#[test]
+fn pixels_are_read_where_the_motion_says() {
+    let (width, height) = (64_u32, 48_u32);
+    // A ramp: cubic interpolation has no error on it, bytes half a step.
+    let pixel = |x: f64, y: f64| 20.0 + 2.0 * x + 1.5 * y;
+    let rgba: Vec<u8> = (0..width * height)
+        .flat_map(|i| {
+            let value = pixel(f64::from(i % width), f64::from(i / width)).round() as u8;
+            [value, value / 2, 255 - value, 200]
+        })
+        .collect();
+    let image = Image::new(width, height, &rgba).unwrap();
+    let constant = |motion: [f32; 2], gain: [f32; 3]| Field {
+        origin: DVec2::new(8.0, 6.0),
+        step: 8.0,
+        columns: 5,
+        rows: 4,
+        motion: vec![motion; 20],
+        gain: vec![gain; 20],
+    };
+    let out = constant([2.25, -1.5], [1.0; 3]).render(&image, 1.0);
+    for y in 0..height {
+        for x in 0..width {
+            let at = 4 * (y * width + x) as usize;
+            let (cx, cy) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
+            if cx < 8.0 || cx > 40.0 || cy < 6.0 || cy > 30.0 {
+                assert_eq!(out[at..at + 4], rgba[at..at + 4], "{x}, {y}");
+                continue;
+            }
+            let wanted = pixel(f64::from(x) + 2.25, f64::from(y) - 1.5);
+            assert!(
+                (f64::from(out[at]) - wanted).abs() <= 1.01,
+                "{x}, {y}: {}, {wanted}",
+                out[at]
+            );
+            assert_eq!(out[at + 3], 200, "alpha stays");
+        }
+    }
+    // Twice as much light: sRGB 188 is half of 255's.
+    let grey = vec![188; (width * height * 4) as usize];
+    let image = Image::new(width, height, &grey).unwrap();
+    let out = constant([0.0; 2], [2.0, 1.0, 0.5]).render(&image, 1.0);
+    let at = 4 * (20 * width as usize + 20);
+    assert!(
+        out[at] >= 254 && out[at + 1] == 188 && out[at + 2].abs_diff(137) <= 1,
+        "{:?}",
+        &out[at..at + 3]
+    );
+    // On a photo of twice the size everything is twice as far.
+    let large: Vec<u8> = (0..4 * width * height)
+        .flat_map(|i| {
+            let value = 20.0 + f64::from(i % (2 * width));
+            [value.round() as u8; 4]
+        })
+        .collect();
+    let image = Image::new(2 * width, 2 * height, &large).unwrap();
+    let out = constant([2.0, 0.0], [1.0; 3]).render(&image, 2.0);
+    let at = |x: usize| out[4 * (30 * 2 * width as usize + x)];
+    assert_eq!([at(10), at(40), at(90)], [30, 64, 110]);
+}
+
+#[test]
+fn what_cannot_be_edited_is_refused() {
+    let face = person(1);
+    let [positions, normals] = [face.positions(), face.normals()];
+    let open = |camera: &Camera, positions: &[Vec3]| {
+        Edit::new(face.model(), camera, SIZE, None, positions, normals)
+            .err()
+            .map(|e| e.to_string())
+    };
+    let wrong = open(&camera([0.0; 3]), &positions[1..]).unwrap();
+    assert!(wrong.contains("are no face of"), "{wrong}");
+    let beside = Camera {
+        translation: DVec3::new(5000.0, 0.0, 800.0),
+        ..camera([0.0; 3])
+    };
+    assert_eq!(
+        open(&beside, positions).unwrap(),
+        "no face is seen in the photo"
+    );
+    let behind = Camera {
+        translation: DVec3::new(0.0, 0.0, -800.0),
+        ..camera([0.0; 3])
+    };
+    assert_eq!(
+        open(&behind, positions).unwrap(),
+        "no face is seen in the photo"
+    );
+    let edit = edit(&face, &camera([0.0; 3]), None);
+    assert!(edit.field(positions, &normals[1..]).is_err());
+}
+
+/// A picture of a face whose skin has some linear albedo at each vertex, in a light, on green.
+fn picture(face: &Face, camera: &Camera, light: &Light, albedo: &[DVec3]) -> Vec<u8> {
+    let triangles = face.model().parts().topology.triangles();
+    let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+    let size = SIZE.map(|s| s as usize);
+    let raster = Raster::new(camera, size, &positions, &triangles);
+    let mut rgba = Vec::with_capacity(4 * size[0] * size[1]);
+    for (at, &triangle) in raster.triangles.iter().enumerate() {
+        let mut colour = DVec3::new(0.0, 0.5, 0.0);
+        if triangle != NOTHING {
+            let corners = triangles[triangle as usize].map(|v| v as usize);
+            let here = DVec2::new((at % size[0]) as f64, (at / size[0]) as f64) + 0.5;
+            let share = barycentric(here, corners.map(|v| camera.project(positions[v])));
+            let mix = |of: &dyn Fn(usize) -> DVec3| -> DVec3 {
+                (0..3).map(|i| of(corners[i]) * share[i]).sum()
+            };
+            let normal = mix(&|v| face.normals()[v].as_dvec3()).normalize();
+            colour = mix(&|v| albedo[v]) * light.shade(normal);
+        }
+        let coded = colour.to_array().map(|c| match c <= 0.0031308 {
+            true => 12.92 * c,
+            false => 1.055 * c.powf(1.0 / 2.4) - 0.055,
+        });
+        rgba.extend(coded.map(|c| (255.0 * c.min(1.0)).round() as u8));
+        rgba.push(255);
+    }
+    rgba
+}
+
+#[test]
+fn a_head_wears_the_photo_without_its_light() {
+    let face = person(9);
+    let model = face.model();
+    let parts = model.parts();
+    // Turned: the right side of the face is hardly seen. Skin is striped across, the same on both sides.
+    let camera = camera([0.6, 0.0, 0.0]);
+    let albedo: Vec<DVec3> = (parts.mean.iter())
+        .map(|p| DVec3::new(0.5, 0.35, 0.25) * (1.0 + 0.2 * f64::from(p.y / 9.0).sin()))
+        .collect();
+    let light = window();
+    let rgba = picture(&face, &camera, &light, &albedo);
+    let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+    let worn = edit(&face, &camera, Some(light))
+        .texture(&image, 512)
+        .unwrap();
+    assert_eq!(worn.rgba.len(), 4 * 512 * 512);
+    let linear = |byte: u8| (f64::from(byte) / 255.0 + 0.055).powf(2.4) / 1.055_f64.powf(2.4);
+    // Over the true albedo, which is known but for the exposure.
+    let mut ratios: [Vec<f64>; 2] = Default::default();
+    for (v, uv) in parts.topology.uvs[..parts.mean.len()].iter().enumerate() {
+        let [x, y] = [uv[0], 1.0 - uv[1]].map(|c| ((c * 512.0) as usize).min(511));
+        let at = 4 * (512 * y + x);
+        if worn.rgba[at + 3] > 230 && parts.mean[v].x.abs() > 15.0 {
+            let side = usize::from(parts.mean[v].x > 0.0);
+            ratios[side].push(linear(worn.rgba[at]) / albedo[v].x);
+        }
+    }
+    let [right, left] = ratios.map(|mut all| {
+        all.sort_unstable_by(f64::total_cmp);
+        assert!(all.len() > 300, "{}", all.len());
+        [0.1, 0.5, 0.9].map(|q| all[(q * (all.len() - 1) as f64) as usize])
+    });
+    // Stripes are some cells of the picture wide, so a tenth of their height is lost.
+    for [low, median, high] in [right, left] {
+        assert!(
+            low / median > 0.92 && high / median < 1.08,
+            "{low}, {median}, {high}"
+        );
+    }
+    assert!(
+        (right[1] / left[1] - 1.0).abs() < 0.05,
+        "{right:?}, {left:?}"
+    );
+    // Nothing of the wall is on the skin.
+    let skin = parts.topology.part_vertices("skin");
+    let green = skin.iter().filter(|&&v| {
+        let [u, w] = parts.topology.uvs[v as usize];
+        let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
+        let pixel = &worn.rgba[4 * (512 * y + x)..][..3];
+        pixel[1] > pixel[0]
+    });
+    assert_eq!(green.count(), 0);
+}
+
+#[test]
+fn colours_that_nobody_knows_are_refused() {
+    let face = person(1);
+    let grey = vec![128; (4 * SIZE[0] * SIZE[1]) as usize];
+    let image = Image::new(SIZE[0], SIZE[1], &grey).unwrap();
+    let dark = edit(&face, &camera([0.0; 3]), None).texture(&image, 512);
+    assert!(dark.unwrap_err().to_string().contains("without the light"));
+    let lit = edit(&face, &camera([0.0; 3]), Some(window()));
+    for size in [0, 63, 4097] {
+        let why = lit.texture(&image, size).unwrap_err().to_string();
+        assert!(why.contains("from 64 to 4096 texels"), "{why}");
+    }
+}
