@@ -98,7 +98,8 @@ const COLOUR = /* glsl */ `
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * 0.66);
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
-  if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb, worn);
+  // A photo is exposed so that lit skin is brighter than its albedo.
+  if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb * 0.8, worn);
   float marked = dot(smoothstep(0.15, 0.85, vMark), markStrength);
   vec2 rim = smoothstep(0.0, 0.45, vMark) * smoothstep(1.0, 0.55, vMark);
   diffuseColor.rgb = mix(tone, accent * (0.35 + 0.9 * dot(tone, vec3(0.33))), clamp(marked * 0.1 + dot(rim, markStrength) * 0.3, 0.0, 0.5));

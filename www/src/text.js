@@ -311,6 +311,7 @@ export const text = {
     strengthTyped: 'Strength in per cent',
     split: 'Before and after',
     hold: 'Hold to see it as it was',
+    wear: 'The 3D head wears the photo',
     own: 'Back to the person’s own face',
     saveTitle: 'Save the photo',
     saveAbout: 'In full size. The file says that it was edited, and not where it was taken.',

@@ -69,6 +69,12 @@ export function createFitter({ modelUrl, expressionsUrl }) {
     fit: (photo) => ask('fit', { modelUrl: modelUrl.href, expressionsUrl: expressionsUrl?.href ?? null, photo }),
     /** @param {{ width: number, height: number }} photo of `pixels` @param {import('phiz').PhotoFit} fit */
     edit: ({ width, height }, fit) => ask('edit', { photo: { width, height }, fit }),
+    /**
+     * The colours of the head in the photo that was opened last.
+     * @param {{ rgba: Uint8ClampedArray }} photo of `pixels`
+     * @returns {Promise<{ size: number, rgba: Uint8ClampedArray<ArrayBuffer> }>}
+     */
+    texture: ({ rgba }) => ask('texture', { photo: { rgba } }),
     /** @param {{ code: string, expression: Record<string, number> }} state */
     field: (state) => ask('field', { state }),
     cancel: () => end(new Cancelled()),

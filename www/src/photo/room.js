@@ -37,9 +37,11 @@ const EXAMPLE = 'astronaut.jpg';
  *   files: { modelUrl: URL, expressionsUrl: URL | null },
  *   expressions: { any: boolean, load: () => Promise<void> },
  *   sleep: (asleep: boolean) => void,
- * }} parts `panel` takes the controls; `sleep` stops the drawing of the head while it is covered
+ *   wear: (texture: { size: number, rgba: Uint8ClampedArray<ArrayBuffer> } | null) => void,
+ * }} parts `panel` takes the controls; `sleep` stops the drawing of the head while it is covered; `wear`
+ *   gives the head a person's colours
  */
-export function createRoom(editor, { panel, stage, files, expressions, sleep }) {
+export function createRoom(editor, { panel, stage, files, expressions, sleep, wear }) {
   const { model, face } = editor;
   const fitter = createFitter(files);
 
@@ -60,6 +62,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
   /** What the present face changes. @type {import('./warp.js').Field | null} */
   let field = null;
   let editable = false;
+  /** The person's colours. @type {{ size: number, rgba: Uint8ClampedArray<ArrayBuffer> } | null} */
+  let texture = null;
   let comparing = false;
   let strength = 100;
   let split = 0;
@@ -125,6 +129,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     finish() {},
   });
   strengthSlider.show(strength);
+  const worn = element('input', { type: 'checkbox', checked: true, onchange: dress });
   const quality = element('p', { class: 'note' });
   const size = element('p', { class: 'note' });
   const placeAnyway = () => button(text.photo.placeByHand, startPlacing);
@@ -174,6 +179,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
         element('p', { class: 'note' }, text.photo.changeAbout),
         strengthSlider.root,
         hold,
+        element('label', { class: 'check' }, worn, text.photo.wear),
         element('div', { class: 'row' }, back),
       ),
       element(
@@ -257,6 +263,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
   function setSplit(percent) {
     split = percent;
     draw();
+  }
+  /** The head shows the person's colours, or its own. */
+  function dress() {
+    wear(worn.checked ? texture : null);
   }
   /** The photo as it was, for as long as something is held. @param {boolean} down */
   function compare(down) {
@@ -372,8 +382,9 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     onStage = picture;
     photo = next;
     faces = [];
-    detected = fitted = own = field = null;
+    detected = fitted = own = field = texture = null;
     editable = false;
+    dress();
     split = line.valueAsNumber = 0;
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     warp.setPhoto(picture);
@@ -457,6 +468,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
       say(text.photo.ready);
       show('ready');
       await follow();
+      const colours = await fitter.texture(pixels);
+      if (here !== visit) return;
+      texture = colours;
+      dress();
     } catch (error) {
       if (here !== visit || error instanceof Cancelled) return;
       complain(new Error(text.photo.notFitted(error instanceof Error ? error.message : String(error))), from === 'none' ? 'adjust' : from);
@@ -525,6 +540,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
         fitted: fittedPoints(),
         fit: fitted?.fit ?? null,
         field,
+        worn: worn.checked && texture !== null,
       };
     },
   };

@@ -5,6 +5,9 @@ import { load } from 'phiz';
 /** @typedef {{ width: number, height: number, points: Float64Array, focal?: number, rgba: Uint8ClampedArray<ArrayBuffer> }} Pixels */
 /** @typedef {{ code: string, expression: Record<string, number> }} State */
 
+/** Texels along a side of what the head wears: some four for a mm of the face. */
+const TEXTURE = 1024;
+
 /** @type {Promise<import('phiz').FaceModel> | null} */
 let model = null;
 /** @type {import('phiz').PhotoEdit | null} */
@@ -40,6 +43,11 @@ const TASKS = {
     edit = null;
     edit = (await (await model)?.editPhoto({ width: photo.width, height: photo.height, fit })) ?? null;
     return { answer: true };
+  },
+  async texture({ photo }) {
+    if (!edit) throw new Error('no photo was opened');
+    const rgba = edit.texture(photo.rgba, TEXTURE);
+    return { answer: { size: TEXTURE, rgba }, transfer: [rgba.buffer] };
   },
   async field({ state }) {
     const field = edit?.field(state) ?? null;
