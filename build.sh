@@ -354,6 +354,7 @@ model() {
     package
     site
     quietly page-picture node tests/browser/picture.js
+    quietly photo-pictures node tests/browser/photo-pictures.js
     sizes www/public/*.phiz
 }
 

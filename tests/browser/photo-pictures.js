@@ -15,7 +15,9 @@ const { PNG } = require('pngjs');
 const file = (/** @type {string} */ path) => readFile(new URL(`../../www/${path}`, import.meta.url));
 
 /** Around the face, as parts of its height: left, right, above, below. */
-const AROUND = [0.28, 0.28, 0.5, 0.22];
+const AROUND = [0.06, 0.06, 0.36, 0.1];
+/** How much larger than the photo's pixels they are shown. */
+const LARGER = 1.5;
 const PAIRS = ['mouth width', 'mouth protrusion', 'nose length', 'nose width', 'eyes size', 'eyes length', 'forehead convexity', 'forehead size'];
 /** Each row: a caption a picture, and by how many standard deviations which controls are moved. @type {[string, Record<string, number>][][]} */
 const ROWS = [
@@ -85,11 +87,11 @@ try {
     return `data:image/png;base64,${PNG.sync.write(png).toString('base64')}`;
   }
   const cells = ROWS.map((row) => row.map(([caption, moves]) => `<figure><img src="${picture(moves, caption)}"><figcaption>${caption}</figcaption></figure>`).join(''));
-  const sheet = await browser.newPage({ viewport: { width: 9 * (across + 8) + 8, height: 800 } });
+  const sheet = await browser.newPage({ viewport: { width: Math.round(9 * (LARGER * across + 8) + 8), height: 800 } });
   await sheet.setContent(`<style>
-    body { margin: 8px; font: 12px system-ui, sans-serif; display: inline-block }
+    body { margin: 0; padding: 8px; font: 12px system-ui, sans-serif; display: inline-block }
     div { display: flex; gap: 8px; margin-bottom: 8px }
-    figure { margin: 0; width: ${across}px } img { display: block } figcaption { padding-top: 3px; min-height: 2.4em }
+    figure { margin: 0; width: ${LARGER * across}px } img { display: block; width: 100% } figcaption { padding-top: 3px; min-height: 2.4em }
   </style>${cells.map((row) => `<div>${row}</div>`).join('')}`);
   const path = fileURLToPath(new URL('../../www/docs/photo.png', import.meta.url));
   await sheet.locator('body').screenshot({ path });
