@@ -152,6 +152,10 @@ export async function createDesigner(model, stage, chosen) {
     files: { modelUrl: chosen.url, expressionsUrl: chosen.expressions },
     expressions: file,
     sleep: scene.sleep,
+    wear(colours) {
+      head.wear(colours);
+      scene.invalidate();
+    },
     choose: () => panel.choose('photo'),
   });
   const explanation = createExplanation(editor);

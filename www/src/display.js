@@ -97,9 +97,13 @@ export function createDisplay({ face, head, scene, onScale }) {
       const marks = [...head.markStrength];
       head.markStrength.fill(0);
       head.heatStrength.value = 0;
+      // Others do not wear this person's colours.
+      const worn = head.wornStrength.value;
+      head.wornStrength.value = 0;
       const done = scene.portraits(sitters.map(({ pose, into }) => ({ pose: () => head.update(pose()), into })));
       head.markStrength[0] = marks[0];
       head.markStrength[1] = marks[1];
+      head.wornStrength.value = worn;
       refresh();
       scene.redraw();
       return done;

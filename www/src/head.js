@@ -321,6 +321,8 @@ export function createHead(model, face) {
     },
     /** Whether the skin shows heat, 0 or 1. */
     heatStrength: skin.uniforms.heatStrength,
+    /** How much of a person's own colours shows, when they are worn. */
+    wornStrength: skin.uniforms.worn,
     /** How strongly the two highlights show, 0 to 1. */
     markStrength: skin.uniforms.markStrength.value,
     /** What a portrait shows: from the fading neck to the crown. */

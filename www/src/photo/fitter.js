@@ -69,6 +69,12 @@ export function createFitter({ modelUrl, expressionsUrl }) {
     fit: (photo) => ask('fit', { modelUrl: modelUrl.href, expressionsUrl: expressionsUrl?.href ?? null, photo }),
     /** @param {{ width: number, height: number }} photo of `pixels` @param {import('phiz').PhotoFit} fit */
     edit: ({ width, height }, fit) => ask('edit', { photo: { width, height }, fit }),
+    /**
+     * The head's colours as the photo has them.
+     * @param {number} size texels a side
+     * @returns {Promise<{ size: number, rgba: Uint8ClampedArray } | null>}
+     */
+    texture: (size) => ask('texture', { size }),
     /** @param {{ code: string, expression: Record<string, number> }} state */
     field: (state) => ask('field', { state }),
     cancel: () => end(new Cancelled()),

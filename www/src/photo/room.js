@@ -21,6 +21,8 @@ import { createWarp } from './warp.js';
 const LEAST_FACE = 40;
 /** The stage's picture has at most so many pixels a side; the file has all. A processor draws fewer. */
 const LONGEST_SHOWN = drawnByProcessor() ? 2048 : 4096;
+/** Texels a side of the colours that the 3D head takes from the photo. */
+const COLOURS = 1024;
 /** What the example's portrait is called. */
 const EXAMPLE = 'astronaut.jpg';
 
@@ -37,9 +39,11 @@ const EXAMPLE = 'astronaut.jpg';
  *   files: { modelUrl: URL, expressionsUrl: URL | null },
  *   expressions: { any: boolean, load: () => Promise<void> },
  *   sleep: (asleep: boolean) => void,
- * }} parts `panel` takes the controls; `sleep` stops the drawing of the head while it is covered
+ *   wear: (colours: { size: number, rgba: Uint8ClampedArray } | null) => void,
+ * }} parts `panel` takes the controls; `sleep` stops the drawing of the head while it is covered; `wear` gives it
+ *   the photo's colours, or its own
  */
-export function createRoom(editor, { panel, stage, files, expressions, sleep }) {
+export function createRoom(editor, { panel, stage, files, expressions, sleep, wear }) {
   const { model, face } = editor;
   const fitter = createFitter(files);
 
@@ -60,6 +64,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
   /** What the present face changes. @type {import('./warp.js').Field | null} */
   let field = null;
   let editable = false;
+  /** What the photo says of the head's colours; undefined before it was asked. @type {{ size: number, rgba: Uint8ClampedArray } | null | undefined} */
+  let colours;
+  /** What of that the head has on. @type {typeof colours | null} */
+  let worn = null;
   let comparing = false;
   let strength = 100;
   let split = 0;
@@ -85,6 +93,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
   view.root.append(beforeAfter);
   // Over the head, under the buttons that stand on the stage.
   stage.querySelector('canvas')?.after(view.root, sides);
+
+  const coloured = element('input', { type: 'checkbox', id: 'photo-colours', checked: true, onchange: () => void dress() });
 
   // The panel.
   const status = element('p', { class: 'photo-status', role: 'status' });
@@ -175,6 +185,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
         strengthSlider.root,
         hold,
         element('div', { class: 'row' }, back),
+        element('label', { class: 'check' }, coloured, text.photo.colours),
       ),
       element(
         'section',
@@ -238,6 +249,27 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
     stage.classList.toggle('has-photo', photo !== null);
     stage.classList.toggle('shows-photo', covered);
     sleep(covered);
+    if (!covered) void dress();
+  }
+  /** The head, once somebody looks at it, has the photo's colours, if that is wanted. */
+  async function dress() {
+    const wanted = coloured.checked && editable;
+    if (wanted && colours === undefined) {
+      const here = visit;
+      colours = null;
+      try {
+        const found = await fitter.texture(COLOURS);
+        if (here !== visit) return;
+        colours = found;
+      } catch (error) {
+        if (here === visit && !(error instanceof Cancelled)) say(text.photo.noColours(error instanceof Error ? error.message : String(error)), true);
+        return;
+      }
+    }
+    const shown = coloured.checked && editable ? (colours ?? null) : null;
+    if (shown === worn) return;
+    worn = shown;
+    wear(shown);
   }
   function draw() {
     if (!photo) return;
@@ -451,6 +483,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
       await fitter.edit(pixels, base);
       if (here !== visit) return;
       editable = true;
+      colours = undefined;
       field = null;
       view.closeTo(around(points, 1));
       quality.textContent = text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm);
@@ -525,6 +558,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep }) 
         fitted: fittedPoints(),
         fit: fitted?.fit ?? null,
         field,
+        worn: worn !== null,
       };
     },
   };

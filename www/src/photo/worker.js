@@ -10,6 +10,9 @@ let model = null;
 /** @type {import('phiz').PhotoEdit | null} */
 let edit = null;
 
+/** The pixels of the photo that is edited. @type {Uint8ClampedArray<ArrayBuffer> | null} */
+let pixels = null;
+
 /** @param {string} url */
 async function bytesOf(url) {
   const response = await fetch(url);
@@ -33,6 +36,7 @@ const TASKS = {
       model = null;
       throw error;
     });
+    pixels = photo.rgba;
     return { answer: await loaded.fitPhoto(photo) };
   },
   async edit({ photo, fit }) {
@@ -40,6 +44,10 @@ const TASKS = {
     edit = null;
     edit = (await (await model)?.editPhoto({ width: photo.width, height: photo.height, fit })) ?? null;
     return { answer: true };
+  },
+  async texture({ size }) {
+    const rgba = edit && pixels && edit.texture(pixels, size);
+    return { answer: rgba && { size, rgba }, transfer: rgba ? [rgba.buffer] : [] };
   },
   async field({ state }) {
     const field = edit?.field(state) ?? null;
