@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
-import { decodePng, moveSlider, open, SCREENSHOTS, siteAndBrowser } from './site.js';
+import { decodePng, differing, moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
@@ -252,13 +252,13 @@ describe('a face in a photo', () => {
     assert.ok(!jpeg.bytes.includes('Exif\0'));
 
     // What was not changed is the file's own pixels; around the nose they are others.
-    const before_ = decodePng(await drawn(page, [['draw', 0, 0]], 512, 512));
+    const opened = decodePng(await drawn(page, [['draw', 0, 0]], 512, 512));
     const nose = [state.points[60], state.points[61]].map(Math.round);
     let there = 0;
     for (let y = 0; y < 512; y++) {
       for (let x = 0; x < 512; x++) {
         const at = 3 * (512 * y + x);
-        const same = picture.rgb.compare(before_.rgb, at, at + 3, at, at + 3) === 0;
+        const same = picture.rgb.compare(opened.rgb, at, at + 3, at, at + 3) === 0;
         const away = Math.hypot(x - nose[0], y - nose[1]);
         if (!same) there++;
         // A head's width, some 120 px here, and nothing is changed.
@@ -279,8 +279,21 @@ describe('a face in a photo', () => {
 
     // The switch shows the head; the page draws no head that nobody sees.
     assert.ok(await page.locator('.photo-canvas').isVisible());
-    await page.getByText('3D head').click();
+    await page.getByText('3D head', { exact: true }).click();
     assert.ok(await page.locator('.photo-canvas').isHidden());
+    // It has her colours on, once they are made, and takes them off.
+    const head = async () => {
+      await settled(page);
+      return decodePng(await page.locator('.view').screenshot());
+    };
+    const colours = page.getByLabel('The photo’s colours on the 3D head');
+    assert.ok(await colours.isChecked());
+    await page.waitForFunction(() => window.designer.photo.worn);
+    const dressed = await head();
+    await page.screenshot({ path: join(SCREENSHOTS, 'photo-head.png') });
+    await colours.uncheck();
+    const plainHead = await head();
+    assert.ok(differing(dressed, plainHead) > 0.05 * plainHead.width * plainHead.height);
 
     const { origin } = site;
     const local = (/** @type {string} */ url) => url.startsWith(`${origin}/`) || url.startsWith('blob:') || url.startsWith('data:');

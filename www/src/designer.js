@@ -152,8 +152,8 @@ export async function createDesigner(model, stage, chosen) {
     files: { modelUrl: chosen.url, expressionsUrl: chosen.expressions },
     expressions: file,
     sleep: scene.sleep,
-    wear(texture) {
-      head.wear(texture);
+    wear(colours) {
+      head.wear(colours);
       scene.invalidate();
     },
     choose: () => panel.choose('photo'),

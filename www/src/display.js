@@ -97,7 +97,7 @@ export function createDisplay({ face, head, scene, onScale }) {
       const marks = [...head.markStrength];
       head.markStrength.fill(0);
       head.heatStrength.value = 0;
-      // A person's colours are not the other faces'.
+      // Others do not wear this person's colours.
       const worn = head.wornStrength.value;
       head.wornStrength.value = 0;
       const done = scene.portraits(sitters.map(({ pose, into }) => ({ pose: () => head.update(pose()), into })));

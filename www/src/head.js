@@ -321,7 +321,7 @@ export function createHead(model, face) {
     },
     /** Whether the skin shows heat, 0 or 1. */
     heatStrength: skin.uniforms.heatStrength,
-    /** Whether the skin shows the colours that it wears, 0 or 1. */
+    /** How much of a person's own colours shows, when they are worn. */
     wornStrength: skin.uniforms.worn,
     /** How strongly the two highlights show, 0 to 1. */
     markStrength: skin.uniforms.markStrength.value,

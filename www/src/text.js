@@ -311,8 +311,9 @@ export const text = {
     strengthTyped: 'Strength in per cent',
     split: 'Before and after',
     hold: 'Hold to see it as it was',
-    wear: 'The 3D head wears the photo',
     own: 'Back to the person’s own face',
+    colours: 'The photo’s colours on the 3D head',
+    noColours: (/** @type {string} */ why) => `The head keeps its own colours: ${why}.`,
     saveTitle: 'Save the photo',
     saveAbout: 'In full size. The file says that it was edited, and not where it was taken.',
     size: (/** @type {number} */ width, /** @type {number} */ height, /** @type {{ width: number, height: number } | null} */ from) =>

@@ -70,11 +70,11 @@ export function createFitter({ modelUrl, expressionsUrl }) {
     /** @param {{ width: number, height: number }} photo of `pixels` @param {import('phiz').PhotoFit} fit */
     edit: ({ width, height }, fit) => ask('edit', { photo: { width, height }, fit }),
     /**
-     * The colours of the head in the photo that was opened last.
-     * @param {{ rgba: Uint8ClampedArray }} photo of `pixels`
-     * @returns {Promise<{ size: number, rgba: Uint8ClampedArray<ArrayBuffer> }>}
+     * The head's colours as the photo has them.
+     * @param {number} size texels a side
+     * @returns {Promise<{ size: number, rgba: Uint8ClampedArray } | null>}
      */
-    texture: ({ rgba }) => ask('texture', { photo: { rgba } }),
+    texture: (size) => ask('texture', { size }),
     /** @param {{ code: string, expression: Record<string, number> }} state */
     field: (state) => ask('field', { state }),
     cancel: () => end(new Cancelled()),

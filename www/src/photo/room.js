@@ -21,6 +21,8 @@ import { createWarp } from './warp.js';
 const LEAST_FACE = 40;
 /** The stage's picture has at most so many pixels a side; the file has all. A processor draws fewer. */
 const LONGEST_SHOWN = drawnByProcessor() ? 2048 : 4096;
+/** Texels a side of the colours that the 3D head takes from the photo. */
+const COLOURS = 1024;
 /** What the example's portrait is called. */
 const EXAMPLE = 'astronaut.jpg';
 
@@ -37,9 +39,9 @@ const EXAMPLE = 'astronaut.jpg';
  *   files: { modelUrl: URL, expressionsUrl: URL | null },
  *   expressions: { any: boolean, load: () => Promise<void> },
  *   sleep: (asleep: boolean) => void,
- *   wear: (texture: { size: number, rgba: Uint8ClampedArray<ArrayBuffer> } | null) => void,
- * }} parts `panel` takes the controls; `sleep` stops the drawing of the head while it is covered; `wear`
- *   gives the head a person's colours
+ *   wear: (colours: { size: number, rgba: Uint8ClampedArray } | null) => void,
+ * }} parts `panel` takes the controls; `sleep` stops the drawing of the head while it is covered; `wear` gives it
+ *   the photo's colours, or its own
  */
 export function createRoom(editor, { panel, stage, files, expressions, sleep, wear }) {
   const { model, face } = editor;
@@ -62,8 +64,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   /** What the present face changes. @type {import('./warp.js').Field | null} */
   let field = null;
   let editable = false;
-  /** The person's colours. @type {{ size: number, rgba: Uint8ClampedArray<ArrayBuffer> } | null} */
-  let texture = null;
+  /** What the photo says of the head's colours; undefined before it was asked. @type {{ size: number, rgba: Uint8ClampedArray } | null | undefined} */
+  let colours;
+  /** What of that the head has on. @type {typeof colours | null} */
+  let worn = null;
   let comparing = false;
   let strength = 100;
   let split = 0;
@@ -89,6 +93,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   view.root.append(beforeAfter);
   // Over the head, under the buttons that stand on the stage.
   stage.querySelector('canvas')?.after(view.root, sides);
+
+  const coloured = element('input', { type: 'checkbox', id: 'photo-colours', checked: true, onchange: () => void dress() });
 
   // The panel.
   const status = element('p', { class: 'photo-status', role: 'status' });
@@ -129,7 +135,6 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     finish() {},
   });
   strengthSlider.show(strength);
-  const worn = element('input', { type: 'checkbox', checked: true, onchange: dress });
   const quality = element('p', { class: 'note' });
   const size = element('p', { class: 'note' });
   const placeAnyway = () => button(text.photo.placeByHand, startPlacing);
@@ -179,8 +184,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
         element('p', { class: 'note' }, text.photo.changeAbout),
         strengthSlider.root,
         hold,
-        element('label', { class: 'check' }, worn, text.photo.wear),
         element('div', { class: 'row' }, back),
+        element('label', { class: 'check' }, coloured, text.photo.colours),
       ),
       element(
         'section',
@@ -244,6 +249,27 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     stage.classList.toggle('has-photo', photo !== null);
     stage.classList.toggle('shows-photo', covered);
     sleep(covered);
+    if (!covered) void dress();
+  }
+  /** The head, once somebody looks at it, has the photo's colours, if that is wanted. */
+  async function dress() {
+    const wanted = coloured.checked && editable;
+    if (wanted && colours === undefined) {
+      const here = visit;
+      colours = null;
+      try {
+        const found = await fitter.texture(COLOURS);
+        if (here !== visit) return;
+        colours = found;
+      } catch (error) {
+        if (here === visit && !(error instanceof Cancelled)) say(text.photo.noColours(error instanceof Error ? error.message : String(error)), true);
+        return;
+      }
+    }
+    const shown = coloured.checked && editable ? (colours ?? null) : null;
+    if (shown === worn) return;
+    worn = shown;
+    wear(shown);
   }
   function draw() {
     if (!photo) return;
@@ -263,10 +289,6 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   function setSplit(percent) {
     split = percent;
     draw();
-  }
-  /** The head shows the person's colours, or its own. */
-  function dress() {
-    wear(worn.checked ? texture : null);
   }
   /** The photo as it was, for as long as something is held. @param {boolean} down */
   function compare(down) {
@@ -382,9 +404,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     onStage = picture;
     photo = next;
     faces = [];
-    detected = fitted = own = field = texture = null;
+    detected = fitted = own = field = null;
     editable = false;
-    dress();
     split = line.valueAsNumber = 0;
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     warp.setPhoto(picture);
@@ -462,16 +483,13 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
       await fitter.edit(pixels, base);
       if (here !== visit) return;
       editable = true;
+      colours = undefined;
       field = null;
       view.closeTo(around(points, 1));
       quality.textContent = text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm);
       say(text.photo.ready);
       show('ready');
       await follow();
-      const colours = await fitter.texture(pixels);
-      if (here !== visit) return;
-      texture = colours;
-      dress();
     } catch (error) {
       if (here !== visit || error instanceof Cancelled) return;
       complain(new Error(text.photo.notFitted(error instanceof Error ? error.message : String(error))), from === 'none' ? 'adjust' : from);
@@ -540,7 +558,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
         fitted: fittedPoints(),
         fit: fitted?.fit ?? null,
         field,
-        worn: worn.checked && texture !== null,
+        worn: worn !== null,
       };
     },
   };

@@ -5,13 +5,13 @@ import { load } from 'phiz';
 /** @typedef {{ width: number, height: number, points: Float64Array, focal?: number, rgba: Uint8ClampedArray<ArrayBuffer> }} Pixels */
 /** @typedef {{ code: string, expression: Record<string, number> }} State */
 
-/** Texels along a side of what the head wears: some four for a mm of the face. */
-const TEXTURE = 1024;
-
 /** @type {Promise<import('phiz').FaceModel> | null} */
 let model = null;
 /** @type {import('phiz').PhotoEdit | null} */
 let edit = null;
+
+/** The pixels of the photo that is edited. @type {Uint8ClampedArray<ArrayBuffer> | null} */
+let pixels = null;
 
 /** @param {string} url */
 async function bytesOf(url) {
@@ -36,6 +36,7 @@ const TASKS = {
       model = null;
       throw error;
     });
+    pixels = photo.rgba;
     return { answer: await loaded.fitPhoto(photo) };
   },
   async edit({ photo, fit }) {
@@ -44,10 +45,9 @@ const TASKS = {
     edit = (await (await model)?.editPhoto({ width: photo.width, height: photo.height, fit })) ?? null;
     return { answer: true };
   },
-  async texture({ photo }) {
-    if (!edit) throw new Error('no photo was opened');
-    const rgba = edit.texture(photo.rgba, TEXTURE);
-    return { answer: { size: TEXTURE, rgba }, transfer: [rgba.buffer] };
+  async texture({ size }) {
+    const rgba = edit && pixels && edit.texture(pixels, size);
+    return { answer: rgba && { size, rgba }, transfer: rgba ? [rgba.buffer] : [] };
   },
   async field({ state }) {
     const field = edit?.field(state) ?? null;
