@@ -52,10 +52,12 @@ fn split(positions: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 
     let mut finer = Vec::with_capacity(4 * triangles.len());
     for &[a, b, c] in triangles {
         let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[from, to]| {
-            *middles.entry([from.min(to), from.max(to)]).or_insert_with(|| {
-                positions.push((positions[from as usize] + positions[to as usize]) / 2.0);
-                positions.len() as u32 - 1
-            })
+            *middles
+                .entry([from.min(to), from.max(to)])
+                .or_insert_with(|| {
+                    positions.push((positions[from as usize] + positions[to as usize]) / 2.0);
+                    positions.len() as u32 - 1
+                })
         });
         finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
     }
@@ -69,7 +71,9 @@ fn main() -> Result<(), Failure> {
         println!("usage: offline MODEL DIR");
         return Ok(());
     };
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build_global()?;
     let model = FaceModel::parse(&std::fs::read(model)?)?;
     let folder = Path::new(folder);
 
@@ -77,12 +81,19 @@ fn main() -> Result<(), Failure> {
     let first = places(&person(&model, 1)?);
     let topology = &model.parts().topology;
     let all = topology.triangles();
-    let skin = topology.parts.iter().find(|p| p.name == "skin").ok_or("the model has no skin")?;
+    let skin = topology
+        .parts
+        .iter()
+        .find(|p| p.name == "skin")
+        .ok_or("the model has no skin")?;
     let skin = &all[skin.first as usize..(skin.first + skin.count) as usize];
     let (surface, triangles) = split(&first, skin);
     let queries = places(&person(&model, 2)?);
     save(folder, "surface", flat(&surface))?;
-    let corners = triangles.as_flattened().iter().flat_map(|v| v.to_le_bytes());
+    let corners = triangles
+        .as_flattened()
+        .iter()
+        .flat_map(|v| v.to_le_bytes());
     std::fs::write(folder.join("triangles"), corners.collect::<Vec<u8>>())?;
     save(folder, "queries", flat(&queries))?;
 
@@ -110,7 +121,11 @@ fn main() -> Result<(), Failure> {
                 let started = Instant::now();
                 let surface = Surface::new(&surface, &triangles);
                 let found: Vec<f64> = (queries.iter())
-                    .map(|&q| surface.closest(q, f64::INFINITY).map_or(f64::NAN, |h| h.distance))
+                    .map(|&q| {
+                        surface
+                            .closest(q, f64::INFINITY)
+                            .map_or(f64::NAN, |h| h.distance)
+                    })
                     .collect();
                 (started.elapsed(), found)
             }

@@ -4,39 +4,55 @@ use super::Field;
 use crate::photo::Image;
 use crate::photo::light::{encoded, linear_byte};
 
+/// Of a colour's value: three channels in one number, so that one multiplication is three. A sum of
+/// taps has a channel within -2^20 and 2^20.
+const LANE: u32 = 21;
+/// Bits of a tap's weight: with their signs the weights sum to less than 1.6 in size, times 255 times
+/// 2^11 within a lane.
+const WEIGHT: u32 = 11;
+/// Bits of a value besides the eight of a byte when its light is looked up.
+const FINE: u32 = 3;
 /// Steps of linear light that are told apart when it is encoded again: half a step of a byte in the
 /// darkest tones, where the encoding is steepest (12.92), is 1/6589.
 const STEPS: usize = 8192;
+/// A gain that is nearer to 1 changes no byte.
+const UNLIT: f32 = 1e-3;
 
 /// Light and bytes.
 struct Tone {
-    /// The linear light of each byte.
-    linear: [f32; 256],
-    /// The byte, with fractions, of each of the steps of linear light from 0 to 1.
-    encoded: Vec<f32>,
+    /// The linear light of each value, in steps.
+    linear: Vec<f32>,
+    /// The byte of each of the steps of linear light from 0 to 1.
+    encoded: Vec<u8>,
 }
 
 impl Tone {
     fn new() -> Self {
-        let steps = (0..=STEPS).map(|i| {
-            let light = i as f64 / STEPS as f64;
-            (255.0 * encoded(light)) as f32
+        let fine = 1 << FINE;
+        let linear = (0..=255 * fine).map(|value| {
+            let (byte, part) = (
+                (value / fine) as u8,
+                f64::from(value % fine) / f64::from(fine),
+            );
+            let [low, high] = [byte, byte.saturating_add(1)].map(linear_byte);
+            ((low + part * (high - low)) * STEPS as f64) as f32
         });
+        let encoded = (0..=STEPS).map(|i| (255.0 * encoded(i as f64 / STEPS as f64) + 0.5) as u8);
         Self {
-            linear: std::array::from_fn(|byte| linear_byte(byte as u8) as f32),
-            encoded: steps.collect(),
+            linear: linear.collect(),
+            encoded: encoded.collect(),
         }
     }
 
-    /// A value of 0 to 255 in linear light times a factor, encoded again.
-    fn scaled(&self, value: f32, gain: f32) -> f32 {
-        let value = value.clamp(0.0, 255.0);
-        let below = (value as usize).min(254);
-        let part = value - below as f32;
-        let light = self.linear[below] + part * (self.linear[below + 1] - self.linear[below]);
-        let at = (light * gain).min(1.0) * STEPS as f32;
-        let below = (at as usize).min(STEPS - 1);
-        self.encoded[below] + (at - below as f32) * (self.encoded[below + 1] - self.encoded[below])
+    /// The byte of a sum of taps, times a factor in linear light.
+    fn byte(&self, sum: i64, gain: f32) -> u8 {
+        if (gain - 1.0).abs() < UNLIT {
+            return ((sum + (1 << (WEIGHT - 1))) >> WEIGHT).clamp(0, 255) as u8;
+        }
+        let bits = WEIGHT - FINE;
+        let value = ((sum + (1 << (bits - 1))) >> bits).clamp(0, 255 << FINE);
+        let light = self.linear[value as usize] * gain + 0.5;
+        self.encoded[(light as usize).min(STEPS)]
     }
 }
 
@@ -52,6 +68,9 @@ fn weights(t: f32) -> [f32; 4] {
     ]
 }
 
+/// Motion and gain.
+type Change = [f32; 5];
+
 impl Field {
     /// The photo that is changed so: pixels as they were given. Where nothing moves they are the same.
     ///
@@ -59,88 +78,127 @@ impl Field {
     pub fn render(&self, image: &Image, scale: f64) -> Vec<u8> {
         let mut out = image.rgba.to_vec();
         let tone = Tone::new();
+        let packed = Packed::of(image);
         let step = self.step * scale;
-        // The range of pixels whose middles are between nodes.
-        let range = |origin: f64, nodes: usize, pixels: usize| {
-            let first = (origin * scale - 0.5).ceil().max(0.0);
+        // The pixels whose middles are between nodes, and where.
+        let between = |origin: f64, nodes: usize, pixels: usize| -> Vec<(usize, usize, f32)> {
+            let first = (origin * scale - 0.5).ceil().max(0.0) as usize;
             let end = (origin * scale + (nodes - 1) as f64 * step - 0.5).floor() + 1.0;
-            first as usize..(end.max(0.0) as usize).min(pixels)
+            let range = first..(end.max(0.0) as usize).min(pixels);
+            let each = range.map(|pixel| {
+                let at = (pixel as f64 + 0.5 - origin * scale) / step;
+                let node = (at as usize).min(nodes - 2);
+                (pixel, node, (at - node as f64) as f32)
+            });
+            each.collect()
         };
-        let xs = range(self.origin.x, self.columns, image.width);
-        let between = |pixel: usize, origin: f64, nodes: usize| {
-            let at = (pixel as f64 + 0.5 - origin * scale) / step;
-            let node = (at as usize).min(nodes - 2);
-            (node, (at - node as f64) as f32)
-        };
-        let columns: Vec<(usize, f32)> = (xs.clone())
-            .map(|x| between(x, self.origin.x, self.columns))
-            .collect();
-        for y in range(self.origin.y, self.rows, image.height) {
-            let (row, down) = between(y, self.origin.y, self.rows);
-            for (x, &(column, right)) in xs.clone().zip(&columns) {
-                let node = row * self.columns + column;
-                let corners = [node, node + 1, node + self.columns, node + self.columns + 1];
-                if corners.iter().all(|&n| self.is_still(n)) {
-                    continue;
-                }
-                let shares = [
-                    (1.0 - right) * (1.0 - down),
-                    right * (1.0 - down),
-                    (1.0 - right) * down,
-                    right * down,
-                ];
-                let mut motion = [0.0; 2];
-                let mut gain = [0.0; 3];
-                for (&corner, share) in corners.iter().zip(shares) {
-                    (motion.iter_mut().zip(&self.motion[corner]))
-                        .for_each(|(m, n)| *m += share * n);
-                    (gain.iter_mut().zip(&self.gain[corner])).for_each(|(g, n)| *g += share * n);
-                }
-                let [dx, dy] = motion.map(|m| m * scale as f32);
-                let values = image.sample(x, y, dx, dy);
+        let columns = between(self.origin.x, self.columns, image.width);
+        for (y, row, down) in between(self.origin.y, self.rows, image.height) {
+            let upper = row * self.columns;
+            let lower = upper + self.columns;
+            // Along a row of pixels what changes is linear between two columns of nodes.
+            let line: Vec<Option<Change>> = (upper..lower)
+                .map(|node| self.mixed(node, node + self.columns, down))
+                .collect();
+            for &(x, column, right) in &columns {
+                let (from, to) = match (line[column], line[column + 1]) {
+                    (None, None) => continue,
+                    (from, to) => (from.unwrap_or(STILL), to.unwrap_or(STILL)),
+                };
+                let [dx, dy, gain @ ..]: Change =
+                    std::array::from_fn(|i| from[i] + right * (to[i] - from[i]));
+                let [dx, dy] = [dx, dy].map(|d| d * scale as f32);
+                let sums = packed.sample(x, y, dx, dy);
                 let pixel = &mut out[4 * (y * image.width + x)..][..3];
                 for channel in 0..3 {
-                    let value = tone.scaled(values[channel], gain[channel]);
-                    pixel[channel] = (value + 0.5) as u8;
+                    pixel[channel] = tone.byte(sums[channel], gain[channel]);
                 }
             }
         }
         out
     }
 
-    fn is_still(&self, node: usize) -> bool {
-        self.motion[node] == [0.0; 2] && self.gain[node] == [1.0; 3]
+    /// Between two nodes; nothing when neither does anything.
+    fn mixed(&self, from: usize, to: usize, part: f32) -> Option<Change> {
+        let change = |node: usize| {
+            let ([x, y], [r, g, b]) = (self.motion[node], self.gain[node]);
+            [x, y, r, g, b]
+        };
+        let (from, to) = (change(from), change(to));
+        let mixed = std::array::from_fn(|i| from[i] + part * (to[i] - from[i]));
+        (from != STILL || to != STILL).then_some(mixed)
     }
 }
 
-impl Image<'_> {
-    /// The colour at a pixel's middle moved by some px, 0 to 255; beyond the border it is the border's.
-    fn sample(&self, x: usize, y: usize, dx: f32, dy: f32) -> [f32; 3] {
-        let split = |pixel: usize, by: f32, most: usize| {
-            let whole = by.floor();
-            let clamp = |i: isize| i.clamp(0, most as isize - 1) as usize;
-            let first = pixel as isize + whole as isize;
-            (
-                [first - 1, first, first + 1, first + 2].map(clamp),
-                weights(by - whole),
-            )
-        };
-        let (xs, across) = split(x, dx, self.width);
-        let (ys, down) = split(y, dy, self.height);
-        let mut sum = [0.0; 3];
-        for (y, weight) in ys.into_iter().zip(down) {
-            let row = y * self.width;
-            let mut line = [0.0; 3];
-            for (x, weight) in xs.into_iter().zip(across) {
-                let pixel = &self.rgba[4 * (row + x)..][..3];
-                for channel in 0..3 {
-                    line[channel] += weight * f32::from(pixel[channel]);
+/// No change.
+const STILL: Change = [0.0, 0.0, 1.0, 1.0, 1.0];
+
+/// An image with each pixel's colour in one number.
+struct Packed {
+    width: usize,
+    height: usize,
+    colours: Vec<i64>,
+}
+
+impl Packed {
+    fn of(image: &Image) -> Self {
+        let pixels = image.rgba.chunks_exact(4);
+        let colours = pixels
+            .map(|p| i64::from(p[0]) + (i64::from(p[1]) << LANE) + (i64::from(p[2]) << (2 * LANE)));
+        Self {
+            width: image.width,
+            height: image.height,
+            colours: colours.collect(),
+        }
+    }
+
+    /// The sums of the taps at a pixel's middle moved by some px, in units of 1 / 2^[`WEIGHT`] of a
+    /// byte's; beyond the border is the border's colour.
+    fn sample(&self, x: usize, y: usize, dx: f32, dy: f32) -> [i64; 3] {
+        let (left, across) = split(dx);
+        let (top, down) = split(dy);
+        let (x, y) = (x as isize + left - 1, y as isize + top - 1);
+        let weights = products(across, down);
+        let mut sum = 0;
+        if x >= 0 && y >= 0 && x as usize + 4 <= self.width && y as usize + 4 <= self.height {
+            let mut at = y as usize * self.width + x as usize;
+            for row in weights {
+                let taps = &self.colours[at..at + 4];
+                sum += taps[0] * row[0] + taps[1] * row[1] + taps[2] * row[2] + taps[3] * row[3];
+                at += self.width;
+            }
+        } else {
+            let clamp = |i: isize, most: usize| i.clamp(0, most as isize - 1) as usize;
+            for (j, row) in weights.into_iter().enumerate() {
+                let line = clamp(y + j as isize, self.height) * self.width;
+                for (i, weight) in row.into_iter().enumerate() {
+                    sum += self.colours[line + clamp(x + i as isize, self.width)] * weight;
                 }
             }
-            for channel in 0..3 {
-                sum[channel] += weight * line[channel];
-            }
         }
-        sum
+        // The lowest channel's sign has gone into the next, and so on.
+        let sign = |lane: i64| (lane << (64 - LANE)) >> (64 - LANE);
+        let red = sign(sum);
+        let rest = (sum - red) >> LANE;
+        let green = sign(rest);
+        [red, green, (rest - green) >> LANE]
     }
+}
+
+/// Whole px, and the weights for what is left.
+fn split(by: f32) -> (isize, [f32; 4]) {
+    let whole = by.floor();
+    (whole as isize, weights(by - whole))
+}
+
+/// The weights of 4 x 4 taps, whole numbers that sum to 2^[`WEIGHT`]: what rounding leaves over goes to
+/// the tap nearest to the middle.
+fn products(across: [f32; 4], down: [f32; 4]) -> [[i64; 4]; 4] {
+    let one = (1 << WEIGHT) as f32;
+    let products = down.map(|d| across.map(|a| (a * d * one).round_ties_even() as i64));
+    let mut products = products;
+    let sum: i64 = products.as_flattened().iter().sum();
+    let nearest = |w: [f32; 4]| 1 + usize::from(w[2] > w[1]);
+    products[nearest(down)][nearest(across)] += (1 << WEIGHT) - sum;
+    products
 }
