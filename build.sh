@@ -271,7 +271,7 @@ lints() {
     say "Formatting, lints and docs"
     cargo fmt --check
     quietly clippy cargo clippy --locked --all-targets -- -D warnings
-    quietly clippy-fit cargo clippy --locked --all-targets --features fit -- -D warnings
+    quietly clippy-fit cargo clippy --locked --all-targets --features fit,bench -- -D warnings
     quietly clippy-wasm cargo clippy --locked --lib --test wasm --target wasm32-unknown-unknown \
         -- -D warnings
     quietly clippy-photo cargo clippy --locked --lib --features photo \

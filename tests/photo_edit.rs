@@ -330,7 +330,7 @@ fn pixels_are_read_where_the_motion_says() {
         for x in 0..width {
             let at = 4 * (y * width + x) as usize;
             let (cx, cy) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-            if cx < 8.0 || cx > 40.0 || cy < 6.0 || cy > 30.0 {
+            if !(8.0..=40.0).contains(&cx) || !(6.0..=30.0).contains(&cy) {
                 assert_eq!(out[at..at + 4], rgba[at..at + 4], "{x}, {y}");
                 continue;
             }
