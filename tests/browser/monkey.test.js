@@ -129,7 +129,7 @@ test(`a monkey for ${MINUTES} min, seed ${SEED}`, { timeout: MINUTES * 60_000 + 
   /** @type {Record<string, [number, () => Promise<unknown>]>} how often, and what */
   const actions = {
     press: [60, press],
-    tab: [10, () => page.getByRole('tab').nth(below(6)).click({ timeout: 1000 }).catch(() => page.keyboard.press('Escape'))],
+    tab: [10, () => page.getByRole('tab').nth(below(7)).click({ timeout: 1000 }).catch(() => page.keyboard.press('Escape'))],
     undo: [10, () => page.keyboard.press('Control+z')],
     redo: [6, () => page.keyboard.press('Control+y')],
     stage: [
