@@ -6,6 +6,7 @@ import { join } from 'node:path';
 import { describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
+import { load } from '../../pkg/index.js';
 import { decodePng, differing, moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
@@ -224,6 +225,7 @@ describe('a face in a photo', () => {
     await page.keyboard.press('End');
     assert.equal(await shown(page), changed);
 
+    const edited = await page.evaluate(() => ({ code: window.designer.face.code, expression: window.designer.face.expression }));
     // PNG: the whole photo, the note after the head, nothing else of metadata.
     const saved = async (/** @type {string} */ button) => {
       const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: button }).click()]);
@@ -266,6 +268,21 @@ describe('a face in a photo', () => {
       }
     }
     assert.ok(there > 100, `${there} pixels were changed`);
+
+    // The processor draws the same: the graphics card's f32 and the processor's whole numbers are two
+    // steps of 255 apart at most, where the light changes in the dark.
+    const model = await load(await readFile(here('../../www/public/model.phiz')));
+    await model.loadExpressions(await readFile(here('../../www/public/expressions.phiz')));
+    const edit = await model.editPhoto({ width: 512, height: 512, fit: state.fit });
+    const rgba = new Uint8Array(4 * 512 * 512).fill(255);
+    for (let i = 0; i < 512 * 512; i++) rgba.set(opened.rgb.subarray(3 * i, 3 * i + 3), 4 * i);
+    const drawnHere = edit.render(edited, rgba);
+    let most = 0;
+    for (let i = 0; i < 512 * 512; i++) {
+      for (let k = 0; k < 3; k++) most = Math.max(most, Math.abs(drawnHere[4 * i + k] - picture.rgb[3 * i + k]));
+    }
+    model.free();
+    assert.ok(most <= 2, `the graphics card and the processor are ${most} of 255 apart`);
 
     // Back to her own face is a step; undoing it and the rest ends at the start.
     await page.getByRole('button', { name: 'Back to the person’s own face' }).click();
