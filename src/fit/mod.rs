@@ -46,6 +46,7 @@ pub mod obj;
 pub mod pca;
 pub mod people;
 pub mod photograph;
+pub mod portrait;
 pub mod pictures;
 pub mod ply;
 pub mod population;

@@ -7,7 +7,9 @@
 //! seen, with the model's colours for the albedo, reweighted so that hair, glasses, hands and shadows
 //! do not count.
 
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use std::sync::LazyLock;
+
+use glam::{DVec2, DVec3, Vec3};
 use nalgebra::{SMatrix, SVector};
 
 use super::Camera;
@@ -47,6 +49,20 @@ impl<'a> Image<'a> {
         })
     }
 
+    /// Columns and rows.
+    pub(super) fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
+    /// The sum of the linear light, 0 to 1, of so many pixels from one on to the right, which are
+    /// in the image.
+    pub(super) fn sum(&self, [x, y]: [usize; 2], count: usize) -> DVec3 {
+        let first = 4 * (y * self.width + x);
+        let pixels = self.rgba[first..first + 4 * count].chunks_exact(4);
+        let each = pixels.map(|p| DVec3::from_array([p[0], p[1], p[2]].map(of_byte)));
+        each.sum()
+    }
+
     /// The mean linear light, 0 to 1, of the pixels whose middles are within `reach` px of a point along
     /// both axes, at least of the pixel that it is in; `None` outside of the image.
     fn mean(&self, p: DVec2, reach: f64) -> Option<DVec3> {
@@ -70,15 +86,22 @@ impl<'a> Image<'a> {
 }
 
 /// The linear light of an sRGB colour, 0 to 1 a channel (IEC 61966-2-1).
-fn linear(colour: [u8; 3]) -> DVec3 {
-    let each = colour.map(|byte| {
-        let x = f64::from(byte) / 255.0;
-        match x <= 0.04045 {
-            true => x / 12.92,
-            false => ((x + 0.055) / 1.055).powf(2.4),
-        }
+pub(super) fn linear(colour: [u8; 3]) -> DVec3 {
+    DVec3::from_array(colour.map(of_byte))
+}
+
+/// The linear light of each value of an sRGB channel.
+fn of_byte(byte: u8) -> f64 {
+    static ALL: LazyLock<[f64; 256]> = LazyLock::new(|| {
+        std::array::from_fn(|byte| {
+            let x = byte as f64 / 255.0;
+            match x <= 0.04045 {
+                true => x / 12.92,
+                false => ((x + 0.055) / 1.055).powf(2.4),
+            }
+        })
     });
-    DVec3::from_array(each)
+    ALL[usize::from(byte)]
 }
 
 /// The shading of a face by lights that are far away.
@@ -93,7 +116,7 @@ pub struct Light {
 }
 
 /// The spherical harmonics of degree 0 to 2 at a unit normal, without their constants.
-fn harmonics(n: DVec3) -> [f64; HARMONICS] {
+pub(super) fn harmonics(n: DVec3) -> [f64; HARMONICS] {
     let DVec3 { x, y, z } = n;
     [
         1.0,
@@ -198,7 +221,7 @@ impl Light {
 }
 
 /// The vertices of the skin that are not under hair, on most heads.
-fn bare(model: &FaceModel) -> Vec<u32> {
+pub(super) fn bare(model: &FaceModel) -> Vec<u32> {
     let parts = model.parts();
     let ibug = parts
         .landmarks
@@ -215,49 +238,71 @@ fn bare(model: &FaceModel) -> Vec<u32> {
     skin
 }
 
+/// What of a head is seen.
+pub(super) struct Shown {
+    camera: Camera,
+    own: Camera,
+    raster: Raster,
+    /// The corners of the part of the image that the head is in, px.
+    pub box_: [DVec2; 2],
+}
+
+impl Shown {
+    /// Of all vertices of a head (mm); `None` when it is not before the camera.
+    pub fn new(camera: &Camera, positions: &[DVec3], triangles: &[[u32; 3]]) -> Option<Self> {
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for &p in positions {
+            let q = camera.project(p);
+            (low, high) = (low.min(q), high.max(q));
+        }
+        let extent = (high - low).max_element();
+        if !(extent > 0.0 && extent.is_finite()) {
+            return None;
+        }
+        // The head fills an image of its own.
+        let scale = DRAWN / extent;
+        let own = Camera {
+            focal: camera.focal * scale,
+            centre: (camera.centre - low) * scale,
+            ..*camera
+        };
+        let size = ((high - low) * scale).ceil().as_usizevec2();
+        let size = [size.x.max(1), size.y.max(1)];
+        Some(Self {
+            camera: *camera,
+            own,
+            raster: Raster::new(&own, size, positions, triangles),
+            box_: [low, high],
+        })
+    }
+
+    /// Whether a point of the head with this unit normal is seen, and not from too far aside.
+    pub fn is_seen(&self, p: DVec3, normal: DVec3) -> bool {
+        let towards = (self.camera.position() - p).normalize_or_zero();
+        let depth = self.camera.to_camera(p).z;
+        normal.dot(towards) >= FACING
+            && !(depth > self.raster.depth(self.own.project(p)) + BEHIND)
+    }
+}
+
 /// The vertices of the face that are seen.
 fn points(face: &Face, camera: &Camera, image: &Image) -> Vec<Point> {
     let topology = &face.model().parts().topology;
     let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
-    let seen: Vec<DVec2> = positions.iter().map(|&p| camera.project(p)).collect();
-    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    for &q in &seen {
-        (low, high) = (low.min(q), high.max(q));
-    }
-    let extent = (high - low).max_element();
-    if !(extent > 0.0 && extent.is_finite()) {
+    let Some(shown) = Shown::new(camera, &positions, &topology.triangles()) else {
         return Vec::new();
-    }
-    // The head fills an image of its own.
-    let scale = DRAWN / extent;
-    let own = Camera {
-        focal: camera.focal * scale,
-        centre: (camera.centre - low) * scale,
-        ..*camera
     };
-    let size = ((high - low) * scale).ceil().as_usizevec2();
-    let raster = Raster::new(
-        &own,
-        [size.x.max(1), size.y.max(1)],
-        &positions,
-        &topology.triangles(),
-    );
-    let eye = camera.position();
-    let turn: DMat3 = camera.rotation;
     let vertices = bare(face.model()).into_iter();
     vertices
         .filter_map(|v| {
             let v = v as usize;
             let normal = face.normals()[v].as_dvec3();
-            let towards = (eye - positions[v]).normalize_or_zero();
-            let depth = (turn * positions[v] + camera.translation).z;
-            let hidden = depth > raster.depth(own.project(positions[v])) + BEHIND;
-            if normal.dot(towards) < FACING || hidden {
+            if !shown.is_seen(positions[v], normal) {
                 return None;
             }
             // A mm around the vertex.
-            let reach = 0.5 * camera.focal / depth;
-            let light = image.mean(seen[v], reach)?;
+            let reach = 0.5 * camera.focal / camera.to_camera(positions[v]).z;
+            let light = image.mean(camera.project(positions[v]), reach)?;
             Some(Point {
                 harmonics: harmonics(normal).into(),
                 albedo: linear(topology.colours[v]),

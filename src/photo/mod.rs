@@ -20,13 +20,22 @@
 //! small: when the head shrinks and comes nearer its image is the same, and the prior prefers less of
 //! every shape.
 
+mod albedo;
+mod appearance;
 mod camera;
 mod contour;
 mod light;
+mod pixels;
 pub mod raster;
 mod shape;
 mod solver;
 mod start;
+mod surface;
+
+/// prototype
+pub(crate) fn knob(name: &str, default: f64) -> f64 {
+    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
+}
 
 use glam::{DVec2, DVec3};
 
@@ -138,6 +147,10 @@ pub struct Fitter {
     expressions: usize,
     /// The 68 points, then those of the jaw's paths but for their first.
     points: Points,
+    /// The same with all axes.
+    whole: Points,
+    list: Vec<crate::expression::Expression>,
+    prepared: std::sync::OnceLock<std::sync::Arc<appearance::Prepared>>,
     /// For each jaw point its path, as indices into the points.
     paths: Vec<Vec<usize>>,
     /// The middle of the 68 points on the mean head.
@@ -162,12 +175,15 @@ impl Fitter {
             stencils.extend(path.into_iter().skip(1));
             paths.push(std::iter::once(i).chain(first..stencils.len()).collect());
         }
-        let points = Points::new(model, expressions, &stencils);
+        let [points, whole] = Points::new(model, expressions, &stencils);
         let pivot = points.mean[..POINTS].iter().sum::<DVec3>() / POINTS as f64;
         Ok(Self {
             model: model.clone(),
             expressions: expressions.map_or(0, |e| e.list().len()),
             points,
+            whole,
+            list: expressions.map_or(Vec::new(), |e| e.list().to_vec()),
+            prepared: std::sync::OnceLock::new(),
             paths,
             pivot,
         })
@@ -185,6 +201,11 @@ impl Fitter {
     /// When there are not 68 points, one is not a number or far outside of the image, they lie on a
     /// line, or the image or the focal length is not above 0.
     pub fn fit(&self, photo: &Photo) -> Result<Fit> {
+        Ok(self.fit_both(photo, None)?.0)
+    }
+
+    /// prototype
+    pub fn fit_both(&self, photo: &Photo, image: Option<&Image>) -> Result<(Fit, Option<(Fit, Light)>)> {
         let seen = checked(photo)?;
         let longer = f64::from(photo.width.max(photo.height));
         let focal = match photo.focal {
@@ -220,11 +241,26 @@ impl Fitter {
         };
         let state = solver::solve(&observed, &terms, pose)
             .ok_or_else(|| Error::Mismatch("no face is seen at these points".into()))?;
-        Ok(self.finish(&observed, state))
+        let refined = image.and_then(|image| {
+            let prepared = self.prepared.get_or_init(|| std::sync::Arc::new(appearance::Prepared::new(&self.model)));
+            let observed = Observed { points: &self.whole, ..observed };
+            let terms = Terms { coefficients: self.whole.basis.ncols(), ..terms };
+            let mut start = state.clone();
+            let zeros = terms.coefficients - self.points.basis.ncols();
+            let at = self.points.basis.ncols();
+            start.unknowns.splice(at..at, std::iter::repeat_n(0.0, zeros));
+            let job = appearance::Job { model: &self.model, prepared, observed: &observed, terms: &terms, basis: &self.whole.basis, list: &self.list, image };
+            let (refined, light) = job.refine(&start)?;
+            let before = solver::disagreement(&observed, &start)?;
+            let after = solver::disagreement(&observed, &refined)?;
+            if std::env::var_os("DBG").is_some() { println!("points {before:.1} -> {after:.1}"); }
+            let light = Light { coefficients: [0, 1, 2].map(|c| light[c.min(light.len() - 1)]), rms: 0.0 };
+            Some((self.finish(&observed, refined, &self.whole.basis), light))
+        });
+        Ok((self.finish(&observed, state, &self.points.basis), refined))
     }
 
-    fn finish(&self, observed: &Observed, state: State) -> Fit {
-        let basis = &self.points.basis;
+    fn finish(&self, observed: &Observed, state: State, basis: &nalgebra::DMatrix<f64>) -> Fit {
         let (z, expression) = state.unknowns.split_at(basis.ncols());
         let z = nalgebra::DVector::from_column_slice(z);
         let mut grid = vec![0; self.model.parts().coefficients()];
@@ -266,7 +302,7 @@ impl Fitter {
 pub(crate) fn linear(model: &FaceModel, vertices: &[u32]) -> Result<(Vec<DVec3>, Vec<DVec3>)> {
     let mut stencils = shape::ibug(model)?;
     stencils.extend(vertices.iter().map(|&v| vec![(v, 1.0)]));
-    let points = Points::new(model, None, &stencils);
+    let [points, _] = Points::new(model, None, &stencils);
     let modes = (0..points.rates.nrows())
         .flat_map(|k| (0..stencils.len()).map(move |i| (k, i)))
         .map(|(k, i)| DVec3::from_array([0, 1, 2].map(|axis| points.rates[(k, 3 * i + axis)])))

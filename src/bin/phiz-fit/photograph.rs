@@ -87,6 +87,7 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
     if let Some(folder) = &args.save {
         write_model(&model, &photographer, folder)?;
     }
+    if let Ok(which) = std::env::var("PROTO") { return proto(args, &which, &photographer, &fitter, &model, &ict); }
     let mut reports = Vec::new();
     let (mut seconds, mut fits) = (0.0, 0);
     for setting in &SETTINGS {
@@ -143,6 +144,59 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
             );
         }
         println!("{:.2} ms a fit", 1e3 * seconds / f64::from(fits));
+    }
+    Ok(())
+}
+
+fn proto(args: &PhotographArgs, which: &str, photographer: &Photographer, fitter: &Fitter, model: &phiz::FaceModel, ict: &Ict) -> FitResult<()> {
+    use phiz::fit::portrait::Portrait;
+    use phiz::photo::Image;
+    for setting in SETTINGS.iter().filter(|s| which.contains(s.name)) {
+        for colour in [false, true] {
+            if which.contains("grey") && colour || which.contains("colour") && !colour { continue; }
+            let (mut before, mut after) = (Vec::new(), Vec::new());
+            let mut shading = Vec::new();
+            let mut seconds = 0.0;
+            for seed in (0..args.count).map(|i| args.seed.wrapping_add(i.into())) {
+                let taken = photographer.take(seed, setting);
+                let portrait = Portrait::take(&taken, ict, colour);
+                if let Ok(dir) = std::env::var("DUMP") {
+                    let mut ppm = format!("P6 {SIZE} {SIZE} 255\n").into_bytes();
+                    ppm.extend(portrait.rgba.chunks(4).flat_map(|p| [p[0], p[1], p[2]]));
+                    std::fs::write(format!("{dir}/{}-{seed}-{colour}.ppm", setting.name), ppm).ok();
+                }
+                let image = Image::new(SIZE, SIZE, &portrait.rgba)?;
+                let photo = Photo { width: SIZE, height: SIZE, points: &taken.points, focal: None, noise: None };
+                let started = Instant::now();
+                let (first, second) = fitter.fit_both(&photo, Some(&image))?;
+                seconds += started.elapsed().as_secs_f64();
+                let measure = |fit: &phiz::photo::Fit| -> FitResult<phiz::fit::photograph::Errors> {
+                    let mut face = model.face();
+                    face.set_coefficients(&fit.coefficients)?;
+                    let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+                    Ok(photographer.measure(&taken, &positions, fit.camera.rotation))
+                };
+                let a = measure(&first)?;
+                let b = match &second {
+                    Some((fit, light)) => {
+                        let mut face = model.face();
+                        face.set_coefficients(&fit.coefficients)?;
+                        let normals: Vec<DVec3> = face.normals().iter().map(|p| p.as_dvec3()).collect();
+                        shading.push(photographer.shading(&taken, |n| portrait.shade(n, colour), &normals, |n| light.shade(n)));
+                        measure(fit)?
+                    }
+                    None => a,
+                };
+                if std::env::var_os("DBG").is_some() { println!("{seed} {:.3} -> {:.3}", a.similarity, b.similarity); }
+                before.push((seed, a));
+                after.push((seed, b));
+            }
+            let worse = before.iter().zip(&after).filter(|(a, b)| b.1.similarity > a.1.similarity).count();
+            let (a, b) = (Report::of(setting, before), Report::of(setting, after));
+            let rms = (shading.iter().map(|x| x * x).sum::<f64>() / shading.len() as f64).sqrt();
+            println!("{:9} {:7} similar {:.3} -> {:.3} ({:.3}) rigid {:.3} -> {:.3} size {:.4} -> {:.4} turn {:.2} -> {:.2} worse {worse}/{} shading {rms:.4} {:.0} ms",
+                setting.name, if colour {"colour"} else {"grey"}, a.similarity, b.similarity, b.similarity / a.similarity, a.rigid, b.rigid, a.size, b.size, a.turn, b.turn, args.count, 1e3 * seconds / f64::from(args.count));
+        }
     }
     Ok(())
 }
