@@ -4,7 +4,7 @@
 //! What is drawn is ICT's own mesh with its own normals, not the template. The light is a polynomial
 //! of degree 2 in the normal (nine spherical harmonics a channel): what comes from everywhere and
 //! three coloured lamps, without shadows. The albedo is one colour of skin times a random field: the
-//! exponential of waves over the mean head, 10 % of them 60 to 200 mm long and 5 % of them 10 to 60
+//! exponential of waves over the mean head, 10 % of them 60 to 200 mm long and 5 % of them 6 to 25
 //! mm. Channels share four fifths of its variance: melanin and blood darken all of them, not alike.
 //! A fit's idea of albedo (`photo::albedo`) has no waves, other lengths and other correlations.
 
@@ -19,7 +19,7 @@ use crate::photo::raster::{NOTHING, Raster};
 /// The mean colour of skin in linear light.
 const SKIN: DVec3 = DVec3::new(0.723, 0.434, 0.305);
 /// The standard deviations of the logarithm of the albedo and its waves' lengths, mm.
-const STAINS: [(f64, [f64; 2]); 2] = [(0.10, [60.0, 200.0]), (0.05, [10.0, 60.0])];
+const STAINS: [(f64, [f64; 2]); 2] = [(0.10, [60.0, 200.0]), (0.05, [6.0, 25.0])];
 /// The correlation of the albedo of two channels.
 const SHARED: f64 = 0.8;
 /// Pixels are off by this part of their light (one standard deviation), in each channel.
@@ -101,13 +101,17 @@ impl Portrait {
     /// Of the person and the camera of a photo; everything else follows from the person's seed.
     pub fn take(photo: &Photograph, ict: &Ict, colour: bool) -> Self {
         let person = ict.person(photo.seed);
-        let facing = normals(&person, &ict.triangles);
+        Self::of(photo, &ict.neutral, &person, &ict.triangles, colour)
+    }
+
+    pub fn of(photo: &Photograph, mean: &[DVec3], person: &[DVec3], triangles: &[[u32; 3]], colour: bool) -> Self {
+        let facing = normals(person, triangles);
         // Streams up to 8 are the scans' and the points'.
         let mut random = Random::stream(photo.seed, 9);
         let lamps = Lamps::random(&mut random);
-        let albedo = stains(&ict.neutral, &mut random);
+        let albedo = stains(mean, &mut random);
         let size = SIZE as usize;
-        let raster = Raster::new(&photo.camera, [size; 2], &person, &ict.triangles);
+        let raster = Raster::new(&photo.camera, [size; 2], person, triangles);
         let eye = photo.camera.position();
         let turn = photo.camera.rotation.transpose();
         let mut sent: Vec<Option<DVec3>> = Vec::with_capacity(size * size);
@@ -116,7 +120,7 @@ impl Portrait {
                 sent.push(None);
                 continue;
             }
-            let corners = ict.triangles[t as usize].map(|v| v as usize);
+            let corners = triangles[t as usize].map(|v| v as usize);
             let [a, b, c] = corners.map(|v| person[v]);
             let pixel = DVec2::new((i % size) as f64, (i / size) as f64) + 0.5;
             let ray = turn * ((pixel - photo.camera.centre) / photo.camera.focal).extend(1.0);
@@ -165,7 +169,7 @@ fn stains(mean: &[DVec3], random: &mut Random) -> Vec<DVec3> {
         let own = [0; 3].map(|_| Waves::random(random, lengths));
         for (sum, &p) in logarithms.iter_mut().zip(mean) {
             let own = DVec3::from_array([0, 1, 2].map(|c: usize| own[c].at(p)));
-            *sum += sigma * (SHARED.sqrt() * shared.at(p) + (1.0 - SHARED).sqrt() * own);
+            *sum += std::env::var("STAIN").map_or(1.0, |v| v.parse().unwrap()) * sigma * (SHARED.sqrt() * shared.at(p) + (1.0 - SHARED).sqrt() * own);
         }
     }
     logarithms.into_iter().map(|l| SKIN * l.exp()).collect()

@@ -114,8 +114,14 @@ impl Job<'_> {
             let length = normal.length();
             let Some(look) = pose.see(p) else { continue };
             let scale = (pose.log_focal - pose.log_depth).exp();
-            let Some(patch) = pixels.patch(look.at, half_mm * scale) else { continue };
-            let wide = pixels.patch(look.at, half_mm.max(knob("GHALF", 2.0)) * scale);
+            let Some(mut patch) = pixels.patch(look.at, half_mm * scale) else { continue };
+            let mut wide = pixels.patch(look.at, half_mm.max(knob("GHALF", 2.0)) * scale);
+            if knob("LUMA", 1.0) > 0.0 {
+                let w = DVec3::new(knob("WR", 0.2126), knob("WG", 0.7152), knob("WB", 0.0722));
+                for p in [Some(&mut patch), wide.as_mut()].into_iter().flatten() {
+                    for v in [&mut p.light, &mut p.right, &mut p.down] { *v = DVec3::splat(v.dot(w)); }
+                }
+            }
             let g = wide.as_ref().unwrap_or(&patch);
             all.push(Seen {
                 sample: i,
@@ -141,7 +147,7 @@ impl Job<'_> {
         let mut pixels: Option<Pixels> = None;
         let mut grey = false;
         let levels = knob("LEVELS", 3.0) as usize;
-        let halves = [knob("H0", 3.0), knob("H1", 2.0), knob("H2", 1.2)];
+        let halves = [knob("H0", 1.2), knob("H1", 0.8), knob("H2", 0.6)];
         let parts = [knob("N0", 0.3), knob("N1", 0.6), knob("N2", 1.0)];
         for level in 3 - levels..3 {
             let c = self.coefficients(&state);
@@ -156,7 +162,8 @@ impl Job<'_> {
             let camera = state.pose.camera();
             let shown = Shown::new(&camera, &positions, &p.triangles)?;
             let s = &p.surface;
-            let samples = ((s.samples.len() as f64 * parts[level]) as usize).max(1);
+            let _ = parts;
+            let samples = s.samples.len();
             let visible: Vec<usize> = (0..samples).filter(|&i| {
                 let v = s.vertices[s.samples[i].own] as usize;
                 shown.is_seen(positions[v], face.normals()[v].as_dvec3())
@@ -212,7 +219,7 @@ impl Job<'_> {
                 whole.rows_mut(lights, count).copy_from(&step);
                 for (u, e) in b.eliminated.iter().enumerate() {
                     let right = &e.right + &e.cross * &whole;
-                    nu.q[u] -= e.factor.solve(&right);
+                    nu.q[u] -= e.factor.solve(&right) * e.root;
                 }
                 if debug {
                     let rms = |u: usize| b.residual_rms[u];
@@ -230,11 +237,14 @@ impl Job<'_> {
         let p = self.prepared;
         let channels = nu.light.len();
         let lights = channels * HARMONICS;
-        let n = seen.len();
+        let mut groups: Vec<Vec<usize>> = vec![Vec::new(); p.surface.places.len()];
+        for (i, s) in seen.iter().enumerate() { groups[p.surface.samples[s.sample].patch].push(i); }
+        let kept: Vec<usize> = (0..groups.len()).filter(|&g| !groups[g].is_empty()).collect();
+        let n = kept.len();
         let m = p.albedo.modes.nrows();
         let k = self.basis.nrows();
         let raw = if only_light { lights } else { lights + k + active.len() + POSE };
-        let anchors: DMatrix<f64> = DMatrix::from_columns(&seen.iter().map(|s| p.albedo.modes.column(s.sample)).collect::<Vec<_>>());
+        let anchors: DMatrix<f64> = DMatrix::from_columns(&kept.iter().map(|&g| p.albedo.modes.column(g)).collect::<Vec<_>>());
         // Colour axes: shared first.
         let axes: Vec<Vec<f64>> = if channels == 1 { vec![vec![1.0]] } else {
             let (a, b) = (1.0 / 2f64.sqrt(), 1.0 / 6f64.sqrt());
@@ -243,8 +253,8 @@ impl Job<'_> {
         let rho = knob("RHO", 0.7);
         let lambda: Vec<f64> = if channels == 1 { vec![1.0] } else { vec![1.0 + 2.0 * rho, 1.0 - rho, 1.0 - rho] };
         let told: Vec<DVector<f64>> = nu.q.iter().map(|q| anchors.tr_mul(q)).collect();
-        let mean: Vec<f64> = (0..channels).map(|c| seen.iter().map(|s| shade(&nu.light[c], s.normal)).sum::<f64>() / n as f64).collect();
-        let sigma = knob("SIGMA", 0.04);
+        let mean: Vec<f64> = (0..channels).map(|c| seen.iter().map(|s| shade(&nu.light[c], s.normal)).sum::<f64>() / seen.len() as f64).collect();
+        let sigma = knob("SIGMA", 0.07);
         let infl = knob("LEFT", 1.0);
         let mut rows: Vec<DMatrix<f64>> = vec![DMatrix::zeros(raw, n); channels];
         let mut residuals: Vec<DVector<f64>> = vec![DVector::zeros(n); channels];
@@ -252,26 +262,31 @@ impl Job<'_> {
         let variance0 = knob("S1", 0.10).powi(2) + knob("S2", 0.05).powi(2);
         let dof = knob("DOF", 4.0);
         let with_gradient = knob("GRAD", 1.0);
-        // Model gradients
+        let usual = knob("AREA", 16.0);
+        let nsd = knob("NSD", 0.0).powi(2);
         let mut wsum = 0.0;
-        for (i, s) in seen.iter().enumerate() {
+        for (i, &g) in kept.iter().enumerate() {
+            let area: f64 = groups[g].iter().map(|&s| p.surface.samples[seen[s].sample].area).sum();
+            let mut square = 0.0;
+            let mut tilts = 0.0;
+            let mut group_r = [0.0; 3];
+            for &member in &groups[g] {
+            let s = &seen[member];
             let sample = &p.surface.samples[s.sample];
+            let share = sample.area / area;
             let mut by_channel: Vec<(f64, DVec3, DVec2, f64, f64)> = Vec::with_capacity(3);
             for c in 0..channels {
                 let own = shade(&nu.light[c], s.normal);
-                let scale = own.max(0.15 * mean[c]);
+                let scale = own.max(0.15 * mean[c]) / share;
                 let stain: f64 = 1.0 + axes.iter().zip(&told).map(|(a, t)| a[c] * t[i]).sum::<f64>();
                 let r = (s.light[c] - own * stain) / scale;
                 let sl = slope(&nu.light[c], s.normal);
                 let tangent = (sl - s.normal * sl.dot(s.normal)) * (stain / (s.length * scale));
                 let g = DVec2::new(s.gradient[0][c], s.gradient[1][c]) * (with_gradient / scale);
+                group_r[c] += r;
+                tilts += (tangent * s.length).length_squared() / share;
                 by_channel.push((r, tangent, g, stain / scale, own));
             }
-            let base = if only_light { variance0 } else { sigma * sigma + infl * p.albedo.left[s.sample] };
-            let square: f64 = by_channel.iter().map(|b| b.0 * b.0).sum::<f64>() / (base * lambda.iter().sum::<f64>() / channels as f64);
-            let weight = (dof + channels as f64) / (dof + square);
-            wsum += weight;
-            roots[i] = (weight / base).sqrt();
             let h = harmonics(s.normal);
             for u in 0..channels {
                 let mut row = rows[u].column_mut(i);
@@ -284,9 +299,9 @@ impl Job<'_> {
                     r += a * b.0;
                     tangent += b.1 * a;
                     g += b.2 * a;
-                    for t in 0..HARMONICS { row[c * HARMONICS + t] = -a * h[t] * b.3; }
+                    for t in 0..HARMONICS { row[c * HARMONICS + t] -= a * h[t] * b.3; }
                 }
-                residuals[u][i] = r;
+                residuals[u][i] += r;
                 if only_light { continue; }
                 // How the residual moves with each vertex.
                 let by_own = DVec3::new(s.by_point[0].dot(g), s.by_point[1].dot(g), s.by_point[2].dot(g));
@@ -312,9 +327,19 @@ impl Job<'_> {
                     add(sample.ring[j], -(after - before).cross(tangent));
                 }
                 for (to, d) in row[lights + k + active.len()..].iter_mut().zip(&s.by_pose) {
-                    *to = d.dot(g);
+                    *to += d.dot(g);
                 }
             }
+            }
+            tilts /= channels as f64;
+            let base = if only_light { variance0 } else { (sigma * sigma + nsd * tilts) * (usual / area).max(0.5) + infl * p.albedo.left[g] };
+            for u in 0..channels {
+                let r: f64 = (0..channels).map(|c| axes[u][c] * group_r[c]).sum();
+                square += r * r / (base * lambda[u]);
+            }
+            let weight = (dof + channels as f64) / (dof + square);
+            wsum += weight;
+            roots[i] = (weight / base).sqrt();
         }
         let _ = state;
         let mut weighted = anchors;
@@ -326,19 +351,19 @@ impl Job<'_> {
         let mut residual_rms = Vec::new();
         for u in 0..channels {
             let mut j = std::mem::replace(&mut rows[u], DMatrix::zeros(0, 0));
-            for (mut column, root) in j.column_iter_mut().zip(roots.iter()) { column *= *root; }
+            for (mut column, root) in j.column_iter_mut().zip(roots.iter()) { column *= *root / lambda[u].sqrt(); }
             residual_rms.push((residuals[u].norm_squared() / n as f64).sqrt());
-            let r = residuals[u].component_mul(&roots);
+            let r = residuals[u].component_mul(&roots) / lambda[u].sqrt();
             let across = j.transpose();
             curvature += &j * &across;
             gradient += &j * &r;
             if only_light { continue; }
             // Albedo's rows are -modes.
             let mut own = square.clone();
-            for t in 0..m { own[(t, t)] += 1.0 / lambda[u]; }
+            for t in 0..m { own[(t, t)] += 1.0; }
             let factor = own.cholesky()?;
             let cross = -(&weighted * &across);
-            let right = -(&weighted * &r) + &nu.q[u] / lambda[u];
+            let right = -(&weighted * &r) + &nu.q[u] / lambda[u].sqrt();
             let lower = factor.l();
             let mut half = cross.clone();
             lower.solve_lower_triangular_mut(&mut half);
@@ -347,7 +372,7 @@ impl Job<'_> {
             let t = half.transpose();
             curvature -= &t * &half;
             gradient -= &t * &half_r;
-            eliminated.push(Eliminated { factor, cross, right });
+            eliminated.push(Eliminated { root: lambda[u].sqrt(), factor, cross, right });
         }
         // The light's prior.
         for c in 0..channels {
@@ -377,6 +402,7 @@ impl Job<'_> {
 }
 
 struct Eliminated {
+    root: f64,
     factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
     cross: DMatrix<f64>,
     right: DVector<f64>,

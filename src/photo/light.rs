@@ -19,6 +19,9 @@ use crate::{Error, Face, FaceModel, Result};
 /// How many numbers a channel's shading has.
 pub const HARMONICS: usize = 9;
 
+/// How much of red, green and blue makes brightness (IEC 61966-2-1).
+pub(super) const GREY: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+
 /// A photo's pixels.
 #[derive(Debug, Clone, Copy)]
 pub struct Image<'a> {
@@ -54,13 +57,12 @@ impl<'a> Image<'a> {
         [self.width, self.height]
     }
 
-    /// The sum of the linear light, 0 to 1, of so many pixels from one on to the right, which are
-    /// in the image.
-    pub(super) fn sum(&self, [x, y]: [usize; 2], count: usize) -> DVec3 {
+    /// The sum of the brightness in linear light, 0 to 1, of so many pixels from one on to the
+    /// right, which are in the image.
+    pub(super) fn brightness(&self, [x, y]: [usize; 2], count: usize) -> f64 {
         let first = 4 * (y * self.width + x);
         let pixels = self.rgba[first..first + 4 * count].chunks_exact(4);
-        let each = pixels.map(|p| DVec3::from_array([p[0], p[1], p[2]].map(of_byte)));
-        each.sum()
+        pixels.map(|p| linear([p[0], p[1], p[2]]).dot(GREY)).sum()
     }
 
     /// The mean linear light, 0 to 1, of the pixels whose middles are within `reach` px of a point along
@@ -241,10 +243,11 @@ pub(super) fn bare(model: &FaceModel) -> Vec<u32> {
 /// What of a head is seen.
 pub(super) struct Shown {
     camera: Camera,
+    /// Of the raster.
     own: Camera,
     raster: Raster,
     /// The corners of the part of the image that the head is in, px.
-    pub box_: [DVec2; 2],
+    pub corners: [DVec2; 2],
 }
 
 impl Shown {
@@ -272,7 +275,7 @@ impl Shown {
             camera: *camera,
             own,
             raster: Raster::new(&own, size, positions, triangles),
-            box_: [low, high],
+            corners: [low, high],
         })
     }
 

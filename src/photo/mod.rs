@@ -205,6 +205,12 @@ impl Fitter {
     }
 
     /// prototype
+    pub fn sample_vertices(&self) -> Vec<u32> {
+        let p = self.prepared.get_or_init(|| std::sync::Arc::new(appearance::Prepared::new(&self.model)));
+        p.surface.samples.iter().map(|s| p.surface.vertices[s.own]).collect()
+    }
+
+    /// prototype
     pub fn fit_both(&self, photo: &Photo, image: Option<&Image>) -> Result<(Fit, Option<(Fit, Light)>)> {
         let seen = checked(photo)?;
         let longer = f64::from(photo.width.max(photo.height));

@@ -1,145 +1,228 @@
 //! Where the skin of a face is compared with a photo.
 
+use std::collections::BTreeMap;
+
 use glam::{DVec3, Vec3};
 
+use super::albedo::Albedo;
+use super::light::{bare, linear};
 use crate::expression::Expression;
 use crate::model::FaceModel;
-use super::knob;
 
-/// Samples of the skin, and the vertices that their normals take.
+/// The levels of comparison, from coarse to fine: into how many patches the face is divided, and how
+/// many modes its albedo has. At the last a patch is 5 mm wide, the albedo is told to some 30 mm.
+const LEVELS: [(usize, usize); 3] = [(300, 60), (700, 100), (1500, 150)];
+/// Skin whose colour on the mean head is farther off the usual than this part of its brightness is
+/// lips, brows, lashes or nostrils, whose albedo is another.
+const PLAIN: f64 = 0.22;
+/// So near to those, mm, nothing is compared: photos blur, and fits are off.
+const APART: f64 = 2.5;
+
+/// The samples of the skin, and the vertices that their normals take.
 #[derive(Debug, Clone)]
 pub(super) struct Surface {
-    /// Model's vertices: the samples and their neighbours, increasing.
+    /// The model's vertices: samples and their neighbours, increasing.
     pub vertices: Vec<u32>,
     /// Where they are on the mean head, mm.
     mean: Vec<DVec3>,
-    /// How they move with each coefficient of the population, mm: all of a vertex together.
+    /// How they move with each coefficient of the population, mm; all of a vertex together.
     rates: Vec<Vec3>,
+    /// How many of them a vertex has.
     population: usize,
     pub samples: Vec<Sample>,
+    /// From coarse to fine.
+    pub levels: Vec<Level>,
 }
 
-/// A vertex of the skin and its neighbours, as places among the surface's vertices.
+/// A vertex of the skin.
 #[derive(Debug, Clone)]
 pub(super) struct Sample {
+    /// Its place among the surface's vertices.
     pub own: usize,
-    /// Counter-clockwise from outside.
+    /// Its neighbours', counter-clockwise from outside.
     pub ring: Vec<usize>,
+    /// How much of the mean head's skin is its own, mm^2.
+    pub area: f64,
+}
+
+/// Samples in patches.
+#[derive(Debug, Clone)]
+pub(super) struct Level {
+    /// The patch of each sample: that of the nearest middle.
+    pub patch: Vec<usize>,
+    /// How much of the mean head's skin a patch has on average, mm^2.
+    pub area: f64,
+    /// At the middles of the patches.
+    pub albedo: Albedo,
 }
 
 impl Surface {
     pub fn new(model: &FaceModel) -> Self {
         let parts = model.parts();
-        let colours = &parts.topology.colours;
         let mean: Vec<DVec3> = parts.mean.iter().map(|p| p.as_dvec3()).collect();
-        let bare = super::light::bare(model);
-        // Plain skin
-        let luma = |v: u32| {
-            let c = super::light::linear(colours[v as usize]);
-            0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z
-        };
-        let mut sorted: Vec<f64> = bare.iter().map(|&v| luma(v)).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let usual = sorted[sorted.len() / 2];
-        let (plain, other): (Vec<u32>, Vec<u32>) =
-            bare.iter().partition(|&&v| (luma(v) / usual - 1.0).abs() < 0.22);
-        let apart = knob("APART", 2.5);
-        let grid = |p: DVec3| (p / apart).floor().as_ivec3().to_array();
-        let mut cells: std::collections::BTreeMap<[i32; 3], Vec<u32>> = Default::default();
-        for &v in &other {
-            cells.entry(grid(mean[v as usize])).or_default().push(v);
-        }
-        let near_other = |v: u32| {
-            let p = mean[v as usize];
-            let [x, y, z] = grid(p);
-            (-1..=1).any(|i| (-1..=1).any(|j| (-1..=1).any(|k| {
-                cells.get(&[x + i, y + j, z + k]).is_some_and(|c| c.iter().any(|&o| mean[o as usize].distance(p) < apart))
-            })))
-        };
         let fans = fans(model);
-        let mut candidates: Vec<u32> = plain.into_iter().filter(|&v| !near_other(v) && !fans[v as usize].is_empty()).collect();
-        let _ = &mut candidates;
-        let chosen = spread(&candidates, &mean, knob("SAMPLES", 1200.0) as usize);
-        let mut vertices: Vec<u32> = chosen.iter().flat_map(|&v| fans[v as usize].iter().copied().chain([v])).collect();
+        let mut chosen = plain(model, &mean);
+        chosen.retain(|&v| !fans[v as usize].is_empty());
+        let fans: Vec<&[u32]> = chosen.iter().map(|&v| &fans[v as usize][..]).collect();
+        let mut vertices: Vec<u32> = fans.concat();
+        vertices.extend(&chosen);
         vertices.sort_unstable();
         vertices.dedup();
+        // All are there.
         let place = |v: u32| vertices.binary_search(&v).unwrap_or_default();
-        let samples = chosen.iter().map(|&v| Sample { own: place(v), ring: fans[v as usize].iter().map(|&r| place(r)).collect() }).collect();
+        let at = |v: u32| mean[v as usize];
+        let each = chosen.iter().zip(&fans);
+        let samples: Vec<Sample> = each
+            .map(|(&v, fan)| Sample {
+                own: place(v),
+                ring: fan.iter().map(|&r| place(r)).collect(),
+                area: around(fan.len())
+                    .map(|[i, j]| (at(fan[i]) - at(v)).cross(at(fan[j]) - at(v)).length() / 6.0)
+                    .sum(),
+            })
+            .collect();
+        let points: Vec<DVec3> = chosen.iter().map(|&v| at(v)).collect();
+        let levels = levels(&points, samples.iter().map(|s| s.area).sum());
         let face = model.face();
         let population = parts.population();
-        let mut rates = Vec::with_capacity(population * vertices.len());
-        for &v in &vertices {
-            rates.extend_from_slice(&face.jacobian(v)[..population]);
+        let rates = vertices.iter();
+        let rates = rates.flat_map(|&v| face.jacobian(v).into_iter().take(population));
+        Self {
+            rates: rates.collect(),
+            mean: vertices.iter().map(|&v| at(v)).collect(),
+            vertices,
+            population,
+            samples,
+            levels,
         }
-        Self { mean: vertices.iter().map(|&v| mean[v as usize]).collect(), vertices, rates, population, samples }
     }
 
+    /// How a vertex moves with each coefficient of the population, mm.
     pub fn rates(&self, place: usize) -> &[Vec3] {
         &self.rates[place * self.population..(place + 1) * self.population]
     }
 
-    /// Positions for coefficients of the population and weights of expressions.
-    pub fn positions(&self, coefficients: &[f64], expressions: &[(&Expression, f64)]) -> Vec<DVec3> {
-        let mut all: Vec<DVec3> = (0..self.vertices.len()).map(|i| {
-            let moved: DVec3 = self.rates(i).iter().zip(coefficients).map(|(r, &c)| r.as_dvec3() * c).sum();
-            self.mean[i] + moved
-        }).collect();
-        for (expression, weight) in expressions {
-            for (p, v) in all.iter_mut().zip(&self.vertices) {
-                if let Ok(slot) = expression.support.binary_search(v) {
-                    *p += expression.displacements[slot].as_dvec3() * *weight;
-                }
-            }
-        }
-        all
+    /// How a vertex moves with an expression at full weight, mm.
+    pub fn expressed(&self, place: usize, expression: &Expression) -> DVec3 {
+        let slot = expression.support.binary_search(&self.vertices[place]);
+        slot.map_or(DVec3::ZERO, |slot| expression.displacements[slot].as_dvec3())
     }
 
-    /// Where the samples are on the mean head.
-    pub fn places(&self) -> Vec<DVec3> {
-        self.samples.iter().map(|s| self.mean[s.own]).collect()
+    /// Where the vertices are for coefficients of the population and weights of expressions, mm.
+    pub fn positions(&self, coefficients: &[f64], expressions: &[(&Expression, f64)]) -> Vec<DVec3> {
+        let each = self.mean.iter().enumerate().map(|(i, &mean)| {
+            let moved = self.rates(i).iter().zip(coefficients);
+            let moved: DVec3 = moved.map(|(r, &c)| r.as_dvec3() * c).sum();
+            let expressed = expressions.iter();
+            let expressed: DVec3 = expressed.map(|(e, w)| self.expressed(i, e) * *w).sum();
+            mean + moved + expressed
+        });
+        each.collect()
+    }
+
+    /// The sum of the facets around a sample, twice their area long.
+    pub fn facets(&self, sample: &Sample, positions: &[DVec3]) -> DVec3 {
+        let from = positions[sample.own];
+        let corner = |i: usize| positions[sample.ring[i]] - from;
+        let facets = around(sample.ring.len()).map(|[i, j]| corner(i).cross(corner(j)));
+        facets.sum()
     }
 }
 
-/// Around each vertex of the skin its neighbours in order; none where the skin ends.
+/// Each place of a ring and the next.
+fn around(count: usize) -> impl Iterator<Item = [usize; 2]> {
+    (0..count).map(move |i| [i, (i + 1) % count])
+}
+
+/// The vertices of plain skin on the mean head, away from what is none.
+fn plain(model: &FaceModel, mean: &[DVec3]) -> Vec<u32> {
+    let colours = &model.parts().topology.colours;
+    let skin = bare(model);
+    let brightness = |v: u32| linear(colours[v as usize]).dot(super::light::GREY);
+    let mut sorted: Vec<f64> = skin.iter().map(|&v| brightness(v)).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let usual = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0);
+    let (plain, other): (Vec<u32>, Vec<u32>) = skin
+        .iter()
+        .partition(|&&v| (brightness(v) - usual).abs() < PLAIN * usual);
+    let cell = |p: DVec3| (p / APART).floor().as_ivec3().to_array();
+    let mut cells: BTreeMap<[i32; 3], Vec<DVec3>> = BTreeMap::new();
+    for v in other {
+        let p = mean[v as usize];
+        cells.entry(cell(p)).or_default().push(p);
+    }
+    let is_near = |p: DVec3| {
+        let [x, y, z] = cell(p);
+        (0..27).any(|i| {
+            let there = cells.get(&[x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1]);
+            there.is_some_and(|all| all.iter().any(|q| q.distance(p) < APART))
+        })
+    };
+    let far = plain.into_iter();
+    far.filter(|&v| !is_near(mean[v as usize])).collect()
+}
+
+/// The neighbours of each vertex of the skin, in order; none where the skin ends, and none of other
+/// vertices.
 fn fans(model: &FaceModel) -> Vec<Vec<u32>> {
     let topology = &model.parts().topology;
     let all = topology.triangles();
-    let mut next: Vec<Vec<[u32; 2]>> = vec![Vec::new(); model.parts().mean.len()];
+    let mut edges: Vec<Vec<[u32; 2]>> = vec![Vec::new(); model.parts().mean.len()];
     for part in topology.parts.iter().filter(|p| p.name == "skin") {
         for &[a, b, c] in &all[part.first as usize..(part.first + part.count) as usize] {
-            next[a as usize].push([b, c]);
-            next[b as usize].push([c, a]);
-            next[c as usize].push([a, b]);
+            edges[a as usize].push([b, c]);
+            edges[b as usize].push([c, a]);
+            edges[c as usize].push([a, b]);
         }
     }
-    next.into_iter().map(|edges| {
-        let Some(&[first, _]) = edges.first() else { return Vec::new() };
-        let mut fan = vec![first];
-        loop {
-            let last = fan[fan.len() - 1];
-            let Some(&[_, on]) = edges.iter().find(|e| e[0] == last) else { return Vec::new() };
-            if on == first { break; }
-            if fan.len() > edges.len() { return Vec::new(); }
-            fan.push(on);
-        }
-        if fan.len() == edges.len() { fan } else { Vec::new() }
-    }).collect()
+    edges.iter().map(|edges| fan(edges).unwrap_or_default()).collect()
 }
 
-/// As many of the vertices, each as far from those before it as there is one (Gonzalez 1985).
-fn spread(vertices: &[u32], mean: &[DVec3], count: usize) -> Vec<u32> {
-    let mut distance = vec![f64::INFINITY; vertices.len()];
-    let mut chosen = Vec::new();
-    let mut last = 0;
-    while chosen.len() < count.min(vertices.len()) {
-        let at = mean[vertices[last] as usize];
-        chosen.push(vertices[last]);
-        let mut farthest = (0, 0.0);
-        for (i, (&v, d)) in vertices.iter().zip(&mut distance).enumerate() {
-            *d = d.min(mean[v as usize].distance_squared(at));
-            if *d > farthest.1 { farthest = (i, *d); }
+/// The one closed way along the edges opposite of a vertex.
+fn fan(edges: &[[u32; 2]]) -> Option<Vec<u32>> {
+    let mut fan = vec![edges.first()?[0]];
+    while fan.len() <= edges.len() {
+        let last = fan[fan.len() - 1];
+        let [_, next] = edges.iter().find(|edge| edge[0] == last)?;
+        if *next == fan[0] {
+            break;
         }
-        last = farthest.0;
+        fan.push(*next);
     }
-    chosen
+    (fan.len() == edges.len()).then_some(fan)
+}
+
+/// The levels of some points. Middles are chosen one after another, each as far from those before it
+/// as there is a point (Gonzalez 1985), so that those of a coarse level are the first of a fine one.
+fn levels(points: &[DVec3], area: f64) -> Vec<Level> {
+    let mut distance = vec![f64::INFINITY; points.len()];
+    let mut patch = vec![0; points.len()];
+    let mut middles: Vec<DVec3> = Vec::new();
+    let mut next = 0;
+    let mut levels = Vec::new();
+    for (count, modes) in LEVELS {
+        let count = count.min(points.len());
+        while middles.len() < count {
+            let middle = points[next];
+            let mut farthest = -1.0;
+            for (i, &p) in points.iter().enumerate() {
+                let there = p.distance_squared(middle);
+                if there < distance[i] {
+                    distance[i] = there;
+                    patch[i] = middles.len();
+                }
+                if distance[i] > farthest {
+                    farthest = distance[i];
+                    next = i;
+                }
+            }
+            middles.push(middle);
+        }
+        levels.push(Level {
+            patch: patch.clone(),
+            area: area / count.max(1) as f64,
+            albedo: Albedo::new(&middles, modes),
+        });
+    }
+    levels
 }

@@ -151,6 +151,24 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
 fn proto(args: &PhotographArgs, which: &str, photographer: &Photographer, fitter: &Fitter, model: &phiz::FaceModel, ict: &Ict) -> FitResult<()> {
     use phiz::fit::portrait::Portrait;
     use phiz::photo::Image;
+    if let Ok(dir) = std::env::var("NDUMP") {
+        let t: Vec<u8> = model.parts().topology.triangles().iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+        std::fs::write(format!("{dir}/tri.u32"), t).ok();
+        let t: Vec<u8> = photographer.face.iter().flat_map(|v| v.to_le_bytes()).collect();
+        std::fs::write(format!("{dir}/face.u32"), t).ok();
+        let t: Vec<u8> = fitter.sample_vertices().iter().flat_map(|v| v.to_le_bytes()).collect();
+        std::fs::write(format!("{dir}/samples.u32"), t).ok();
+        let (mut p, mut n) = (Vec::new(), Vec::new());
+        for seed in (0..args.count).map(|i| args.seed.wrapping_add(i.into())) {
+            let taken = photographer.take(seed, &SETTINGS[0]);
+            p.extend(taken.truth.iter().copied());
+            n.extend(photographer.true_normals(&taken));
+        }
+        write_floats(&std::path::PathBuf::from(format!("{dir}/p.f32")), &p)?;
+        write_floats(&std::path::PathBuf::from(format!("{dir}/n.f32")), &n)?;
+        write_model(model, photographer, &std::path::PathBuf::from(&dir))?;
+        return Ok(());
+    }
     for setting in SETTINGS.iter().filter(|s| which.contains(s.name)) {
         for colour in [false, true] {
             if which.contains("grey") && colour || which.contains("colour") && !colour { continue; }
@@ -158,8 +176,31 @@ fn proto(args: &PhotographArgs, which: &str, photographer: &Photographer, fitter
             let mut shading = Vec::new();
             let mut seconds = 0.0;
             for seed in (0..args.count).map(|i| args.seed.wrapping_add(i.into())) {
-                let taken = photographer.take(seed, setting);
-                let portrait = Portrait::take(&taken, ict, colour);
+                let mut taken = photographer.take(seed, setting);
+                let own = std::env::var("OWN").is_ok();
+                let mut own_normals = Vec::new();
+                let portrait = if own {
+                    let mut f = model.face();
+                    f.randomize(&phiz::Randomize { seed: Some(seed), ..Default::default() })?;
+                    let rot: Vec<DVec3> = f.positions().iter().map(|p| p.as_dvec3()).collect();
+                    let chosen: Vec<DVec3> = photographer.face.iter().map(|&v| rot[v as usize]).collect();
+                    let every: Vec<u32> = (0..chosen.len() as u32).collect();
+                    let align = phiz::fit::align::Rigid::fit(&chosen, &taken.truth, &every, &vec![1.0; chosen.len()]);
+                    let positions: Vec<DVec3> = rot.iter().map(|p| align.apply(*p)).collect();
+                    let tri = model.parts().topology.triangles();
+                    own_normals = phiz::fit::render::normals(&positions, &tri);
+                    taken.truth = photographer.face.iter().map(|&v| positions[v as usize]).collect();
+                    let f32s: Vec<glam::Vec3> = positions.iter().map(|p| p.as_vec3()).collect();
+                    let mut random = phiz::Random::stream(seed, 77);
+                    for i in 0..68 {
+                        let l = model.parts().landmarks.iter().find(|l| l.name == format!("ibug_{i:02}")).unwrap();
+                        let at = taken.camera.project(l.place(&f32s));
+                        taken.points[i] = [at.x + setting.noise * random.normal(), at.y + setting.noise * random.normal()];
+                    }
+                    let mean: Vec<DVec3> = model.parts().mean.iter().map(|p| p.as_dvec3()).collect();
+                    Portrait::of(&taken, &mean, &positions, &tri, colour)
+                } else { Portrait::take(&taken, ict, colour) };
+                let _ = &own_normals;
                 if let Ok(dir) = std::env::var("DUMP") {
                     let mut ppm = format!("P6 {SIZE} {SIZE} 255\n").into_bytes();
                     ppm.extend(portrait.rgba.chunks(4).flat_map(|p| [p[0], p[1], p[2]]));
