@@ -223,13 +223,6 @@ impl<'a> Photographer<'a> {
         marked
     }
 
-    pub fn true_normals(&self, photo: &Photograph) -> Vec<DVec3> {
-        let person = self.ict.person(photo.seed);
-        let facing = super::render::normals(&person, &self.ict.triangles);
-        let facing = self.binding.truth(&facing, self.ict);
-        self.places.iter().map(|&i| facing[i].normalize_or_zero()).collect()
-    }
-
     /// How far a shading of a face is off (normals of all of its vertices, and what light sends a surface), as
     /// a part of the true one: the root mean square over the face area's vertices that look to the
     /// camera, and over channels. How bright skin is of itself cannot be told from how bright the

@@ -32,12 +32,10 @@ mod solver;
 mod start;
 mod surface;
 
-/// prototype
-pub(crate) fn knob(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
-}
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, DVec3};
+use nalgebra::DMatrix;
 
 pub use camera::Camera;
 pub use light::{Image, Light};
@@ -46,6 +44,7 @@ use crate::{Error, Expressions, FaceModel, Result};
 use contour::JAW;
 use shape::{Points, Stencil};
 use solver::{Observed, State, Terms};
+use surface::Surface;
 
 /// How many points a face has in the scheme of iBUG.
 pub const POINTS: usize = 68;
@@ -138,19 +137,39 @@ pub struct Fit {
     pub residuals: Vec<DVec2>,
     /// How well it fits.
     pub quality: Quality,
+    /// What the photo's pixels told; `None` when none were given, or they told nothing.
+    pub appearance: Option<Appearance>,
+}
+
+/// What a photo's pixels told of a face's shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Appearance {
+    /// How far the skin that was believed is off its albedo times the shading: the root mean square of the
+    /// difference as a part of that, after the last step but one.
+    pub rms: f64,
+    /// How many patches of skin were compared.
+    pub patches: usize,
+}
+
+/// Weights of expressions below this are not shown: no vertex moves by a tenth of a mm.
+const SHOWN: f64 = 2e-3;
+
+/// Which of some expressions are shown, from their weights.
+fn expression_shown(weights: &[f64]) -> Vec<usize> {
+    (0..weights.len()).filter(|&e| weights[e] > SHOWN).collect()
 }
 
 /// Fits faces of a model to photos.
 #[derive(Debug, Clone)]
 pub struct Fitter {
     model: FaceModel,
-    expressions: usize,
+    expressions: Option<Expressions>,
     /// The 68 points, then those of the jaw's paths but for their first.
     points: Points,
     /// The same with all axes.
     whole: Points,
-    list: Vec<crate::expression::Expression>,
-    prepared: std::sync::OnceLock<std::sync::Arc<appearance::Prepared>>,
+    /// For pixels: made when the first are there.
+    surface: OnceLock<Arc<Surface>>,
     /// For each jaw point its path, as indices into the points.
     paths: Vec<Vec<usize>>,
     /// The middle of the 68 points on the mean head.
@@ -179,11 +198,10 @@ impl Fitter {
         let pivot = points.mean[..POINTS].iter().sum::<DVec3>() / POINTS as f64;
         Ok(Self {
             model: model.clone(),
-            expressions: expressions.map_or(0, |e| e.list().len()),
+            expressions: expressions.cloned(),
             points,
             whole,
-            list: expressions.map_or(Vec::new(), |e| e.list().to_vec()),
-            prepared: std::sync::OnceLock::new(),
+            surface: OnceLock::new(),
             paths,
             pivot,
         })
@@ -201,18 +219,83 @@ impl Fitter {
     /// When there are not 68 points, one is not a number or far outside of the image, they lie on a
     /// line, or the image or the focal length is not above 0.
     pub fn fit(&self, photo: &Photo) -> Result<Fit> {
-        Ok(self.fit_both(photo, None)?.0)
-    }
-
-    /// prototype
-    pub fn sample_vertices(&self) -> Vec<u32> {
-        let p = self.prepared.get_or_init(|| std::sync::Arc::new(appearance::Prepared::new(&self.model)));
-        p.surface.samples.iter().map(|s| p.surface.vertices[s.own]).collect()
-    }
-
-    /// prototype
-    pub fn fit_both(&self, photo: &Photo, image: Option<&Image>) -> Result<(Fit, Option<(Fit, Light)>)> {
         let seen = checked(photo)?;
+        let observed = self.observed(&self.points, &seen);
+        let (state, _) = self.solve(photo, &observed)?;
+        Ok(self.finish(&observed, state, &self.points.basis, None))
+    }
+
+    /// The same from a photo's points and its pixels, which tell the shape by its shading, E_c
+    /// (`appearance`). When they do not, because too little of the face is seen or is lit, or what
+    /// they say disagrees with the points, the fit is that of the points, and its
+    /// [`Fit::appearance`] is `None`.
+    ///
+    /// # Errors
+    /// As [`Fitter::fit`], and when the image has another size than the photo.
+    pub fn fit_pixels(&self, photo: &Photo, image: &Image) -> Result<Fit> {
+        let [width, height] = image.size();
+        if [width, height] != [photo.width as usize, photo.height as usize] {
+            return Err(Error::Mismatch(format!(
+                "the photo is {} x {} pixels, its image {width} x {height}",
+                photo.width, photo.height
+            )));
+        }
+        let seen = checked(photo)?;
+        let observed = self.observed(&self.points, &seen);
+        let (state, terms) = self.solve(photo, &observed)?;
+        let fit = self.finish(&observed, state.clone(), &self.points.basis, None);
+        // Points that are no face's have no pixels that are.
+        if fit.quality.refusal().is_some() {
+            return Ok(fit);
+        }
+        let observed = self.observed(&self.whole, &seen);
+        let first = self.points.basis.ncols();
+        let terms = Terms {
+            coefficients: self.whole.basis.ncols(),
+            ..terms
+        };
+        let mut start = state;
+        let more = std::iter::repeat_n(0.0, terms.coefficients - first);
+        start.unknowns.splice(first..first, more);
+        let comparison = appearance::Comparison {
+            model: &self.model,
+            surface: self.surface.get_or_init(|| Arc::new(Surface::new(&self.model))),
+            observed: &observed,
+            terms: &terms,
+            basis: &self.whole.basis,
+            expressions: self.expressions.as_ref().map_or(&[], |e| e.list()),
+        };
+        let Some(refined) = comparison.refine(image, &start) else {
+            return Ok(fit);
+        };
+        let appearance = Appearance {
+            rms: refined.rms,
+            patches: refined.patches,
+        };
+        let better = self.finish(
+            &observed,
+            refined.state,
+            &self.whole.basis,
+            Some(appearance),
+        );
+        // A face that nobody has is worse than the points' own.
+        Ok(match better.quality.refusal() {
+            None => better,
+            Some(_) => fit,
+        })
+    }
+
+    fn observed<'a>(&'a self, points: &'a Points, seen: &'a [DVec2]) -> Observed<'a> {
+        Observed {
+            points,
+            paths: &self.paths,
+            seen,
+        }
+    }
+
+    /// What the points tell.
+    fn solve(&self, photo: &Photo, observed: &Observed) -> Result<(State, Terms)> {
+        let seen = observed.seen;
         let longer = f64::from(photo.width.max(photo.height));
         let focal = match photo.focal {
             Some(focal) => (focal.ln(), KNOWN_FOCAL),
@@ -221,14 +304,9 @@ impl Fitter {
         let inner = &self.points.mean[JAW..POINTS];
         let on_a_line = || Error::Mismatch("the points lie on a line: they are no face's".into());
         let (rotation, scale) = start::orthographic(inner, &seen[JAW..]).ok_or_else(on_a_line)?;
-        let observed = Observed {
-            points: &self.points,
-            paths: &self.paths,
-            seen: &seen,
-        };
         let terms = Terms {
             coefficients: self.points.basis.ncols(),
-            expressions: self.expressions,
+            expressions: self.expressions.as_ref().map_or(0, |e| e.list().len()),
             focal,
             noise: photo.noise,
             scale,
@@ -245,28 +323,18 @@ impl Fitter {
             pivot: self.pivot,
             centre,
         };
-        let state = solver::solve(&observed, &terms, pose)
+        let state = solver::solve(observed, &terms, pose)
             .ok_or_else(|| Error::Mismatch("no face is seen at these points".into()))?;
-        let refined = image.and_then(|image| {
-            let prepared = self.prepared.get_or_init(|| std::sync::Arc::new(appearance::Prepared::new(&self.model)));
-            let observed = Observed { points: &self.whole, ..observed };
-            let terms = Terms { coefficients: self.whole.basis.ncols(), ..terms };
-            let mut start = state.clone();
-            let zeros = terms.coefficients - self.points.basis.ncols();
-            let at = self.points.basis.ncols();
-            start.unknowns.splice(at..at, std::iter::repeat_n(0.0, zeros));
-            let job = appearance::Job { model: &self.model, prepared, observed: &observed, terms: &terms, basis: &self.whole.basis, list: &self.list, image };
-            let (refined, light) = job.refine(&start)?;
-            let before = solver::disagreement(&observed, &start)?;
-            let after = solver::disagreement(&observed, &refined)?;
-            if std::env::var_os("DBG").is_some() { println!("points {before:.1} -> {after:.1}"); }
-            let light = Light { coefficients: [0, 1, 2].map(|c| light[c.min(light.len() - 1)]), rms: 0.0 };
-            Some((self.finish(&observed, refined, &self.whole.basis), light))
-        });
-        Ok((self.finish(&observed, state, &self.points.basis), refined))
+        Ok((state, terms))
     }
 
-    fn finish(&self, observed: &Observed, state: State, basis: &nalgebra::DMatrix<f64>) -> Fit {
+    fn finish(
+        &self,
+        observed: &Observed,
+        state: State,
+        basis: &DMatrix<f64>,
+        appearance: Option<Appearance>,
+    ) -> Fit {
         let (z, expression) = state.unknowns.split_at(basis.ncols());
         let z = nalgebra::DVector::from_column_slice(z);
         let mut grid = vec![0; self.model.parts().coefficients()];
@@ -287,6 +355,7 @@ impl Fitter {
             expression: expression.to_vec(),
             camera,
             residuals,
+            appearance,
             quality: Quality {
                 rms_px,
                 rms_mm: rms_px * (state.pose.log_depth - state.pose.log_focal).exp(),

@@ -151,24 +151,6 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
 fn proto(args: &PhotographArgs, which: &str, photographer: &Photographer, fitter: &Fitter, model: &phiz::FaceModel, ict: &Ict) -> FitResult<()> {
     use phiz::fit::portrait::Portrait;
     use phiz::photo::Image;
-    if let Ok(dir) = std::env::var("NDUMP") {
-        let t: Vec<u8> = model.parts().topology.triangles().iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
-        std::fs::write(format!("{dir}/tri.u32"), t).ok();
-        let t: Vec<u8> = photographer.face.iter().flat_map(|v| v.to_le_bytes()).collect();
-        std::fs::write(format!("{dir}/face.u32"), t).ok();
-        let t: Vec<u8> = fitter.sample_vertices().iter().flat_map(|v| v.to_le_bytes()).collect();
-        std::fs::write(format!("{dir}/samples.u32"), t).ok();
-        let (mut p, mut n) = (Vec::new(), Vec::new());
-        for seed in (0..args.count).map(|i| args.seed.wrapping_add(i.into())) {
-            let taken = photographer.take(seed, &SETTINGS[0]);
-            p.extend(taken.truth.iter().copied());
-            n.extend(photographer.true_normals(&taken));
-        }
-        write_floats(&std::path::PathBuf::from(format!("{dir}/p.f32")), &p)?;
-        write_floats(&std::path::PathBuf::from(format!("{dir}/n.f32")), &n)?;
-        write_model(model, photographer, &std::path::PathBuf::from(&dir))?;
-        return Ok(());
-    }
     for setting in SETTINGS.iter().filter(|s| which.contains(s.name)) {
         for colour in [false, true] {
             if which.contains("grey") && colour || which.contains("colour") && !colour { continue; }
@@ -209,7 +191,9 @@ fn proto(args: &PhotographArgs, which: &str, photographer: &Photographer, fitter
                 let image = Image::new(SIZE, SIZE, &portrait.rgba)?;
                 let photo = Photo { width: SIZE, height: SIZE, points: &taken.points, focal: None, noise: None };
                 let started = Instant::now();
-                let (first, second) = fitter.fit_both(&photo, Some(&image))?;
+                let first = fitter.fit(&photo)?;
+                let fit = fitter.fit_pixels(&photo, &image)?;
+                let second = fit.appearance.map(|_| fit);
                 seconds += started.elapsed().as_secs_f64();
                 let measure = |fit: &phiz::photo::Fit| -> FitResult<phiz::fit::photograph::Errors> {
                     let mut face = model.face();
@@ -219,9 +203,10 @@ fn proto(args: &PhotographArgs, which: &str, photographer: &Photographer, fitter
                 };
                 let a = measure(&first)?;
                 let b = match &second {
-                    Some((fit, light)) => {
+                    Some(fit) => {
                         let mut face = model.face();
                         face.set_coefficients(&fit.coefficients)?;
+                        let light = phiz::photo::Light::of(&face, &fit.camera, &image)?;
                         let normals: Vec<DVec3> = face.normals().iter().map(|p| p.as_dvec3()).collect();
                         shading.push(photographer.shading(&taken, |n| portrait.shade(n, colour), &normals, |n| light.shade(n)));
                         measure(fit)?
