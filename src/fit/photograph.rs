@@ -247,7 +247,9 @@ impl<'a> Photographer<'a> {
             }
         }
         let mean = ratios.iter().sum::<DVec3>() / ratios.len() as f64;
-        let squares = ratios.iter().map(|r| (*r / mean - 1.0).length_squared() / 3.0);
+        let squares = ratios
+            .iter()
+            .map(|r| (*r / mean - 1.0).length_squared() / 3.0);
         (squares.sum::<f64>() / ratios.len() as f64).sqrt()
     }
 

@@ -4,7 +4,7 @@
 //! What is drawn is ICT's own mesh with its own normals, not the template. The light is a polynomial
 //! of degree 2 in the normal (nine spherical harmonics a channel): what comes from everywhere and
 //! three coloured lamps, without shadows. The albedo is one colour of skin times a random field: the
-//! exponential of waves over the mean head, 10 % of them 60 to 200 mm long and 5 % of them 6 to 25
+//! exponential of waves over the mean head, 10 % in waves of 60 to 200 mm and 5 % in waves of 6 to 25
 //! mm. Channels share four fifths of its variance: melanin and blood darken all of them, not alike.
 //! A fit's idea of albedo (`photo::albedo`) has no waves, other lengths and other correlations.
 
@@ -64,7 +64,10 @@ impl Lamps {
     /// What a surface with this unit normal sends over its albedo.
     pub fn shade(&self, normal: DVec3) -> DVec3 {
         let lamps = self.lamps.iter();
-        self.ambient + lamps.map(|(d, c)| *c * lambert(normal.dot(*d))).sum::<DVec3>()
+        self.ambient
+            + lamps
+                .map(|(d, c)| *c * lambert(normal.dot(*d)))
+                .sum::<DVec3>()
     }
 }
 
@@ -83,7 +86,11 @@ impl Waves {
     }
 
     fn at(&self, p: DVec3) -> f64 {
-        let sum: f64 = self.0.iter().map(|(k, phase)| (p.dot(*k) + phase).cos()).sum();
+        let sum: f64 = self
+            .0
+            .iter()
+            .map(|(k, phase)| (p.dot(*k) + phase).cos())
+            .sum();
         sum * (2.0 / WAVES as f64).sqrt()
     }
 }
@@ -101,17 +108,13 @@ impl Portrait {
     /// Of the person and the camera of a photo; everything else follows from the person's seed.
     pub fn take(photo: &Photograph, ict: &Ict, colour: bool) -> Self {
         let person = ict.person(photo.seed);
-        Self::of(photo, &ict.neutral, &person, &ict.triangles, colour)
-    }
-
-    pub fn of(photo: &Photograph, mean: &[DVec3], person: &[DVec3], triangles: &[[u32; 3]], colour: bool) -> Self {
-        let facing = normals(person, triangles);
+        let facing = normals(&person, &ict.triangles);
         // Streams up to 8 are the scans' and the points'.
         let mut random = Random::stream(photo.seed, 9);
         let lamps = Lamps::random(&mut random);
-        let albedo = stains(mean, &mut random);
+        let albedo = stains(&ict.neutral, &mut random);
         let size = SIZE as usize;
-        let raster = Raster::new(&photo.camera, [size; 2], person, triangles);
+        let raster = Raster::new(&photo.camera, [size; 2], &person, &ict.triangles);
         let eye = photo.camera.position();
         let turn = photo.camera.rotation.transpose();
         let mut sent: Vec<Option<DVec3>> = Vec::with_capacity(size * size);
@@ -120,14 +123,15 @@ impl Portrait {
                 sent.push(None);
                 continue;
             }
-            let corners = triangles[t as usize].map(|v| v as usize);
+            let corners = ict.triangles[t as usize].map(|v| v as usize);
             let [a, b, c] = corners.map(|v| person[v]);
             let pixel = DVec2::new((i % size) as f64, (i / size) as f64) + 0.5;
             let ray = turn * ((pixel - photo.camera.centre) / photo.camera.focal).extend(1.0);
             // Where the ray meets the triangle's plane, in the triangle's own coordinates.
             let whole = (b - a).cross(c - a);
             let p = eye + ray * ((a - eye).dot(whole) / ray.dot(whole));
-            let part = |u: DVec3, v: DVec3| (u - p).cross(v - p).dot(whole) / whole.length_squared();
+            let part =
+                |u: DVec3, v: DVec3| (u - p).cross(v - p).dot(whole) / whole.length_squared();
             let weights = [part(b, c), part(c, a), part(a, b)];
             let mix = |of: &[DVec3]| -> DVec3 {
                 corners.iter().zip(weights).map(|(&v, w)| of[v] * w).sum()
@@ -137,7 +141,9 @@ impl Portrait {
         }
         let mut brightest: Vec<f64> = sent.iter().flatten().map(|l| l.max_element()).collect();
         brightest.sort_unstable_by(f64::total_cmp);
-        let white = brightest.get(brightest.len() * 99 / 100).map_or(1.0, |b| b / EXPOSED);
+        let white = brightest
+            .get(brightest.len() * 99 / 100)
+            .map_or(1.0, |b| b / EXPOSED);
         let mut rgba = Vec::with_capacity(4 * sent.len());
         for light in sent {
             let light = light.map_or(DVec3::splat(0.2), |l| l / white);
@@ -169,7 +175,7 @@ fn stains(mean: &[DVec3], random: &mut Random) -> Vec<DVec3> {
         let own = [0; 3].map(|_| Waves::random(random, lengths));
         for (sum, &p) in logarithms.iter_mut().zip(mean) {
             let own = DVec3::from_array([0, 1, 2].map(|c: usize| own[c].at(p)));
-            *sum += std::env::var("STAIN").map_or(1.0, |v| v.parse().unwrap()) * sigma * (SHARED.sqrt() * shared.at(p) + (1.0 - SHARED).sqrt() * own);
+            *sum += sigma * (SHARED.sqrt() * shared.at(p) + (1.0 - SHARED).sqrt() * own);
         }
     }
     logarithms.into_iter().map(|l| SKIN * l.exp()).collect()

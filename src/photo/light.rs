@@ -283,8 +283,7 @@ impl Shown {
     pub fn is_seen(&self, p: DVec3, normal: DVec3) -> bool {
         let towards = (self.camera.position() - p).normalize_or_zero();
         let depth = self.camera.to_camera(p).z;
-        normal.dot(towards) >= FACING
-            && !(depth > self.raster.depth(self.own.project(p)) + BEHIND)
+        normal.dot(towards) >= FACING && !(depth > self.raster.depth(self.own.project(p)) + BEHIND)
     }
 }
 

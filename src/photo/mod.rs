@@ -4,8 +4,9 @@
 //! The unknowns are the pose (rotation, translation), the focal length, all coefficients of the
 //! population and the weights of expressions. Minus twice the logarithm of their probability is
 //!
-//! E = E_lan + E_reg, with
-//! E_lan = sum over points of (distance from the projected point / its standard deviation)^2, and
+//! E = E_lan + E_c + E_reg, with
+//! E_lan = sum over points of (distance from the projected point / its standard deviation)^2,
+//! E_c what the pixels tell of it if they are given (`appearance`), and
 //! E_reg = |z|^2 + sum (e / sigma_e)^2 + ((log f - log f_0) / sigma_f)^2 - 2 n_eff (log Z - log f),
 //!
 //! with z the coefficients in a basis in which they are independent and standard normal,
@@ -16,7 +17,8 @@
 //! over shapes, which has a factor det(H)^-1/2 of the curvature H in z that the joint one lacks: a
 //! head that is seen smaller is told less about, so more of its shapes will do. To first order in
 //! the size of the image of the head, which is as f / Z, it is that term, with n_eff = k - tr(H^-1)
-//! the number of the k coefficients that the points determine. Without it heads come out 3 % too
+//! the number of the k coefficients that the points determine (with pixels tr(H^-1 H_lan): normals do
+//! not depend on the size). Without it heads come out 3 % too
 //! small: when the head shrinks and comes nearer its image is the same, and the prior prefers less of
 //! every shape.
 
@@ -87,9 +89,9 @@ pub struct Quality {
     /// The same at the face, mm.
     pub rms_mm: f64,
     /// How unusual the face is: the length of its independent coefficients, as a part of what is
-    /// expected of as many as the points determine. Of people it is about 1.
+    /// expected of as many as are determined. Of people it is about 1.
     pub unusual: f64,
-    /// How many of the coefficients the points determine.
+    /// How many of the coefficients the points determine, and the pixels if they told any.
     pub determined: f64,
     /// The angle between where the face looks and the direction of the camera, radians.
     pub away: f64,
@@ -259,7 +261,9 @@ impl Fitter {
         start.unknowns.splice(first..first, more);
         let comparison = appearance::Comparison {
             model: &self.model,
-            surface: self.surface.get_or_init(|| Arc::new(Surface::new(&self.model))),
+            surface: self
+                .surface
+                .get_or_init(|| Arc::new(Surface::new(&self.model))),
             observed: &observed,
             terms: &terms,
             basis: &self.whole.basis,
@@ -359,8 +363,8 @@ impl Fitter {
             quality: Quality {
                 rms_px,
                 rms_mm: rms_px * (state.pose.log_depth - state.pose.log_focal).exp(),
-                unusual: (z.norm_squared() / state.determined.max(1.0)).sqrt(),
-                determined: state.determined,
+                unusual: (z.norm_squared() / state.told.max(1.0)).sqrt(),
+                determined: state.told,
                 away: towards.angle_between(DVec3::Z),
             },
         }

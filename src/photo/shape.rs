@@ -4,8 +4,8 @@ use glam::DVec3;
 use nalgebra::DMatrix;
 
 use crate::anatomy::Landmark;
-use crate::model::FaceModel;
 use crate::expression::Expression;
+use crate::model::FaceModel;
 use crate::{Error, Expressions, Face, Result};
 
 /// A point of the surface, as vertices with weights that sum to 1.

@@ -50,8 +50,6 @@ pub(super) struct Sample {
 pub(super) struct Level {
     /// The patch of each sample: that of the nearest middle.
     pub patch: Vec<usize>,
-    /// How much of the mean head's skin a patch has on average, mm^2.
-    pub area: f64,
     /// At the middles of the patches.
     pub albedo: Albedo,
 }
@@ -82,7 +80,7 @@ impl Surface {
             })
             .collect();
         let points: Vec<DVec3> = chosen.iter().map(|&v| at(v)).collect();
-        let levels = levels(&points, samples.iter().map(|s| s.area).sum());
+        let levels = levels(&points);
         let face = model.face();
         let population = parts.population();
         let rates = vertices.iter();
@@ -105,11 +103,17 @@ impl Surface {
     /// How a vertex moves with an expression at full weight, mm.
     pub fn expressed(&self, place: usize, expression: &Expression) -> DVec3 {
         let slot = expression.support.binary_search(&self.vertices[place]);
-        slot.map_or(DVec3::ZERO, |slot| expression.displacements[slot].as_dvec3())
+        slot.map_or(DVec3::ZERO, |slot| {
+            expression.displacements[slot].as_dvec3()
+        })
     }
 
     /// Where the vertices are for coefficients of the population and weights of expressions, mm.
-    pub fn positions(&self, coefficients: &[f64], expressions: &[(&Expression, f64)]) -> Vec<DVec3> {
+    pub fn positions(
+        &self,
+        coefficients: &[f64],
+        expressions: &[(&Expression, f64)],
+    ) -> Vec<DVec3> {
         let each = self.mean.iter().enumerate().map(|(i, &mean)| {
             let moved = self.rates(i).iter().zip(coefficients);
             let moved: DVec3 = moved.map(|(r, &c)| r.as_dvec3() * c).sum();
@@ -175,7 +179,10 @@ fn fans(model: &FaceModel) -> Vec<Vec<u32>> {
             edges[c as usize].push([a, b]);
         }
     }
-    edges.iter().map(|edges| fan(edges).unwrap_or_default()).collect()
+    edges
+        .iter()
+        .map(|edges| fan(edges).unwrap_or_default())
+        .collect()
 }
 
 /// The one closed way along the edges opposite of a vertex.
@@ -194,7 +201,7 @@ fn fan(edges: &[[u32; 2]]) -> Option<Vec<u32>> {
 
 /// The levels of some points. Middles are chosen one after another, each as far from those before it
 /// as there is a point (Gonzalez 1985), so that those of a coarse level are the first of a fine one.
-fn levels(points: &[DVec3], area: f64) -> Vec<Level> {
+fn levels(points: &[DVec3]) -> Vec<Level> {
     let mut distance = vec![f64::INFINITY; points.len()];
     let mut patch = vec![0; points.len()];
     let mut middles: Vec<DVec3> = Vec::new();
@@ -220,7 +227,6 @@ fn levels(points: &[DVec3], area: f64) -> Vec<Level> {
         }
         levels.push(Level {
             patch: patch.clone(),
-            area: area / count.max(1) as f64,
             albedo: Albedo::new(&middles, modes),
         });
     }
