@@ -49,6 +49,7 @@ pub mod photograph;
 pub mod pictures;
 pub mod ply;
 pub mod population;
+pub mod portrait;
 pub mod prior;
 pub mod region;
 pub mod register;

@@ -223,6 +223,36 @@ impl<'a> Photographer<'a> {
         marked
     }
 
+    /// How far a shading of a face is off (normals of all of its vertices, and what light sends a surface), as
+    /// a part of the true one: the root mean square over the face area's vertices that look to the
+    /// camera, and over channels. How bright skin is of itself cannot be told from how bright the
+    /// light is, so that one factor a channel is free.
+    pub fn shading(
+        &self,
+        photo: &Photograph,
+        truth: impl Fn(DVec3) -> DVec3,
+        normals: &[DVec3],
+        fitted: impl Fn(DVec3) -> DVec3,
+    ) -> f64 {
+        let person = self.ict.person(photo.seed);
+        let facing = super::render::normals(&person, &self.ict.triangles);
+        let facing = self.binding.truth(&facing, self.ict);
+        let skin = self.binding.truth(&person, self.ict);
+        let eye = photo.camera.position();
+        let mut ratios = Vec::new();
+        for (&place, &v) in self.places.iter().zip(&self.face) {
+            let normal = facing[place].normalize_or_zero();
+            if normal.dot((eye - skin[place]).normalize()) > 0.3 {
+                ratios.push(fitted(normals[v as usize]) / truth(normal));
+            }
+        }
+        let mean = ratios.iter().sum::<DVec3>() / ratios.len() as f64;
+        let squares = ratios
+            .iter()
+            .map(|r| (*r / mean - 1.0).length_squared() / 3.0);
+        (squares.sum::<f64>() / ratios.len() as f64).sqrt()
+    }
+
     /// How far a face is off (all vertices of the template, mm, in any pose), with the camera that
     /// goes with it.
     pub fn measure(&self, photo: &Photograph, face: &[DVec3], rotation: DMat3) -> Errors {

@@ -7,15 +7,20 @@
 //! seen, with the model's colours for the albedo, reweighted so that hair, glasses, hands and shadows
 //! do not count.
 
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use std::sync::LazyLock;
+
+use glam::{DVec2, DVec3, Vec3};
 use nalgebra::{SMatrix, SVector};
 
 use super::Camera;
-use super::raster::Raster;
+use super::sight::Sight;
 use crate::{Error, Face, FaceModel, Result};
 
 /// How many numbers a channel's shading has.
 pub const HARMONICS: usize = 9;
+
+/// How much of red, green and blue makes brightness (IEC 61966-2-1).
+pub(super) const GREY: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
 /// A photo's pixels.
 #[derive(Debug, Clone, Copy)]
@@ -65,6 +70,19 @@ impl<'a> Image<'a> {
         Some(row(low.y).lerp(row(high.y), part.y))
     }
 
+    /// Columns and rows.
+    pub(super) fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
+    /// The sum of the brightness in linear light, 0 to 1, of so many pixels from one on to the
+    /// right, which are in the image.
+    pub(super) fn brightness(&self, [x, y]: [usize; 2], count: usize) -> f64 {
+        let first = 4 * (y * self.width + x);
+        let pixels = self.rgba[first..first + 4 * count].chunks_exact(4);
+        pixels.map(|p| linear([p[0], p[1], p[2]]).dot(GREY)).sum()
+    }
+
     /// The mean linear light, 0 to 1, of the pixels whose middles are within `reach` px of a point along
     /// both axes, at least of the pixel that it is in; `None` outside of the image.
     fn mean(&self, p: DVec2, reach: f64) -> Option<DVec3> {
@@ -100,13 +118,18 @@ pub(super) fn linear(colour: [u8; 3]) -> DVec3 {
     DVec3::from_array(colour.map(linear_byte))
 }
 
-/// The linear light of a byte of sRGB, 0 to 1.
+/// The linear light of each value of an sRGB channel.
 pub(super) fn linear_byte(byte: u8) -> f64 {
-    let x = f64::from(byte) / 255.0;
-    match x <= 0.04045 {
-        true => x / 12.92,
-        false => ((x + 0.055) / 1.055).powf(2.4),
-    }
+    static ALL: LazyLock<[f64; 256]> = LazyLock::new(|| {
+        std::array::from_fn(|byte| {
+            let x = byte as f64 / 255.0;
+            match x <= 0.04045 {
+                true => x / 12.92,
+                false => ((x + 0.055) / 1.055).powf(2.4),
+            }
+        })
+    });
+    ALL[usize::from(byte)]
 }
 
 /// The shading of a face by lights that are far away.
@@ -121,7 +144,7 @@ pub struct Light {
 }
 
 /// The spherical harmonics of degree 0 to 2 at a unit normal, without their constants.
-fn harmonics(n: DVec3) -> [f64; HARMONICS] {
+pub(super) fn harmonics(n: DVec3) -> [f64; HARMONICS] {
     let DVec3 { x, y, z } = n;
     [
         1.0,
@@ -150,12 +173,6 @@ const LEAST_NOISE: f64 = 0.05;
 const TUKEY: f64 = 4.685;
 /// Steps of reweighting. Most of the light is told after three.
 const STEPS: usize = 12;
-/// Skin is asked where the cosine of the angle at which it is seen is above this.
-const FACING: f64 = 0.3;
-/// What lies so much farther than what is seen is hidden by it, mm.
-const BEHIND: f64 = 4.0;
-/// A head is so many px high where it is found out what hides what.
-const DRAWN: f64 = 256.0;
 /// Fewer points do not tell the light.
 const FEWEST: usize = 100;
 
@@ -247,45 +264,20 @@ pub(super) fn bare(model: &FaceModel) -> Vec<u32> {
 fn points(face: &Face, camera: &Camera, image: &Image) -> Vec<Point> {
     let topology = &face.model().parts().topology;
     let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
-    let seen: Vec<DVec2> = positions.iter().map(|&p| camera.project(p)).collect();
-    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    for &q in &seen {
-        (low, high) = (low.min(q), high.max(q));
-    }
-    let extent = (high - low).max_element();
-    if !(extent > 0.0 && extent.is_finite()) {
+    let Some(sight) = Sight::new(camera, &positions, &topology.triangles()) else {
         return Vec::new();
-    }
-    // The head fills an image of its own.
-    let scale = DRAWN / extent;
-    let own = Camera {
-        focal: camera.focal * scale,
-        centre: (camera.centre - low) * scale,
-        ..*camera
     };
-    let size = ((high - low) * scale).ceil().as_usizevec2();
-    let raster = Raster::new(
-        &own,
-        [size.x.max(1), size.y.max(1)],
-        &positions,
-        &topology.triangles(),
-    );
-    let eye = camera.position();
-    let turn: DMat3 = camera.rotation;
     let vertices = bare(face.model()).into_iter();
     vertices
         .filter_map(|v| {
             let v = v as usize;
             let normal = face.normals()[v].as_dvec3();
-            let towards = (eye - positions[v]).normalize_or_zero();
-            let depth = (turn * positions[v] + camera.translation).z;
-            let hidden = depth > raster.depth(own.project(positions[v])) + BEHIND;
-            if normal.dot(towards) < FACING || hidden {
+            if !sight.sees(positions[v], normal) {
                 return None;
             }
             // A mm around the vertex.
-            let reach = 0.5 * camera.focal / depth;
-            let light = image.mean(seen[v], reach)?;
+            let reach = 0.5 * camera.focal / camera.to_camera(positions[v]).z;
+            let light = image.mean(camera.project(positions[v]), reach)?;
             Some(Point {
                 harmonics: harmonics(normal).into(),
                 albedo: linear(topology.colours[v]),

@@ -4,8 +4,9 @@
 //! The unknowns are the pose (rotation, translation), the focal length, all coefficients of the
 //! population and the weights of expressions. Minus twice the logarithm of their probability is
 //!
-//! E = E_lan + E_reg, with
-//! E_lan = sum over points of (distance from the projected point / its standard deviation)^2, and
+//! E = E_lan + E_c + E_reg, with
+//! E_lan = sum over points of (distance from the projected point / its standard deviation)^2,
+//! E_c what the pixels tell of it if they are given (`appearance`), and
 //! E_reg = |z|^2 + sum (e / sigma_e)^2 + ((log f - log f_0) / sigma_f)^2 - 2 n_eff (log Z - log f),
 //!
 //! with z the coefficients in a basis in which they are independent and standard normal,
@@ -16,22 +17,30 @@
 //! over shapes, which has a factor det(H)^-1/2 of the curvature H in z that the joint one lacks: a
 //! head that is seen smaller is told less about, so more of its shapes will do. To first order in
 //! the size of the image of the head, which is as f / Z, it is that term, with n_eff = k - tr(H^-1)
-//! the number of the k coefficients that the points determine. Without it heads come out 3 % too
+//! the number of the k coefficients that the points determine (with pixels tr(H^-1 H_lan): normals do
+//! not depend on the size). Without it heads come out 3 % too
 //! small: when the head shrinks and comes nearer its image is the same, and the prior prefers less of
 //! every shape.
 
+mod albedo;
+mod appearance;
 mod camera;
 mod contour;
 mod light;
+mod pixels;
 pub mod raster;
 mod reshape;
 mod shape;
 mod sight;
 mod solver;
 mod start;
+mod surface;
 mod texture;
 
+use std::sync::{Arc, OnceLock};
+
 use glam::{DVec2, DVec3};
+use nalgebra::DMatrix;
 
 pub use camera::Camera;
 pub use light::{HARMONICS, Image, Light};
@@ -42,6 +51,7 @@ use crate::{Error, Expressions, FaceModel, Result};
 use contour::JAW;
 use shape::{Points, Stencil};
 use solver::{Observed, State, Terms};
+use surface::Surface;
 
 /// How many points a face has in the scheme of iBUG.
 pub const POINTS: usize = 68;
@@ -84,9 +94,9 @@ pub struct Quality {
     /// The same at the face, mm.
     pub rms_mm: f64,
     /// How unusual the face is: the length of its independent coefficients, as a part of what is
-    /// expected of as many as the points determine. Of people it is about 1.
+    /// expected of as many as are determined. Of people it is about 1.
     pub unusual: f64,
-    /// How many of the coefficients the points determine.
+    /// How many of the coefficients the points determine, and the pixels if they told any.
     pub determined: f64,
     /// The angle between where the face looks and the direction of the camera, radians.
     pub away: f64,
@@ -135,15 +145,39 @@ pub struct Fit {
     pub residuals: Vec<DVec2>,
     /// How well it fits.
     pub quality: Quality,
+    /// What the photo's pixels told; `None` when none were given, or they told nothing.
+    pub appearance: Option<Appearance>,
+}
+
+/// What a photo's pixels told of a face's shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Appearance {
+    /// How far the skin that was believed is off its albedo times the shading: the root mean square of the
+    /// difference as a part of that, after the last step but one.
+    pub rms: f64,
+    /// How many patches of skin were compared.
+    pub patches: usize,
+}
+
+/// Weights of expressions below this are not shown: no vertex moves by a tenth of a mm.
+const SHOWN: f64 = 2e-3;
+
+/// Which of some expressions are shown, from their weights.
+fn expression_shown(weights: &[f64]) -> Vec<usize> {
+    (0..weights.len()).filter(|&e| weights[e] > SHOWN).collect()
 }
 
 /// Fits faces of a model to photos.
 #[derive(Debug, Clone)]
 pub struct Fitter {
     model: FaceModel,
-    expressions: usize,
+    expressions: Option<Expressions>,
     /// The 68 points, then those of the jaw's paths but for their first.
     points: Points,
+    /// The same with all axes.
+    whole: Points,
+    /// For pixels: made when the first are there.
+    surface: OnceLock<Arc<Surface>>,
     /// For each jaw point its path, as indices into the points.
     paths: Vec<Vec<usize>>,
     /// The middle of the 68 points on the mean head.
@@ -168,12 +202,14 @@ impl Fitter {
             stencils.extend(path.into_iter().skip(1));
             paths.push(std::iter::once(i).chain(first..stencils.len()).collect());
         }
-        let points = Points::new(model, expressions, &stencils);
+        let [points, whole] = Points::new(model, expressions, &stencils);
         let pivot = points.mean[..POINTS].iter().sum::<DVec3>() / POINTS as f64;
         Ok(Self {
             model: model.clone(),
-            expressions: expressions.map_or(0, |e| e.list().len()),
+            expressions: expressions.cloned(),
             points,
+            whole,
+            surface: OnceLock::new(),
             paths,
             pivot,
         })
@@ -192,6 +228,84 @@ impl Fitter {
     /// line, or the image or the focal length is not above 0.
     pub fn fit(&self, photo: &Photo) -> Result<Fit> {
         let seen = checked(photo)?;
+        let observed = self.observed(&self.points, &seen);
+        let (state, _) = self.solve(photo, &observed)?;
+        Ok(self.finish(&observed, state, &self.points.basis, None))
+    }
+
+    /// The same from a photo's points and its pixels, which tell the shape by its shading, E_c
+    /// (`appearance`). When they do not, because too little of the face is seen or is lit, or what
+    /// they say disagrees with the points, the fit is that of the points, and its
+    /// [`Fit::appearance`] is `None`.
+    ///
+    /// # Errors
+    /// As [`Fitter::fit`], and when the image has another size than the photo.
+    pub fn fit_pixels(&self, photo: &Photo, image: &Image) -> Result<Fit> {
+        let [width, height] = image.size();
+        if [width, height] != [photo.width as usize, photo.height as usize] {
+            return Err(Error::Mismatch(format!(
+                "the photo is {} x {} pixels, its image {width} x {height}",
+                photo.width, photo.height
+            )));
+        }
+        let seen = checked(photo)?;
+        let observed = self.observed(&self.points, &seen);
+        let (state, terms) = self.solve(photo, &observed)?;
+        let fit = self.finish(&observed, state.clone(), &self.points.basis, None);
+        // Points that are no face's have no pixels that are.
+        if fit.quality.refusal().is_some() {
+            return Ok(fit);
+        }
+        let observed = self.observed(&self.whole, &seen);
+        let first = self.points.basis.ncols();
+        let terms = Terms {
+            coefficients: self.whole.basis.ncols(),
+            ..terms
+        };
+        let mut start = state;
+        let more = std::iter::repeat_n(0.0, terms.coefficients - first);
+        start.unknowns.splice(first..first, more);
+        let comparison = appearance::Comparison {
+            model: &self.model,
+            surface: self
+                .surface
+                .get_or_init(|| Arc::new(Surface::new(&self.model))),
+            observed: &observed,
+            terms: &terms,
+            basis: &self.whole.basis,
+            expressions: self.expressions.as_ref().map_or(&[], |e| e.list()),
+        };
+        let Some(refined) = comparison.refine(image, &start) else {
+            return Ok(fit);
+        };
+        let appearance = Appearance {
+            rms: refined.rms,
+            patches: refined.patches,
+        };
+        let better = self.finish(
+            &observed,
+            refined.state,
+            &self.whole.basis,
+            Some(appearance),
+        );
+        // A face that nobody has is worse than the points' own.
+        Ok(match better.quality.refusal() {
+            None => better,
+            Some(_) => fit,
+        })
+    }
+
+    fn observed<'a>(&'a self, points: &'a Points, seen: &'a [DVec2]) -> Observed<'a> {
+        Observed {
+            points,
+            paths: &self.paths,
+            seen,
+        }
+    }
+
+    /// What the points tell.
+    fn solve(&self, photo: &Photo, observed: &Observed) -> Result<(State, Terms)> {
+        let seen = observed.seen;
         let longer = f64::from(photo.width.max(photo.height));
         let focal = match photo.focal {
             Some(focal) => (focal.ln(), KNOWN_FOCAL),
@@ -200,14 +314,9 @@ impl Fitter {
         let inner = &self.points.mean[JAW..POINTS];
         let on_a_line = || Error::Mismatch("the points lie on a line: they are no face's".into());
         let (rotation, scale) = start::orthographic(inner, &seen[JAW..]).ok_or_else(on_a_line)?;
-        let observed = Observed {
-            points: &self.points,
-            paths: &self.paths,
-            seen: &seen,
-        };
         let terms = Terms {
             coefficients: self.points.basis.ncols(),
-            expressions: self.expressions,
+            expressions: self.expressions.as_ref().map_or(0, |e| e.list().len()),
             focal,
             noise: photo.noise,
             scale,
@@ -224,13 +333,18 @@ impl Fitter {
             pivot: self.pivot,
             centre,
         };
-        let state = solver::solve(&observed, &terms, pose)
+        let state = solver::solve(observed, &terms, pose)
             .ok_or_else(|| Error::Mismatch("no face is seen at these points".into()))?;
-        Ok(self.finish(&observed, state))
+        Ok((state, terms))
     }
 
-    fn finish(&self, observed: &Observed, state: State) -> Fit {
-        let basis = &self.points.basis;
+    fn finish(
+        &self,
+        observed: &Observed,
+        state: State,
+        basis: &DMatrix<f64>,
+        appearance: Option<Appearance>,
+    ) -> Fit {
         let (z, expression) = state.unknowns.split_at(basis.ncols());
         let z = nalgebra::DVector::from_column_slice(z);
         let mut grid = vec![0; self.model.parts().coefficients()];
@@ -251,11 +365,12 @@ impl Fitter {
             expression: expression.to_vec(),
             camera,
             residuals,
+            appearance,
             quality: Quality {
                 rms_px,
                 rms_mm: rms_px * (state.pose.log_depth - state.pose.log_focal).exp(),
-                unusual: (z.norm_squared() / state.determined.max(1.0)).sqrt(),
-                determined: state.determined,
+                unusual: (z.norm_squared() / state.told.max(1.0)).sqrt(),
+                determined: state.told,
                 away: towards.angle_between(DVec3::Z),
             },
         }
@@ -272,7 +387,7 @@ impl Fitter {
 pub(crate) fn linear(model: &FaceModel, vertices: &[u32]) -> Result<(Vec<DVec3>, Vec<DVec3>)> {
     let mut stencils = shape::ibug(model)?;
     stencils.extend(vertices.iter().map(|&v| vec![(v, 1.0)]));
-    let points = Points::new(model, None, &stencils);
+    let [points, _] = Points::new(model, None, &stencils);
     let modes = (0..points.rates.nrows())
         .flat_map(|k| (0..stencils.len()).map(move |i| (k, i)))
         .map(|(k, i)| DVec3::from_array([0, 1, 2].map(|axis| points.rates[(k, 3 * i + axis)])))

@@ -4,6 +4,7 @@ use glam::DVec3;
 use nalgebra::DMatrix;
 
 use crate::anatomy::Landmark;
+use crate::expression::Expression;
 use crate::model::FaceModel;
 use crate::{Error, Expressions, Face, Result};
 
@@ -37,12 +38,17 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// Of some stencils on the model's mesh.
-    pub fn new(model: &FaceModel, expressions: Option<&Expressions>, stencils: &[Stencil]) -> Self {
+    /// Of some stencils on the model's mesh: first with the axes that move them, then with all,
+    /// which begin with those.
+    pub fn new(
+        model: &FaceModel,
+        expressions: Option<&Expressions>,
+        stencils: &[Stencil],
+    ) -> [Self; 2] {
         let parts = model.parts();
         let population = parts.population();
         let face = model.face();
-        let mean = stencils
+        let mean: Vec<DVec3> = stencils
             .iter()
             .map(|stencil| {
                 let corners = stencil.iter();
@@ -60,29 +66,22 @@ impl Points {
         let cholesky = &model.derived.cholesky * SPREAD;
         let whitened = cholesky.tr_mul(&rates);
         let axes = (&whitened * whitened.transpose()).symmetric_eigen();
-        let felt: Vec<usize> = (0..population)
-            .filter(|&k| axes.eigenvalues[k] > FELT * FELT)
-            .collect();
-        let axes = axes.eigenvectors.select_columns(&felt);
-        let whitened = axes.tr_mul(&whitened);
-        let kept = felt.len();
+        let is_felt = |k: &usize| axes.eigenvalues[*k] > FELT * FELT;
+        let (felt, rest): (Vec<usize>, Vec<usize>) = (0..population).partition(is_felt);
+        let all: Vec<usize> = felt.iter().chain(&rest).copied().collect();
         let list = expressions.map_or(&[][..], |e| e.list());
-        let mut rates = whitened.insert_rows(kept, list.len(), 0.0);
-        for (e, expression) in list.iter().enumerate() {
-            for (i, stencil) in stencils.iter().enumerate() {
-                for &(vertex, weight) in stencil {
-                    let Ok(slot) = expression.support.binary_search(&vertex) else {
-                        continue;
-                    };
-                    let moved = expression.displacements[slot].as_dvec3() * weight;
-                    for axis in 0..3 {
-                        rates[(kept + e, 3 * i + axis)] += moved[axis];
-                    }
-                }
+        let expressed = expressed(list, stencils);
+        [felt, all].map(|kept| {
+            let axes = axes.eigenvectors.select_columns(&kept);
+            let mut rates = axes.tr_mul(&whitened);
+            rates = rates.insert_rows(kept.len(), list.len(), 0.0);
+            rates.rows_mut(kept.len(), list.len()).copy_from(&expressed);
+            Self {
+                mean: mean.clone(),
+                rates,
+                basis: &cholesky * axes,
             }
-        }
-        let basis = cholesky * axes;
-        Self { mean, rates, basis }
+        })
     }
 
     /// Where point `i` is for these independent coefficients and expression weights, mm.
@@ -100,6 +99,26 @@ impl Points {
         let first = (3 * i + axis) * unknowns;
         &self.rates.as_slice()[first..first + unknowns]
     }
+}
+
+/// How some points move with expressions, mm: a row an expression at full weight, three columns a
+/// point.
+fn expressed(list: &[Expression], stencils: &[Stencil]) -> DMatrix<f64> {
+    let mut rates = DMatrix::zeros(list.len(), 3 * stencils.len());
+    for (e, expression) in list.iter().enumerate() {
+        for (i, stencil) in stencils.iter().enumerate() {
+            for &(vertex, weight) in stencil {
+                let Ok(slot) = expression.support.binary_search(&vertex) else {
+                    continue;
+                };
+                let moved = expression.displacements[slot].as_dvec3() * weight;
+                for axis in 0..3 {
+                    rates[(e, 3 * i + axis)] += moved[axis];
+                }
+            }
+        }
+    }
+    rates
 }
 
 /// Adds how a vertex moves with each coefficient of the population, times a weight, to the columns

@@ -66,6 +66,10 @@ pub(super) struct State {
     pub unknowns: Vec<f64>,
     /// How many of them the points determine.
     pub determined: f64,
+    /// How many of them points and pixels determine together.
+    pub told: f64,
+    /// How far points are taken to be off.
+    pub noise: Noise,
 }
 
 /// A point that is compared: which it stands for, and the directions of its two residuals.
@@ -77,8 +81,8 @@ struct Match {
 }
 
 /// The standard deviations of points, px.
-#[derive(Clone, Copy)]
-struct Noise {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Noise {
     /// Of the points inside of the outline, along each axis.
     inner: f64,
     /// Of the jaw's points that are seen, along the outline.
@@ -86,6 +90,14 @@ struct Noise {
 }
 
 impl Noise {
+    #[cfg(test)]
+    pub fn none() -> Self {
+        Self {
+            inner: 1.0,
+            along: 1.0,
+        }
+    }
+
     /// Along the axes of the match of a point.
     fn of(&self, point: usize, m: &Match) -> [f64; 2] {
         match (point < JAW, m.hidden) {
@@ -149,7 +161,7 @@ impl Observed<'_> {
 }
 
 impl Terms {
-    fn count(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.coefficients + self.expressions
     }
 
@@ -170,25 +182,78 @@ fn weight([x, y]: [f64; 2]) -> f64 {
 }
 
 /// Half the gradient and half the curvature of the energy (Gauss-Newton's), pose last.
-struct Normal {
-    curvature: DMatrix<f64>,
-    gradient: DVector<f64>,
+pub(super) struct Normal {
+    pub curvature: DMatrix<f64>,
+    pub gradient: DVector<f64>,
+}
+
+/// A step from a state with something besides the points: where it leads, and the step itself.
+/// `None` when there is none.
+pub(super) fn step_with(
+    observed: &Observed,
+    terms: &Terms,
+    state: &State,
+    besides: &Normal,
+    most: f64,
+) -> Option<(State, DVector<f64>)> {
+    let matches = observed.matches(state)?;
+    let residuals = observed.off(&matches, state)?;
+    let weights: Vec<f64> = (residuals.iter().enumerate())
+        .map(|(i, r)| {
+            let noise = state.noise.of(i, &matches[i]);
+            weight([r[0] / noise[0], r[1] / noise[1]])
+        })
+        .collect();
+    let points = normal(
+        observed,
+        &matches,
+        &weights,
+        state.noise,
+        state,
+        terms.count(),
+    )?;
+    let Step {
+        step,
+        determined,
+        told,
+    } = step(terms, points, Some(besides), state)?;
+    let longest = step.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
+    let part = (most / longest).min(1.0);
+    let mut there = moved(state, &step, part, terms);
+    there.determined = determined;
+    there.told = told;
+    Some((there, step * part))
+}
+
+/// How far the points are off, as a part of what is expected of them: the energy of the points a
+/// residual.
+pub(super) fn disagreement(observed: &Observed, state: &State) -> Option<f64> {
+    let matches = observed.matches(state)?;
+    let residuals = observed.off(&matches, state)?;
+    let each = residuals.iter().enumerate().map(|(i, r)| {
+        let noise = state.noise.of(i, &matches[i]);
+        let square = (r[0] / noise[0]).powi(2) + (r[1] / noise[1]).powi(2);
+        (FREEDOM + 2.0) * (1.0 + square / FREEDOM).ln()
+    });
+    Some(each.sum())
 }
 
 /// Minimises the energy from a first pose and the mean face on; `None` when the head ends up behind
 /// the camera.
 pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<State> {
+    let usual = NOISE * terms.scale;
     let mut state = State {
         pose,
         unknowns: vec![0.0; terms.count()],
         determined: 0.0,
-    };
-    let usual = NOISE * terms.scale;
-    let mut noise = Noise {
-        inner: terms.noise.unwrap_or(usual),
-        along: ALONG * terms.noise.unwrap_or(usual),
+        told: 0.0,
+        noise: Noise {
+            inner: terms.noise.unwrap_or(usual),
+            along: ALONG * terms.noise.unwrap_or(usual),
+        },
     };
     for _ in 0..STEPS {
+        let noise = state.noise;
         let matches = observed.matches(&state)?;
         let residuals = observed.off(&matches, &state)?;
         let scaled = |(point, r): (usize, &[f64; 2])| {
@@ -198,8 +263,12 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
         let weights: Vec<f64> = (residuals.iter().enumerate())
             .map(|r| weight(scaled(r)))
             .collect();
-        let (step, determined) = step(observed, terms, &matches, &weights, noise, &state)?;
+        let points = normal(observed, &matches, &weights, noise, &state, terms.count())?;
+        let Step {
+            step, determined, ..
+        } = step(terms, points, None, &state)?;
         state.determined = determined;
+        state.told = determined;
         // With weights, outline and n_eff as they are.
         let energy = |state: &State| {
             let residuals = observed.off(&matches, state)?;
@@ -220,7 +289,7 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
         state = there;
         if terms.noise.is_none() {
             let residuals = observed.off(&matches, &state)?;
-            noise = estimated(&residuals, &weights, &matches, determined, usual);
+            state.noise = estimated(&residuals, &weights, &matches, determined, usual);
         }
         if most < SETTLED {
             break;
@@ -278,17 +347,24 @@ fn moved(state: &State, step: &DVector<f64>, part: f64, terms: &Terms) -> State 
     there
 }
 
-/// The Gauss-Newton step, and how many unknowns the points determine.
-fn step(
-    observed: &Observed,
-    terms: &Terms,
-    matches: &[Match],
-    weights: &[f64],
-    noise: Noise,
-    state: &State,
-) -> Option<(DVector<f64>, f64)> {
+/// A Gauss-Newton step.
+struct Step {
+    step: DVector<f64>,
+    /// As in the state.
+    determined: f64,
+    told: f64,
+}
+
+/// The Gauss-Newton step with what the points tell and something besides, and how many unknowns the
+/// points determine.
+fn step(terms: &Terms, points: Normal, besides: Option<&Normal>, state: &State) -> Option<Step> {
     let count = terms.count();
-    let mut normal = normal(observed, matches, weights, noise, state, count)?;
+    let own = besides.map(|_| points.curvature.view((0, 0), (count, count)).into_owned());
+    let mut normal = points;
+    if let Some(other) = besides {
+        normal.curvature += &other.curvature;
+        normal.gradient += &other.gradient;
+    }
     let tight = |i: usize| {
         if i < terms.coefficients {
             1.0
@@ -317,11 +393,26 @@ fn step(
     // The factor begins with that of the unknowns without the pose.
     let inverse = inverse_diagonal(factor.l_dirty(), count);
     let left: f64 = inverse.iter().zip(0..).map(|(d, i)| tight(i) * d).sum();
-    let determined = count as f64 - left;
+    let told = count as f64 - left;
+    let determined = match own {
+        None => told,
+        // What the points alone make of the curvature is what goes with the size of the image.
+        Some(mut half) => {
+            let lower = factor.l_dirty().view((0, 0), (count, count)).into_owned();
+            lower.solve_lower_triangular_mut(&mut half);
+            half.transpose_mut();
+            lower.solve_lower_triangular_mut(&mut half);
+            half.trace()
+        }
+    };
     normal.gradient[count + 5] -= determined;
     normal.gradient[count + 6] += determined;
     let step = factor.solve(&-normal.gradient);
-    Some((step, determined))
+    Some(Step {
+        step,
+        determined,
+        told,
+    })
 }
 
 /// The points' part of the normal equations.

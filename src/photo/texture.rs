@@ -115,7 +115,9 @@ fn trust(
         let away = points.iter().map(|p| p.distance(parts.mean[v]));
         let away = away.fold(f32::INFINITY, f32::min);
         let near = ((AROUND[0] - away) / (AROUND[0] - AROUND[1])).clamp(0.0, 1.0);
-        let facing = sight.facing(places[v], normals[v]).unwrap_or(0.0);
+        let facing = sight
+            .facing(places[v], normals[v].as_dvec3())
+            .unwrap_or(0.0);
         facings[v] = facing;
         let facing = ((facing - FACING[0]) / (FACING[1] - FACING[0])).clamp(0.0, 1.0);
         trust[v] = f64::from(near) * facing;

@@ -75,7 +75,15 @@ struct FitInfo<'a> {
     expression: BTreeMap<&'a str, f64>,
     residuals: Vec<[f64; 2]>,
     quality: QualityInfo,
+    appearance: Option<AppearanceInfo>,
     light: Option<LightInfo>,
+}
+
+/// As `PhotoAppearance` of `index.d.ts`.
+#[derive(Serialize)]
+struct AppearanceInfo {
+    rms: f64,
+    patches: usize,
 }
 
 /// Weights of expressions below this are not told: no vertex moves by a tenth of a mm.
@@ -103,8 +111,8 @@ impl Fitter {
         })
     }
 
-    /// What the points (68 pairs of x and y, px) of a photo tell, and the light if its pixels (sRGB and
-    /// alpha) are given, as a plain object.
+    /// What the points (68 pairs of x and y, px) of a photo tell, and its pixels (sRGB and alpha) if
+    /// they are given, which tell more of the shape, and the light; as a plain object.
     pub fn fit(
         &self,
         width: u32,
@@ -126,7 +134,11 @@ impl Fitter {
             focal,
             noise: None,
         };
-        let fit = self.fitter.fit(&photo).map_err(error)?;
+        let fit = match &image {
+            Some(image) => self.fitter.fit_pixels(&photo, image),
+            None => self.fitter.fit(&photo),
+        };
+        let fit = fit.map_err(error)?;
         let quality = &fit.quality;
         let refusal = quality.refusal();
         // Points that are no face's have no light.
@@ -148,6 +160,10 @@ impl Fitter {
                 determined: quality.determined,
                 refusal,
             },
+            appearance: fit.appearance.map(|a| AppearanceInfo {
+                rms: a.rms,
+                patches: a.patches,
+            }),
             light: light.map(Into::into),
         };
         let serializer = serde_wasm_bindgen::Serializer::json_compatible();

@@ -59,7 +59,7 @@ export interface PhotoPoints {
   focal?: number;
   /**
    * The pixels, as `ImageData.data` has them: sRGB and alpha, row by row from the upper left corner.
-   * With them the light is told too.
+   * With them the shape is told better, and the light too.
    */
   rgba?: Uint8Array | Uint8ClampedArray;
 }
@@ -86,7 +86,7 @@ export interface PhotoQuality {
   readonly rmsMm: number;
   /** How far the face is from the mean, as a part of what is usual. */
   readonly unusual: number;
-  /** How many coefficients the points determine. */
+  /** How many coefficients the points determine, and the pixels if they told any. */
   readonly determined: number;
   /** Why the points should not be taken for a face's, in a sentence; null when they may. */
   readonly refusal: string | null;
@@ -144,6 +144,14 @@ export interface PhotoEdit {
   free(): void;
 }
 
+/** What a photo's pixels told of the shape, by its shading. */
+export interface PhotoAppearance {
+  /** How far skin is off its albedo times the shading, as a part of it: a root mean square. */
+  readonly rms: number;
+  /** How many patches of skin were compared. */
+  readonly patches: number;
+}
+
 /** What a photo tells. */
 export interface PhotoFit {
   /** The face, for `fromCode` and `Face.code`. */
@@ -154,6 +162,11 @@ export interface PhotoFit {
   /** From each point as given to where it is on the fitted face, px. */
   readonly residuals: readonly (readonly [number, number])[];
   readonly quality: PhotoQuality;
+  /**
+   * Null when no pixels were given, or they told nothing of the shape that the points agree with: then
+   * camera and shape are the points' own.
+   */
+  readonly appearance: PhotoAppearance | null;
   /** Null when no pixels were given, or the points are no face's. */
   readonly light: PhotoLight | null;
 }

@@ -8,9 +8,12 @@ use glam::DVec3;
 
 use phiz::fit::files::write_atomically;
 use phiz::fit::ict::Ict;
-use phiz::fit::photograph::{Photographer, Report, SETTINGS, SIZE, write_floats, write_model};
+use phiz::fit::photograph::{
+    Errors, Photograph, Photographer, Report, SETTINGS, SIZE, Setting, write_floats, write_model,
+};
+use phiz::fit::portrait::Portrait;
 use phiz::fit::{FitError, FitResult};
-use phiz::photo::{Fitter, Photo};
+use phiz::photo::{Fit, Fitter, Image, Light, Photo};
 
 #[derive(Args)]
 pub struct PhotographArgs {
@@ -30,6 +33,10 @@ pub struct PhotographArgs {
     /// programs.
     #[arg(long, value_name = "DIR")]
     save: Option<PathBuf>,
+    /// Draw the photos, too, in grey and in colour, and compare fits to points with fits to points
+    /// and pixels.
+    #[arg(long, conflicts_with = "save")]
+    pixels: bool,
     /// As JSON.
     #[arg(long)]
     json: bool,
@@ -87,6 +94,9 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
     if let Some(folder) = &args.save {
         write_model(&model, &photographer, folder)?;
     }
+    if args.pixels {
+        return pixels(args, &photographer, &fitter, &ict);
+    }
     let mut reports = Vec::new();
     let (mut seconds, mut fits) = (0.0, 0);
     for setting in &SETTINGS {
@@ -94,13 +104,7 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
         let mut saved = Saved::default();
         for seed in (0..args.count).map(|i| args.seed.wrapping_add(i.into())) {
             let photograph = photographer.take(seed, setting);
-            let photo = Photo {
-                width: SIZE,
-                height: SIZE,
-                points: &photograph.points,
-                focal: None,
-                noise: None,
-            };
+            let photo = photo(&photograph);
             let started = Instant::now();
             let fit = fitter.fit(&photo)?;
             seconds += started.elapsed().as_secs_f64();
@@ -145,4 +149,122 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
         println!("{:.2} ms a fit", 1e3 * seconds / f64::from(fits));
     }
     Ok(())
+}
+
+fn photo(photograph: &Photograph) -> Photo<'_> {
+    Photo {
+        width: SIZE,
+        height: SIZE,
+        points: &photograph.points,
+        focal: None,
+        noise: None,
+    }
+}
+
+/// What pixels add to points, on the photos of a setting.
+#[derive(serde::Serialize)]
+struct Comparison {
+    colour: bool,
+    points: Report,
+    pixels: Report,
+    /// The part of the people of whom fits with pixels are worse.
+    worse: f64,
+    /// The part of whom pixels told nothing.
+    unused: f64,
+    /// The root mean square of [`Photographer::shading`] over people.
+    shading: f64,
+    /// The median of a fit with pixels.
+    milliseconds: f64,
+}
+
+fn pixels(
+    args: &PhotographArgs,
+    photographer: &Photographer,
+    fitter: &Fitter,
+    ict: &Ict,
+) -> FitResult<()> {
+    let mut all = Vec::new();
+    for setting in &SETTINGS {
+        for colour in [false, true] {
+            all.push(compare(args, photographer, fitter, ict, setting, colour)?);
+        }
+    }
+    if args.json {
+        let json = serde_json::to_string(&all).map_err(|e| FitError::Input(e.to_string()))?;
+        println!("{json}");
+        return Ok(());
+    }
+    println!(
+        "{:17}{:>16}{:>8}{:>7}{:>8}{:>16}{:>8}{:>7}{:>9}{:>5}",
+        "", "similar, mm", "ratio", "worse", "unused", "rigid, mm", "size", "pose", "shading", "ms"
+    );
+    for c in &all {
+        println!(
+            "{:10}{:7}{:7.3} -> {:.3}{:8.3}{:5.0} %{:6.0} %{:9.3} -> {:.3}{:8.4}{:7.2}{:7.1} %{:5.0}",
+            c.points.setting.name,
+            if c.colour { "colour" } else { "grey" },
+            c.points.similarity,
+            c.pixels.similarity,
+            c.pixels.similarity / c.points.similarity,
+            100.0 * c.worse,
+            100.0 * c.unused,
+            c.points.rigid,
+            c.pixels.rigid,
+            c.pixels.size,
+            c.pixels.turn,
+            100.0 * c.shading,
+            c.milliseconds
+        );
+    }
+    Ok(())
+}
+
+fn compare(
+    args: &PhotographArgs,
+    photographer: &Photographer,
+    fitter: &Fitter,
+    ict: &Ict,
+    setting: &Setting,
+    colour: bool,
+) -> FitResult<Comparison> {
+    let (mut by_points, mut by_pixels) = (Vec::new(), Vec::new());
+    let (mut worse, mut unused, mut shading, mut seconds) = (0, 0, 0.0, Vec::new());
+    for seed in (0..args.count).map(|i| args.seed.wrapping_add(i.into())) {
+        let photograph = photographer.take(seed, setting);
+        let portrait = Portrait::take(&photograph, ict, colour);
+        let image = Image::new(SIZE, SIZE, &portrait.rgba)?;
+        let first = fitter.fit(&photo(&photograph))?;
+        let started = Instant::now();
+        let fit = fitter.fit_pixels(&photo(&photograph), &image)?;
+        seconds.push(started.elapsed().as_secs_f64());
+        unused += u32::from(fit.appearance.is_none());
+        let face = |fit: &Fit| -> FitResult<(phiz::Face, Errors)> {
+            let mut face = fitter.model().face();
+            face.set_coefficients(&fit.coefficients)?;
+            let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+            let errors = photographer.measure(&photograph, &positions, fit.camera.rotation);
+            Ok((face, errors))
+        };
+        let (_, before) = face(&first)?;
+        let (face, after) = face(&fit)?;
+        worse += u32::from(after.similarity > before.similarity);
+        let light = Light::of(&face, &fit.camera, &image)?;
+        let normals: Vec<DVec3> = face.normals().iter().map(|n| n.as_dvec3()).collect();
+        let truth = |n| portrait.shade(n, colour);
+        let off = photographer.shading(&photograph, truth, &normals, |n| light.shade(n));
+        shading += off * off;
+        by_points.push((seed, before));
+        by_pixels.push((seed, after));
+    }
+    seconds.sort_unstable_by(f64::total_cmp);
+    let count = f64::from(args.count);
+    Ok(Comparison {
+        colour,
+        points: Report::of(setting, by_points),
+        pixels: Report::of(setting, by_pixels),
+        worse: f64::from(worse) / count,
+        unused: f64::from(unused) / count,
+        shading: (shading / count).sqrt(),
+        milliseconds: 1e3 * seconds[seconds.len() / 2],
+    })
 }

@@ -1,0 +1,629 @@
+//! What the pixels of a face tell of its shape (E_c).
+//!
+//! Skin that turns towards the light is brighter, so that brightness tells normals. The surface is
+//! compared in *patches*: of each the residual is the area's mean over its samples (vertices) of
+//!
+//! r = (I(x) - S(n) (1 + a)) / S(n),
+//!
+//! with I the photo's brightness in linear light where a sample is seen, S the shading of its normal
+//! n (`light`, nine harmonics, times the mean albedo), and a the relative deviation of the albedo
+//! (`albedo`). Unknown are, besides pose and shape, the light and the modes of the albedo. These are
+//! as many as they are because unmodelled albedo decides everything: with the pixels' own noise most
+//! fits come out worse than from landmarks alone. Both are eliminated from each Gauss-Newton step
+//! (Schur's complement), so that the step is that of the marginal over them.
+//!
+//! The residual moves with the shape in two ways: by the normals, and by where in the photo a sample
+//! lands. The photo's slope for the latter is that of a larger square than its light, so that the
+//! pixels' noise does not make up slopes. Patches that are off are believed less (Student's t): hair,
+//! glasses, hands and shadows are none of the model's.
+//!
+//! Colour is left out: of faces under lamps of different colours the three channels together told the
+//! shape no better than brightness alone, because what the model cannot say of a shape is wrong
+//! in all of them alike.
+
+use std::ops::AddAssign;
+
+use glam::{DVec2, DVec3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use super::camera::POSE;
+use super::light::{HARMONICS, Image, harmonics};
+use super::pixels::Pixels;
+use super::sight::Sight;
+use super::solver::{self, Normal, Observed, State, Terms};
+use super::surface::{Level, Surface};
+use super::{albedo, expression_shown};
+use crate::expression::Expression;
+use crate::model::FaceModel;
+
+/// Steps at each level. More change the shape by less than a hundredth of a mm.
+const STEPS: [usize; 3] = [2, 1, 2];
+/// Steps of reweighting for the first light, of the given face and the mean albedo.
+const LIGHT_STEPS: usize = 6;
+/// Half the side of the square in which a sample's light is, and of that in which the photo's slope
+/// there is, mm at the face. Larger squares see nostrils and folds that the sample's normal is not
+/// of: with sides of 8 mm fits are worse than from landmarks.
+const REACH: [f64; 2] = [0.6, 2.0];
+/// The least that a patch is off by, as a part of its light, besides albedo: by what is missing
+/// from the model's shapes. The normals of its best fit to a person are 5 degrees off, which under
+/// usual lights is this much.
+const NOISE: f64 = 0.07;
+/// That is for a patch of so many mm^2; what is missing is independent in larger ones.
+const NOISE_AREA: f64 = 16.0;
+/// What is told counts this part of it. What is missing of the shape lies in larger patches, too.
+const BELIEF: f64 = 0.8;
+/// Patches are distributed as Student's t with so many degrees of freedom.
+const FREEDOM: f64 = 4.0;
+/// The standard deviations of the light's harmonics of degree 1 and 2, as parts of that of degree 0.
+const VARIATION: [f64; 2] = [1.0, 0.5];
+/// A shading below this part of the mean counts as that: there, shadows and noise are all.
+const DARKEST: f64 = 0.15;
+/// Photos of faces that are darker than this part of white, in linear light, tell nothing.
+const BLACK: f64 = 1e-3;
+/// Nor do faces whose brightness varies (one standard deviation) by less than this part of it: no
+/// light makes a face as even as that, a drawing does.
+const FLAT: f64 = 0.01;
+/// Fewer samples do not tell the light.
+const FEWEST: usize = 200;
+/// No unknown moves farther in a step, standard deviations.
+const LONGEST: f64 = 1.0;
+/// The landmarks still agree when minus twice the logarithm of their probability grows by no more.
+/// Of people it grows by 5, seldom by 25; if the points' errors were all of them a tenth larger it
+/// would by 30.
+const AGREEMENT: f64 = 30.0;
+
+/// What is asked of a photo: everything that a step needs.
+pub(super) struct Comparison<'a> {
+    pub model: &'a FaceModel,
+    pub surface: &'a Surface,
+    pub observed: &'a Observed<'a>,
+    pub terms: &'a Terms,
+    /// From independent coefficients to the population's.
+    pub basis: &'a DMatrix<f64>,
+    pub expressions: &'a [Expression],
+}
+
+/// What the pixels made of a face.
+pub(super) struct Refined {
+    pub state: State,
+    /// The root mean square of the residuals that are left, albedo taken off.
+    pub rms: f64,
+    /// How many patches were seen.
+    pub patches: usize,
+}
+
+/// A sample that is seen.
+struct Look {
+    sample: usize,
+    normal: DVec3,
+    /// How long the sum of its facets is.
+    length: f64,
+    /// The photo's brightness, and how it changes, a px.
+    light: f64,
+    slope: DVec2,
+    seen: super::camera::Seen,
+}
+
+/// The light times the mean albedo, and the weights of the albedo's modes.
+struct Skin {
+    light: [f64; HARMONICS],
+    modes: DVector<f64>,
+}
+
+/// Residuals in patches: a column a patch, scaled by its standard deviation.
+struct Rows {
+    /// By the light, the coefficients of the population, the expressions that are shown, and the
+    /// pose.
+    rates: DMatrix<f64>,
+    /// By the albedo's modes, but for the sign.
+    modes: DMatrix<f64>,
+    residuals: DVector<f64>,
+    /// The root mean square of the residuals, weighted, unscaled.
+    rms: f64,
+}
+
+/// The normal equations of the light and the rest, without the albedo.
+struct Equations {
+    curvature: DMatrix<f64>,
+    gradient: DVector<f64>,
+    /// For the albedo: the factor of its own curvature, that across, and its gradient.
+    factor: Cholesky<f64, Dyn>,
+    across: DMatrix<f64>,
+    own: DVector<f64>,
+}
+
+impl Skin {
+    fn shade(&self, normal: DVec3) -> f64 {
+        let harmonics = harmonics(normal).into_iter();
+        harmonics.zip(self.light).map(|(h, l)| h * l).sum()
+    }
+
+    /// How the shading changes with the normal, along the sphere.
+    fn slope(&self, n: DVec3) -> DVec3 {
+        let l = self.light;
+        let slope = DVec3::new(
+            l[1] + l[4] * n.y + l[6] * n.z + 2.0 * l[7] * n.x,
+            l[2] + l[4] * n.x + l[5] * n.z - 2.0 * l[7] * n.y,
+            l[3] + l[5] * n.y + l[6] * n.x + 6.0 * l[8] * n.z,
+        );
+        slope - n * slope.dot(n)
+    }
+
+    /// The mean shading of what is seen.
+    fn mean(&self, looks: &[Look]) -> f64 {
+        let all: f64 = looks.iter().map(|look| self.shade(look.normal)).sum();
+        all / looks.len() as f64
+    }
+
+    fn add(&mut self, step: &[f64]) {
+        self.light.iter_mut().zip(step).for_each(|(l, s)| *l += s);
+    }
+}
+
+/// The weight of a residual whose square is this, in variances.
+fn weight(square: f64) -> f64 {
+    (FREEDOM + 1.0) / (FREEDOM + square)
+}
+
+/// The precision of each of the light's harmonics where the mean shading is this.
+fn precisions(mean: f64) -> impl Iterator<Item = f64> {
+    (0..HARMONICS).map(move |h| match h {
+        0 => 0.0,
+        _ => (VARIATION[usize::from(h > 3)] * mean).powi(-2),
+    })
+}
+
+impl Comparison<'_> {
+    /// The face that points and pixels tell, from the one that the points do; `None` when pixels do
+    /// not tell any, or one that the points disagree with.
+    pub fn refine(&self, image: &Image, start: &State) -> Option<Refined> {
+        let mut state = start.clone();
+        let shown = expression_shown(&state.unknowns[self.terms.coefficients..]);
+        let mut pixels = None;
+        let mut skin: Option<Skin> = None;
+        let mut last = None;
+        for (level, steps) in self.surface.levels.iter().zip(STEPS) {
+            let (visible, corners) = self.visible(&state, &shown)?;
+            if pixels.is_none() {
+                pixels = Pixels::new(image, corners);
+            }
+            for _ in 0..steps {
+                let positions = self.positions(&state, &shown);
+                let looks = self.looks(pixels.as_ref()?, &state, &visible, &positions);
+                if looks.len() < FEWEST {
+                    return None;
+                }
+                let own = match skin.as_mut() {
+                    Some(skin) => skin,
+                    None => skin.insert(first_light(&looks)?),
+                };
+                let modes = level.albedo.modes.nrows();
+                // Those of a coarse level are the first of a fine one.
+                own.modes.resize_vertically_mut(modes, 0.0);
+                let rows = self.rows(level, &looks, &positions, own, &shown);
+                last = Some((rows.rms, rows.residuals.len()));
+                let equations = self.equations(rows, own, own.mean(&looks), &shown)?;
+                state = self.step(&state, own, &equations)?;
+            }
+        }
+        let (rms, patches) = last?;
+        let before = solver::disagreement(self.observed, start)?;
+        let after = solver::disagreement(self.observed, &state)?;
+        (after - before <= AGREEMENT).then_some(Refined {
+            state,
+            rms,
+            patches,
+        })
+    }
+
+    fn coefficients(&self, state: &State) -> Vec<f64> {
+        let z = DVector::from_column_slice(&state.unknowns[..self.terms.coefficients]);
+        (self.basis * z).iter().copied().collect()
+    }
+
+    fn weighted(&self, state: &State, shown: &[usize]) -> Vec<(&Expression, f64)> {
+        let weights = &state.unknowns[self.terms.coefficients..];
+        let each = shown.iter();
+        each.map(|&e| (&self.expressions[e], weights[e])).collect()
+    }
+
+    /// Where the surface's vertices are, mm.
+    fn positions(&self, state: &State, shown: &[usize]) -> Vec<DVec3> {
+        let expressions = self.weighted(state, shown);
+        self.surface
+            .positions(&self.coefficients(state), &expressions)
+    }
+
+    /// The samples that are seen, and the corners of the head's part of the image, px.
+    fn visible(&self, state: &State, shown: &[usize]) -> Option<(Vec<usize>, [DVec2; 2])> {
+        let mut face = self.model.face();
+        let mut all = vec![0.0_f32; self.model.parts().coefficients()];
+        let farthest = f64::from(crate::face::FARTHEST);
+        for (to, from) in all.iter_mut().zip(self.coefficients(state)) {
+            *to = from.clamp(-farthest, farthest) as f32;
+        }
+        face.set_coefficients(&all).ok()?;
+        let mut positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+        for (expression, weight) in self.weighted(state, shown) {
+            let moved = expression.support.iter().zip(&expression.displacements);
+            moved.for_each(|(&v, d)| positions[v as usize] += d.as_dvec3() * weight);
+        }
+        let triangles = self.model.parts().topology.triangles();
+        let seen = Sight::new(&state.pose.camera(), &positions, &triangles)?;
+        let surface = self.surface;
+        let visible = (0..surface.samples.len()).filter(|&i| {
+            let v = surface.vertices[surface.samples[i].own] as usize;
+            seen.sees(positions[v], face.normals()[v].as_dvec3())
+        });
+        Some((visible.collect(), seen.corners))
+    }
+
+    fn looks(
+        &self,
+        pixels: &Pixels,
+        state: &State,
+        visible: &[usize],
+        positions: &[DVec3],
+    ) -> Vec<Look> {
+        let scale = (state.pose.log_focal - state.pose.log_depth).exp();
+        let [near, wide] = REACH.map(|reach| reach * scale);
+        let each = visible.iter().filter_map(|&i| {
+            let sample = &self.surface.samples[i];
+            let facets = self.surface.facets(sample, positions);
+            let length = facets.length();
+            let seen = state.pose.see(positions[sample.own])?;
+            Some(Look {
+                sample: i,
+                normal: (length > 0.0).then(|| facets / length)?,
+                length,
+                light: pixels.light(seen.at, near)?,
+                slope: pixels.slope(seen.at, wide)?,
+                seen,
+            })
+        });
+        each.collect()
+    }
+
+    fn rows(
+        &self,
+        level: &Level,
+        looks: &[Look],
+        positions: &[DVec3],
+        skin: &Skin,
+        shown: &[usize],
+    ) -> Rows {
+        let surface = self.surface;
+        let area = |look: &Look| surface.samples[look.sample].area;
+        let mut areas = vec![0.0; level.albedo.left.len()];
+        for look in looks {
+            areas[level.patch[look.sample]] += area(look);
+        }
+        let seen: Vec<usize> = (0..areas.len()).filter(|&p| areas[p] > 0.0).collect();
+        let mut column = vec![0; areas.len()];
+        seen.iter()
+            .zip(0..)
+            .for_each(|(&patch, i)| column[patch] = i);
+        let modes = level.albedo.modes.select_columns(&seen);
+        let albedo = modes.tr_mul(&skin.modes);
+        let darkest = DARKEST * skin.mean(looks);
+        let population = self.basis.nrows();
+        let unknowns = HARMONICS + population + shown.len() + POSE;
+        let mut rates = DMatrix::zeros(unknowns, seen.len());
+        let mut residuals = DVector::zeros(seen.len());
+        for look in looks {
+            let patch = level.patch[look.sample];
+            let i = column[patch];
+            let shade = skin.shade(look.normal);
+            let albedo = 1.0 + albedo[i];
+            let scale = area(look) / (areas[patch] * shade.max(darkest));
+            residuals[i] += (look.light - shade * albedo) * scale;
+            // How that moves with the light, the facets, and the place in the image.
+            let mut row = rates.column_mut(i);
+            let (by_light, rest) = row.as_mut_slice().split_at_mut(HARMONICS);
+            let harmonics = harmonics(look.normal).into_iter();
+            by_light
+                .iter_mut()
+                .zip(harmonics)
+                .for_each(|(to, h)| *to -= h * albedo * scale);
+            let by_facets = skin.slope(look.normal) * (-albedo * scale / look.length);
+            let by_place = look.slope * scale;
+            let sample = &surface.samples[look.sample];
+            let (by_shape, by_pose) = rest.split_at_mut(population + shown.len());
+            let mut move_with = |place: usize, by: DVec3| {
+                let (by_mode, by_expression) = by_shape.split_at_mut(population);
+                let by_f32 = by.as_vec3();
+                for (to, rate) in by_mode.iter_mut().zip(surface.rates(place)) {
+                    *to += f64::from(rate.dot(by_f32));
+                }
+                for (to, &e) in by_expression.iter_mut().zip(shown) {
+                    *to += surface.expressed(place, &self.expressions[e]).dot(by);
+                }
+            };
+            let by_point = look.seen.by_point.map(|d| d.dot(by_place));
+            move_with(sample.own, DVec3::from_array(by_point));
+            // The sum of p_j x p_j+1 over the ring moves by dp_j x (p_j+1 - p_j-1).
+            let count = sample.ring.len();
+            for j in 0..count {
+                let [before, after] = [count - 1, 1].map(|to| sample.ring[(j + to) % count]);
+                let along = positions[after] - positions[before];
+                move_with(sample.ring[j], along.cross(by_facets));
+            }
+            for (to, d) in by_pose.iter_mut().zip(&look.seen.by_pose) {
+                *to += d.dot(by_place);
+            }
+        }
+        let mut modes = modes;
+        let (mut squares, mut total) = (0.0, 0.0);
+        for (i, &patch) in seen.iter().enumerate() {
+            let independent = (NOISE_AREA / areas[patch]).max(0.5);
+            let variance = NOISE * NOISE * independent + level.albedo.left[patch];
+            let square = residuals[i] * residuals[i];
+            let weight = weight(square / variance);
+            squares += weight * square;
+            total += weight;
+            let root = (weight * BELIEF / variance).sqrt();
+            residuals[i] *= root;
+            rates.column_mut(i).scale_mut(root);
+            modes.column_mut(i).scale_mut(root);
+        }
+        Rows {
+            rates,
+            modes,
+            residuals,
+            rms: (squares / total.max(f64::MIN_POSITIVE)).sqrt(),
+        }
+    }
+
+    /// The normal equations of the rows: those of the albedo are minus its modes.
+    fn equations(&self, rows: Rows, skin: &Skin, mean: f64, shown: &[usize]) -> Option<Equations> {
+        let across = rows.rates.transpose();
+        let mut curvature = &rows.rates * &across;
+        let mut gradient = &rows.rates * &rows.residuals;
+        let mut own = &rows.modes * rows.modes.transpose();
+        for i in 0..own.nrows() {
+            own[(i, i)] += BELIEF;
+        }
+        let factor = own.cholesky()?;
+        let across = -(&rows.modes * across);
+        let own = &skin.modes * BELIEF - &rows.modes * &rows.residuals;
+        let (mut half, mut half_own) = (across.clone(), own.clone());
+        factor.l_dirty().solve_lower_triangular_mut(&mut half);
+        factor.l_dirty().solve_lower_triangular_mut(&mut half_own);
+        let half_turned = half.transpose();
+        curvature -= &half_turned * half;
+        gradient -= half_turned * half_own;
+        for (h, precision) in precisions(mean).enumerate() {
+            curvature[(h, h)] += precision * BELIEF;
+            gradient[h] += precision * BELIEF * skin.light[h];
+        }
+        let map = self.map(shown);
+        let turned = map.transpose();
+        Some(Equations {
+            curvature: &turned * (curvature * &map),
+            gradient: turned * gradient,
+            across: across * map,
+            factor,
+            own,
+        })
+    }
+
+    /// From light, unknowns and pose to what the rows have.
+    fn map(&self, shown: &[usize]) -> DMatrix<f64> {
+        let (population, coefficients) = self.basis.shape();
+        let columns = HARMONICS + self.terms.count() + POSE;
+        let rows = HARMONICS + population + shown.len() + POSE;
+        let mut map = DMatrix::zeros(rows, columns);
+        map.view_mut((0, 0), (HARMONICS, HARMONICS))
+            .fill_with_identity();
+        map.view_mut((HARMONICS, HARMONICS), (population, coefficients))
+            .copy_from(self.basis);
+        for (i, &e) in shown.iter().enumerate() {
+            map[(HARMONICS + population + i, HARMONICS + coefficients + e)] = 1.0;
+        }
+        let pose = (rows - POSE, columns - POSE);
+        map.view_mut(pose, (POSE, POSE)).fill_with_identity();
+        map
+    }
+
+    /// The state after a step of everything; light and albedo go along.
+    fn step(&self, state: &State, skin: &mut Skin, equations: &Equations) -> Option<State> {
+        let rest = equations.gradient.len() - HARMONICS;
+        let curvature = &equations.curvature;
+        let light = curvature.view((0, 0), (HARMONICS, HARMONICS)).into_owned();
+        let light = light.cholesky()?;
+        let across = curvature.view((0, HARMONICS), (HARMONICS, rest));
+        let solved = light.solve(&across.into_owned());
+        let own = equations.gradient.rows(0, HARMONICS).into_owned();
+        let normal = Normal {
+            curvature: curvature.view((HARMONICS, HARMONICS), (rest, rest))
+                - across.transpose() * &solved,
+            gradient: equations.gradient.rows(HARMONICS, rest) - solved.tr_mul(&own),
+        };
+        let (there, step) = solver::step_with(self.observed, self.terms, state, &normal, LONGEST)?;
+        let by_light = -light.solve(&own) - solved * &step;
+        skin.add(by_light.as_slice());
+        let mut all = DVector::zeros(HARMONICS + rest);
+        all.rows_mut(0, HARMONICS).copy_from(&by_light);
+        all.rows_mut(HARMONICS, rest).copy_from(&step);
+        let right = &equations.own + &equations.across * all;
+        skin.modes.add_assign(-equations.factor.solve(&right));
+        Some(there)
+    }
+}
+
+/// The light on samples whose albedo is the mean, which a few of them are not.
+fn first_light(looks: &[Look]) -> Option<Skin> {
+    let mean = looks.iter().map(|look| look.light).sum::<f64>() / looks.len() as f64;
+    let squares = looks.iter().map(|look| (look.light - mean).powi(2));
+    let spread = (squares.sum::<f64>() / looks.len() as f64).sqrt();
+    if !(mean > BLACK && spread > FLAT * mean) {
+        return None;
+    }
+    let mut skin = Skin {
+        light: [0.0; HARMONICS],
+        modes: DVector::zeros(0),
+    };
+    skin.light[0] = mean;
+    for _ in 0..LIGHT_STEPS {
+        let mut square = DMatrix::zeros(HARMONICS, HARMONICS);
+        let mut right = DVector::zeros(HARMONICS);
+        let darkest = DARKEST * skin.mean(looks);
+        for look in looks {
+            let row = DVector::from_column_slice(&harmonics(look.normal));
+            let shade = skin.shade(look.normal);
+            let scale = shade.max(darkest);
+            let off = ((look.light - shade) / scale).powi(2) / albedo::variance();
+            let weight = weight(off) / (scale * scale);
+            square += &row * row.transpose() * weight;
+            right += row * (weight * look.light);
+        }
+        // The large stains of the albedo are a few dozen, however many samples they have.
+        let least = albedo::variance() * looks.len() as f64 / 30.0;
+        for (h, precision) in precisions(mean).enumerate() {
+            square[(h, h)] += precision * least;
+        }
+        let found = square.cholesky()?.solve(&right);
+        skin.light.copy_from_slice(found.as_slice());
+    }
+    (skin.mean(looks) > BLACK).then_some(skin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::photo::{Camera, Fitter, SHOWN, camera::Pose};
+    use crate::{Expressions, Random};
+
+    fn read(name: &str) -> Vec<u8> {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/").to_owned() + name;
+        std::fs::read(path).unwrap()
+    }
+
+    /// Before a photo whose brightness rises evenly, so that its slope is the same everywhere.
+    #[test]
+    fn the_derivatives_are_those_of_the_residuals() {
+        let model = FaceModel::parse(&read("model.phiz")).unwrap();
+        let expressions = Expressions::parse(&read("expressions.phiz"), &model).unwrap();
+        let fitter = Fitter::new(&model, Some(&expressions)).unwrap();
+        let surface = Surface::new(&model);
+        let coefficients = fitter.whole.basis.ncols();
+        let terms = Terms {
+            coefficients,
+            expressions: expressions.list().len(),
+            focal: (7.0, 0.3),
+            noise: None,
+            scale: 1.0,
+        };
+        let comparison = Comparison {
+            model: &model,
+            surface: &surface,
+            observed: &fitter.observed(&fitter.whole, &[]),
+            terms: &terms,
+            basis: &fitter.whole.basis,
+            expressions: expressions.list(),
+        };
+        let mut random = Random::new(5);
+        let mut unknowns: Vec<f64> = (0..coefficients).map(|_| 0.5 * random.normal()).collect();
+        unknowns.resize(terms.count(), 0.0);
+        let smile = coefficients + expressions.find("mouthSmileLeft").unwrap();
+        unknowns[smile] = 0.4 + SHOWN;
+        let pose = Pose {
+            rotation: Camera::turned([0.3, 0.1, -0.1]),
+            place: DVec2::new(0.02, 0.01),
+            log_depth: 700_f64.ln(),
+            // Squares are as wide as two pixels: means of whole ones rise evenly.
+            log_focal: (700.0 / REACH[0]).ln(),
+            pivot: fitter.pivot,
+            centre: DVec2::splat(400.0),
+        };
+        let state = State {
+            pose,
+            unknowns,
+            determined: 0.0,
+            told: 0.0,
+            noise: solver::Noise::none(),
+        };
+        let shown = expression_shown(&state.unknowns[coefficients..]);
+        let pixels = Pixels::of(DVec2::ZERO, 1.0, [800, 800], |x, y| {
+            0.2 + 1e-3 * x as f64 - 4e-4 * y as f64
+        });
+        let level = &surface.levels[0];
+        let mut skin = Skin {
+            light: [0.5, 0.1, 0.2, 0.2, 0.03, -0.04, 0.05, 0.02, 0.03],
+            modes: DVector::from_fn(level.albedo.modes.nrows(), |_, _| 0.3 * random.normal()),
+        };
+        let (visible, _) = comparison.visible(&state, &shown).unwrap();
+        // What is off in the first place is taken off, as the scale is meant to stand still.
+        let look = |state: &State| {
+            let positions = comparison.positions(state, &shown);
+            let looks = comparison.looks(&pixels, state, &visible, &positions);
+            assert_eq!(looks.len(), visible.len());
+            (looks, positions)
+        };
+        let (mut looks, positions) = look(&state);
+        let albedo = |i: usize, skin: &Skin| {
+            let patch = level.patch[visible[i]];
+            1.0 + level.albedo.modes.column(patch).dot(&skin.modes)
+        };
+        let off: Vec<f64> = (looks.iter_mut().enumerate())
+            .map(|(i, look)| {
+                let light = skin.shade(look.normal) * albedo(i, &skin);
+                let off = look.light - light;
+                look.light = light;
+                off
+            })
+            .collect();
+        let rows = comparison.rows(level, &looks, &positions, &skin, &shown);
+        assert!(rows.residuals.amax() < 1e-12);
+        let slopes = comparison.map(&shown).transpose() * &rows.rates;
+        let residuals = |state: &State, skin: &Skin| {
+            let (mut looks, positions) = look(state);
+            looks
+                .iter_mut()
+                .zip(&off)
+                .for_each(|(look, off)| look.light -= off);
+            comparison
+                .rows(level, &looks, &positions, skin, &shown)
+                .residuals
+        };
+        let h = 1e-4;
+        let check = |row: usize, ahead: DVector<f64>, behind: DVector<f64>| {
+            let found = (ahead - behind) / (2.0 * h);
+            let told = slopes.row(row).transpose();
+            // Rates are f32; the squares of slopes are of no whole pixels.
+            let apart = (&found - &told).norm();
+            assert!(
+                apart < 1e-2 * told.norm() + 1e-6,
+                "{row}: {apart} of {}",
+                told.norm()
+            );
+        };
+        for k in [0, 1, 5, 20, 60, coefficients - 1, smile] {
+            let by = |h: f64| {
+                let mut there = state.clone();
+                there.unknowns[k] += h;
+                residuals(&there, &skin)
+            };
+            check(HARMONICS + k, by(h), by(-h));
+        }
+        for k in 0..POSE {
+            let by = |h: f64| {
+                let mut there = state.clone();
+                let mut step = [0.0; POSE];
+                step[k] = h;
+                there.pose = there.pose.moved(&step);
+                residuals(&there, &skin)
+            };
+            check(HARMONICS + terms.count() + k, by(h), by(-h));
+        }
+        for k in 0..HARMONICS {
+            let mut by = |h: f64| {
+                skin.light[k] += h;
+                let there = residuals(&state, &skin);
+                skin.light[k] -= h;
+                there
+            };
+            check(k, by(h), by(-h));
+        }
+    }
+}
