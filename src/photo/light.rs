@@ -192,7 +192,27 @@ impl Light {
     /// # Errors
     /// When too little of the face is in the photo.
     pub fn of(face: &Face, camera: &Camera, image: &Image) -> Result<Self> {
-        let points = points(face, camera, image);
+        Self::on(
+            face.model(),
+            [face.positions(), face.normals()],
+            camera,
+            image,
+        )
+    }
+
+    /// The light on a face with an expression: positions in mm and unit normals of a model's mesh.
+    ///
+    /// # Errors
+    /// When the mesh is not the model's, or too little of the face is in the photo.
+    pub fn on(
+        model: &FaceModel,
+        mesh: [&[Vec3]; 2],
+        camera: &Camera,
+        image: &Image,
+    ) -> Result<Self> {
+        let vertices = model.parts().mean.len();
+        super::check_mesh(mesh[0].len(), mesh[1].len(), vertices)?;
+        let points = points(model, mesh, camera, image);
         if points.len() < FEWEST {
             return Err(Error::Mismatch("no face is seen in the photo".into()));
         }
@@ -261,17 +281,22 @@ pub(super) fn bare(model: &FaceModel) -> Vec<u32> {
 }
 
 /// The vertices of the face that are seen.
-fn points(face: &Face, camera: &Camera, image: &Image) -> Vec<Point> {
-    let topology = &face.model().parts().topology;
-    let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+fn points(
+    model: &FaceModel,
+    [positions, normals]: [&[Vec3]; 2],
+    camera: &Camera,
+    image: &Image,
+) -> Vec<Point> {
+    let topology = &model.parts().topology;
+    let positions: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
     let Some(sight) = Sight::new(camera, &positions, &topology.triangles()) else {
         return Vec::new();
     };
-    let vertices = bare(face.model()).into_iter();
+    let vertices = bare(model).into_iter();
     vertices
         .filter_map(|v| {
             let v = v as usize;
-            let normal = face.normals()[v].as_dvec3();
+            let normal = normals[v].as_dvec3();
             if !sight.sees(positions[v], normal) {
                 return None;
             }

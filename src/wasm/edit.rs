@@ -6,7 +6,7 @@ use wasm_bindgen::prelude::*;
 
 use super::{Fitter, error};
 use crate::photo::{Camera, Edit, Field, HARMONICS, Image, Light};
-use crate::{Error, Face, Performance};
+use crate::{Error, Expressions, Face, Performance};
 
 /// How many numbers tell a camera: the focal length, the centre, the rotation row by row, the
 /// translation.
@@ -21,14 +21,21 @@ pub struct PhotoEdit {
 }
 
 /// A face and its expression.
-struct Worn {
-    face: Face,
+pub(super) struct Worn {
+    pub face: Face,
     performance: Option<Performance>,
 }
 
 impl Worn {
+    pub fn new(face: Face, expressions: Option<&Expressions>) -> Self {
+        Self {
+            face,
+            performance: expressions.map(Performance::new),
+        }
+    }
+
     /// Takes weights of all expressions, in their order; none are none.
-    fn express(&mut self, weights: &[f64]) -> crate::Result<()> {
+    pub fn express(&mut self, weights: &[f64]) -> crate::Result<()> {
         let Some(performance) = &mut self.performance else {
             return match weights {
                 [] => Ok(()),
@@ -48,7 +55,7 @@ impl Worn {
     }
 
     /// Positions and normals.
-    fn mesh(&self) -> [&[Vec3]; 2] {
+    pub fn mesh(&self) -> [&[Vec3]; 2] {
         match &self.performance {
             Some(p) if !p.is_at_rest() => [p.positions(), p.normals()],
             _ => [self.face.positions(), self.face.normals()],
@@ -72,10 +79,8 @@ impl PhotoEdit {
             return Err(error("a photo has a width and a height"));
         };
         let model = fitter.fitter.model();
-        let mut face = Worn {
-            face: model.from_code(code).map_err(error)?,
-            performance: fitter.expressions.as_ref().map(Performance::new),
-        };
+        let face = model.from_code(code).map_err(error)?;
+        let mut face = Worn::new(face, fitter.expressions.as_ref());
         face.express(weights).map_err(error)?;
         let camera = camera_of(camera)?;
         let light = match light {

@@ -173,8 +173,12 @@ impl Fitter {
 
 impl Fitter {
     fn light(&self, fit: &Fit, image: &Image) -> Result<Light, JsError> {
-        let mut face = self.fitter.model().face();
-        face.set_coefficients(&fit.coefficients).map_err(error)?;
-        Light::of(&face, &fit.camera, image).map_err(error)
+        let model = self.fitter.model();
+        let mut worn = edit::Worn::new(model.face(), self.expressions.as_ref());
+        worn.face
+            .set_coefficients(&fit.coefficients)
+            .map_err(error)?;
+        worn.express(&fit.expression).map_err(error)?;
+        Light::on(model, worn.mesh(), &fit.camera, image).map_err(error)
     }
 }

@@ -258,7 +258,7 @@ export class FaceModel implements ModelInfo {
   /**
    * The face and the camera that the points of a photo tell. Nothing leaves the machine; the module
    * that does it is loaded with the first photo. Expressions are told too when they are loaded, and
-   * without them a smile is a part of the face. The light is told of the face at rest. Equal points give
+   * without them a smile is a part of the face. Equal points give
    * an equal fit.
    * @throws Error with the reason for sizes, points or a focal length that cannot be a photo's. Points
    *   that are no face's give a fit with a `quality.refusal`.
