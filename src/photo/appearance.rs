@@ -51,7 +51,7 @@ const NOISE: f64 = 0.07;
 /// That is for a patch of so many mm^2; what is missing is independent in larger ones.
 const NOISE_AREA: f64 = 16.0;
 /// What is told counts this part of it. What is missing of the shape lies in larger patches, too.
-const BELIEF: f64 = 0.8;
+const BELIEF: f64 = 0.67;
 /// Patches are distributed as Student's t with so many degrees of freedom.
 const FREEDOM: f64 = 4.0;
 /// The standard deviations of the light's harmonics of degree 1 and 2, as parts of that of degree 0.
@@ -68,9 +68,9 @@ const FEWEST: usize = 200;
 /// No unknown moves farther in a step, standard deviations.
 const LONGEST: f64 = 1.0;
 /// The landmarks still agree when minus twice the logarithm of their probability grows by no more.
-/// Of people it grows by 5, seldom by 25; if the points' errors were all of them a tenth larger it
-/// would by 30.
-const AGREEMENT: f64 = 30.0;
+/// Of people it grows by 5 to 25, with expressions, which fit the points' noise, too, by 15 to 40; it
+/// grows by 60 when the points' errors become a fifth larger than they were.
+const AGREEMENT: f64 = 60.0;
 
 /// What is asked of a photo: everything that a step needs.
 pub(super) struct Comparison<'a> {
@@ -540,7 +540,6 @@ mod tests {
             pose,
             unknowns,
             determined: 0.0,
-            told: 0.0,
             noise: solver::Noise::none(),
         };
         let shown = expression_shown(&state.unknowns[coefficients..]);

@@ -17,8 +17,7 @@
 //! over shapes, which has a factor det(H)^-1/2 of the curvature H in z that the joint one lacks: a
 //! head that is seen smaller is told less about, so more of its shapes will do. To first order in
 //! the size of the image of the head, which is as f / Z, it is that term, with n_eff = k - tr(H^-1)
-//! the number of the k coefficients that the points determine (with pixels tr(H^-1 H_lan): normals do
-//! not depend on the size). Without it heads come out 3 % too
+//! the number of the k coefficients that points and pixels determine. Without it heads come out 3 % too
 //! small: when the head shrinks and comes nearer its image is the same, and the prior prefers less of
 //! every shape.
 
@@ -369,8 +368,8 @@ impl Fitter {
             quality: Quality {
                 rms_px,
                 rms_mm: rms_px * (state.pose.log_depth - state.pose.log_focal).exp(),
-                unusual: (z.norm_squared() / state.told.max(1.0)).sqrt(),
-                determined: state.told,
+                unusual: (z.norm_squared() / state.determined.max(1.0)).sqrt(),
+                determined: state.determined,
                 away: towards.angle_between(DVec3::Z),
             },
         }

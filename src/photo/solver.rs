@@ -64,10 +64,8 @@ pub(super) struct State {
     pub pose: Pose,
     /// Independent coefficients, then weights of expressions.
     pub unknowns: Vec<f64>,
-    /// How many of them the points determine.
+    /// How many of them the points determine, and the pixels if there are any.
     pub determined: f64,
-    /// How many of them points and pixels determine together.
-    pub told: f64,
     /// How far points are taken to be off.
     pub noise: Noise,
 }
@@ -212,16 +210,11 @@ pub(super) fn step_with(
         state,
         terms.count(),
     )?;
-    let Step {
-        step,
-        determined,
-        told,
-    } = step(terms, points, Some(besides), state)?;
+    let (step, determined) = step(terms, points, Some(besides), state)?;
     let longest = step.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
     let part = (most / longest).min(1.0);
     let mut there = moved(state, &step, part, terms);
     there.determined = determined;
-    there.told = told;
     Some((there, step * part))
 }
 
@@ -246,7 +239,6 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
         pose,
         unknowns: vec![0.0; terms.count()],
         determined: 0.0,
-        told: 0.0,
         noise: Noise {
             inner: terms.noise.unwrap_or(usual),
             along: ALONG * terms.noise.unwrap_or(usual),
@@ -264,11 +256,8 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
             .map(|r| weight(scaled(r)))
             .collect();
         let points = normal(observed, &matches, &weights, noise, &state, terms.count())?;
-        let Step {
-            step, determined, ..
-        } = step(terms, points, None, &state)?;
+        let (step, determined) = step(terms, points, None, &state)?;
         state.determined = determined;
-        state.told = determined;
         // With weights, outline and n_eff as they are.
         let energy = |state: &State| {
             let residuals = observed.off(&matches, state)?;
@@ -347,19 +336,15 @@ fn moved(state: &State, step: &DVector<f64>, part: f64, terms: &Terms) -> State 
     there
 }
 
-/// A Gauss-Newton step.
-struct Step {
-    step: DVector<f64>,
-    /// As in the state.
-    determined: f64,
-    told: f64,
-}
-
-/// The Gauss-Newton step with what the points tell and something besides, and how many unknowns the
-/// points determine.
-fn step(terms: &Terms, points: Normal, besides: Option<&Normal>, state: &State) -> Option<Step> {
+/// The Gauss-Newton step with what the points tell and something besides, and how many unknowns they
+/// determine.
+fn step(
+    terms: &Terms,
+    points: Normal,
+    besides: Option<&Normal>,
+    state: &State,
+) -> Option<(DVector<f64>, f64)> {
     let count = terms.count();
-    let own = besides.map(|_| points.curvature.view((0, 0), (count, count)).into_owned());
     let mut normal = points;
     if let Some(other) = besides {
         normal.curvature += &other.curvature;
@@ -393,26 +378,11 @@ fn step(terms: &Terms, points: Normal, besides: Option<&Normal>, state: &State) 
     // The factor begins with that of the unknowns without the pose.
     let inverse = inverse_diagonal(factor.l_dirty(), count);
     let left: f64 = inverse.iter().zip(0..).map(|(d, i)| tight(i) * d).sum();
-    let told = count as f64 - left;
-    let determined = match own {
-        None => told,
-        // What the points alone make of the curvature is what goes with the size of the image.
-        Some(mut half) => {
-            let lower = factor.l_dirty().view((0, 0), (count, count)).into_owned();
-            lower.solve_lower_triangular_mut(&mut half);
-            half.transpose_mut();
-            lower.solve_lower_triangular_mut(&mut half);
-            half.trace()
-        }
-    };
+    let determined = count as f64 - left;
     normal.gradient[count + 5] -= determined;
     normal.gradient[count + 6] += determined;
     let step = factor.solve(&-normal.gradient);
-    Some(Step {
-        step,
-        determined,
-        told,
-    })
+    Some((step, determined))
 }
 
 /// The points' part of the normal equations.
