@@ -585,7 +585,7 @@ mod tests {
                 .residuals
         };
         let h = 1e-4;
-        let mut check = |row: usize, ahead: DVector<f64>, behind: DVector<f64>| {
+        let check = |row: usize, ahead: DVector<f64>, behind: DVector<f64>| {
             let found = (ahead - behind) / (2.0 * h);
             let told = slopes.row(row).transpose();
             // Rates are f32; the squares of slopes are of no whole pixels.
