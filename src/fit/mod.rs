@@ -10,8 +10,8 @@
 //!   [`cage`] writes shapes of the template on the base mesh;
 //! - truth: people of [`ict`] become scans by [`simulate`](mod@simulate) and [`resample`],
 //!   and [`evaluate`](mod@evaluate) measures registrations against them, with [`folds`] and
-//!   [`expression`]s on the fitted heads; their photos by [`photograph`](mod@photograph) measure
-//!   [`crate::photo`];
+//!   [`expression`]s on the fitted heads; their photos by [`photograph`](mod@photograph) and
+//!   their pixels by [`portrait`] measure [`crate::photo`];
 //! - learning: [`learn`](mod@learn) goes from faces to a model by way of [`align`], [`pca`],
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
