@@ -94,7 +94,9 @@ need_lints() {
 need_cargo_tool() {
     local crate=$1 version=$2 command=${3:-$1}
     if [ "$("$TOOLS/bin/$command" --version 2>/dev/null)" != "$command $version" ]; then
+        # They work for a second in all: optimising them would take a minute each.
         quietly "install-$command" env CARGO_TARGET_DIR="$TOOLS/build" \
+            CARGO_PROFILE_RELEASE_OPT_LEVEL=0 CARGO_PROFILE_RELEASE_STRIP=true \
             cargo install --force --root "$TOOLS" "$crate" --version "$version"
     fi
 }
