@@ -48,6 +48,8 @@ pub mod photo;
 mod predict;
 pub mod quantise;
 mod random;
+#[cfg(feature = "photo")]
+mod srgb;
 #[cfg(all(target_arch = "wasm32", not(feature = "photo")))]
 mod wasm;
 #[cfg(all(target_arch = "wasm32", feature = "photo"))]

@@ -7,22 +7,14 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 use phiz::expression::{Expression, STEP, write};
-use phiz::{Error, Expressions, Face, Performance, Randomize};
+use phiz::{Error, Expressions, Face, Performance};
+
+use common::person;
 
 static EXPRESSIONS: LazyLock<Expressions> = LazyLock::new(|| {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/expressions.phiz");
     Expressions::parse(&std::fs::read(path).unwrap(), common::head_model()).unwrap()
 });
-
-fn person(seed: u64) -> Face {
-    let mut face = common::head_model().face();
-    let options = Randomize {
-        seed: Some(seed),
-        ..Randomize::default()
-    };
-    face.randomize(&options).unwrap();
-    face
-}
 
 fn performed(face: &Face, shown: &[(&str, f64)]) -> Vec<Vec3> {
     let mut performance = Performance::new(&EXPRESSIONS);

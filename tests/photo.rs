@@ -16,7 +16,9 @@ use std::sync::LazyLock;
 
 use glam::{DVec2, DVec3};
 use phiz::photo::{Camera, Fit, Fitter, POINTS, Photo};
-use phiz::{Expressions, Face, Performance, Random, Randomize};
+use phiz::{Expressions, Face, Performance, Random};
+
+use common::person;
 
 static FITTER: LazyLock<Fitter> =
     LazyLock::new(|| Fitter::new(common::head_model(), None).expect("is a model of people"));
@@ -27,16 +29,6 @@ static EXPRESSIONS: LazyLock<Expressions> = LazyLock::new(|| {
 });
 
 const SIZE: [u32; 2] = [640, 480];
-
-fn person(seed: u64) -> Face {
-    let mut face = common::head_model().face();
-    let options = Randomize {
-        seed: Some(seed),
-        ..Randomize::default()
-    };
-    face.randomize(&options).unwrap();
-    face
-}
 
 fn camera(angles: [f64; 3]) -> Camera {
     Camera {

@@ -7,7 +7,9 @@ use glam::{DVec2, DVec3, Vec3};
 use phiz::anatomy::Landmark;
 use phiz::photo::raster::{NOTHING, Raster, barycentric};
 use phiz::photo::{Camera, Edit, Field, HARMONICS, Image, Light};
-use phiz::{Face, Random, Randomize};
+use phiz::{Face, Random};
+
+use common::person;
 
 const SIZE: [u32; 2] = [480, 400];
 
@@ -22,16 +24,6 @@ const EDITS: [&str; 8] = [
     "forehead convexity",
     "forehead size",
 ];
-
-fn person(seed: u64) -> Face {
-    let mut face = common::head_model().face();
-    let options = Randomize {
-        seed: Some(seed),
-        ..Randomize::default()
-    };
-    face.randomize(&options).unwrap();
-    face
-}
 
 fn camera(angles: [f64; 3]) -> Camera {
     Camera {

@@ -9,17 +9,8 @@ use glam::Vec3;
 use phiz::fit::obj::Obj;
 use phiz::fit::ply;
 use phiz::fit::sample::{Target, write};
-use phiz::{Face, Randomize};
 
-fn person(seed: u64) -> Face {
-    let mut face = common::head_model().face();
-    let options = Randomize {
-        seed: Some(seed),
-        ..Randomize::default()
-    };
-    face.randomize(&options).unwrap();
-    face
-}
+use common::person;
 
 fn sample(path: &Path, count: u32, seed: u64) {
     let target = Target::parse(path).unwrap();

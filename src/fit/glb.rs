@@ -124,13 +124,7 @@ pub fn write_face(path: &Path, face: &Face) -> FitResult<()> {
     write_atomically(path, &bytes)
 }
 
-/// A channel of sRGB as a linear 16-bit one (IEC 61966-2-1).
+/// A channel of sRGB as a linear 16-bit one.
 fn linear(channel: u8) -> u16 {
-    let c = f64::from(channel) / 255.0;
-    let linear = if c <= 0.04045 {
-        c / 12.92
-    } else {
-        ((c + 0.055) / 1.055).powf(2.4)
-    };
-    (linear * f64::from(u16::MAX)).round() as u16
+    (crate::srgb::light(channel) * f64::from(u16::MAX)).round() as u16
 }

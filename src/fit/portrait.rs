@@ -15,6 +15,7 @@ use super::photograph::{Photograph, SIZE};
 use super::render::normals;
 use crate::Random;
 use crate::photo::raster::{NOTHING, Raster};
+use crate::srgb::{BRIGHTNESS, byte};
 
 /// The mean colour of skin in linear light.
 const SKIN: DVec3 = DVec3::new(0.723, 0.434, 0.305);
@@ -28,9 +29,6 @@ const NOISE: f64 = 0.03;
 const EXPOSED: f64 = 0.9;
 /// How many waves make a field.
 const WAVES: usize = 60;
-/// How much of red, green and blue makes grey (IEC 61966-2-1).
-const GREY: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
-
 /// Light from everywhere and from three sides.
 #[derive(Debug, Clone, Copy)]
 pub struct Lamps {
@@ -149,9 +147,9 @@ impl Portrait {
             let light = light.map_or(DVec3::splat(0.2), |l| l / white);
             let light = match colour {
                 true => light * DVec3::from_array([0; 3].map(|_| 1.0 + NOISE * random.normal())),
-                false => DVec3::splat(light.dot(GREY) * (1.0 + NOISE * random.normal())),
+                false => DVec3::splat(light.dot(BRIGHTNESS) * (1.0 + NOISE * random.normal())),
             };
-            rgba.extend(light.to_array().map(|x| (255.0 * encoded(x)).round() as u8));
+            rgba.extend(light.to_array().map(byte));
             rgba.push(255);
         }
         Self { rgba, lamps }
@@ -162,7 +160,7 @@ impl Portrait {
         let shade = self.lamps.shade(normal);
         match colour {
             true => shade,
-            false => DVec3::splat((shade * SKIN).dot(GREY) / SKIN.dot(GREY)),
+            false => DVec3::splat((shade * SKIN).dot(BRIGHTNESS) / SKIN.dot(BRIGHTNESS)),
         }
     }
 }
@@ -179,12 +177,4 @@ fn stains(mean: &[DVec3], random: &mut Random) -> Vec<DVec3> {
         }
     }
     logarithms.into_iter().map(|l| SKIN * l.exp()).collect()
-}
-
-/// The sRGB value of linear light, 0 to 1.
-fn encoded(x: f64) -> f64 {
-    match x.clamp(0.0, 1.0) {
-        x if x <= 0.003_130_8 => 12.92 * x,
-        x => 1.055 * x.powf(1.0 / 2.4) - 0.055,
-    }
 }

@@ -14,6 +14,7 @@ use super::files::write_atomically;
 use super::scan::Texture;
 use super::template::Part;
 use super::{FitError, FitResult};
+use crate::srgb;
 
 /// Where a picture is taken from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -148,7 +149,7 @@ pub fn render(meshes: &[Mesh<'_>], options: &Options) -> Image {
         .map(|mesh| Prepared::new(mesh, &options.camera, width, height, band))
         .collect();
 
-    let background = options.background.map(linear);
+    let background = options.background.map(srgb::light);
     let rows: Vec<Vec<[u8; 3]>> = (0..options.height)
         .into_par_iter()
         .map(|row| {
@@ -190,7 +191,7 @@ pub fn render(meshes: &[Mesh<'_>], options: &Options) -> Image {
                             }
                         }
                     }
-                    sum.map(|s| srgb(s / (samples * samples) as f64))
+                    sum.map(|s| srgb::byte(s / (samples * samples) as f64))
                 })
                 .collect()
         })
@@ -243,11 +244,7 @@ impl Prepared {
         Prepared {
             screen,
             normals: normals(mesh.positions, mesh.triangles),
-            colours: mesh
-                .colours
-                .iter()
-                .map(|c| DVec3::from_array(c.map(linear)))
-                .collect(),
+            colours: mesh.colours.iter().map(|c| srgb::linear(*c)).collect(),
             rows,
         }
     }
@@ -300,7 +297,7 @@ impl Prepared {
                         let uv = (0..3)
                             .map(|i| texture.uvs[at[i] as usize] * weights[i])
                             .sum();
-                        texture.sample(uv).map(|c| linear_of(c / 255.0))
+                        texture.sample(uv).map(|c| srgb::decode(c / 255.0))
                     }
                 };
                 light[sample] = shade(mix(mesh.positions), mix(&self.normals), colour);
@@ -326,28 +323,6 @@ pub fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
 fn textured(mesh: &Mesh<'_>, triangle: usize) -> bool {
     mesh.texture
         .is_some_and(|texture| texture.triangles[triangle] != Texture::BARE)
-}
-
-fn linear(value: u8) -> f64 {
-    linear_of(f64::from(value) / 255.0)
-}
-
-fn linear_of(x: f64) -> f64 {
-    if x <= 0.04045 {
-        x / 12.92
-    } else {
-        ((x + 0.055) / 1.055).powf(2.4)
-    }
-}
-
-fn srgb(x: f64) -> u8 {
-    let x = x.clamp(0.0, 1.0);
-    let y = if x <= 0.003_130_8 {
-        12.92 * x
-    } else {
-        1.055 * x.powf(1.0 / 2.4) - 0.055
-    };
-    (y * 255.0).round() as u8
 }
 
 impl Image {

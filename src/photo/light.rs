@@ -7,20 +7,16 @@
 //! seen, with the model's colours for the albedo, reweighted so that hair, glasses, hands and shadows
 //! do not count.
 
-use std::sync::LazyLock;
-
 use glam::{DVec2, DVec3, Vec3};
 use nalgebra::{SMatrix, SVector};
 
 use super::Camera;
 use super::sight::Sight;
+use crate::srgb::{BRIGHTNESS, linear};
 use crate::{Error, Face, FaceModel, Result};
 
 /// How many numbers a channel's shading has.
 pub const HARMONICS: usize = 9;
-
-/// How much of red, green and blue makes brightness (IEC 61966-2-1).
-pub(super) const GREY: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
 /// A photo's pixels.
 #[derive(Debug, Clone, Copy)]
@@ -70,17 +66,14 @@ impl<'a> Image<'a> {
         Some(row(low.y).lerp(row(high.y), part.y))
     }
 
-    /// Columns and rows.
-    pub(super) fn size(&self) -> [usize; 2] {
-        [self.width, self.height]
-    }
-
     /// The sum of the brightness in linear light, 0 to 1, of so many pixels from one on to the
     /// right, which are in the image.
     pub(super) fn brightness(&self, [x, y]: [usize; 2], count: usize) -> f64 {
         let first = 4 * (y * self.width + x);
         let pixels = self.rgba[first..first + 4 * count].chunks_exact(4);
-        pixels.map(|p| linear([p[0], p[1], p[2]]).dot(GREY)).sum()
+        pixels
+            .map(|p| linear([p[0], p[1], p[2]]).dot(BRIGHTNESS))
+            .sum()
     }
 
     /// The mean linear light, 0 to 1, of the pixels whose middles are within `reach` px of a point along
@@ -103,33 +96,6 @@ impl<'a> Image<'a> {
         let count = (high.x - low.x + 1) * (high.y - low.y + 1);
         Some(sum / count as f64)
     }
-}
-
-/// The sRGB value, 0 to 1, of a linear light (IEC 61966-2-1).
-pub(super) fn encoded(light: f64) -> f64 {
-    match light <= 0.003_130_8 {
-        true => 12.92 * light.max(0.0),
-        false => 1.055 * light.min(1.0).powf(1.0 / 2.4) - 0.055,
-    }
-}
-
-/// The linear light of an sRGB colour, 0 to 1 a channel (IEC 61966-2-1).
-pub(super) fn linear(colour: [u8; 3]) -> DVec3 {
-    DVec3::from_array(colour.map(linear_byte))
-}
-
-/// The linear light of each value of an sRGB channel.
-pub(super) fn linear_byte(byte: u8) -> f64 {
-    static ALL: LazyLock<[f64; 256]> = LazyLock::new(|| {
-        std::array::from_fn(|byte| {
-            let x = byte as f64 / 255.0;
-            match x <= 0.04045 {
-                true => x / 12.92,
-                false => ((x + 0.055) / 1.055).powf(2.4),
-            }
-        })
-    });
-    ALL[usize::from(byte)]
 }
 
 /// The shading of a face by lights that are far away.

@@ -1,5 +1,6 @@
 //! A face from a photo: camera and shape from 68 points (semantic reshaping, section 4.1), and the
-//! light on it ([`Light`], section 4.2).
+//! light on it ([`Light`], section 4.2). Then the photo can change as its face does ([`Edit`]), and the
+//! head can wear it ([`Texture`]).
 //!
 //! The unknowns are the pose (rotation, translation), the focal length, all coefficients of the
 //! population and the weights of expressions. Minus twice the logarithm of their probability is
@@ -240,8 +241,8 @@ impl Fitter {
     /// # Errors
     /// As [`Fitter::fit`], and when the image has another size than the photo.
     pub fn fit_pixels(&self, photo: &Photo, image: &Image) -> Result<Fit> {
-        let [width, height] = image.size();
-        if [width, height] != [photo.width as usize, photo.height as usize] {
+        let (width, height) = (image.width, image.height);
+        if (width, height) != (photo.width as usize, photo.height as usize) {
             return Err(Error::Mismatch(format!(
                 "the photo is {} x {} pixels, its image {width} x {height}",
                 photo.width, photo.height

@@ -26,8 +26,7 @@ pub(super) struct Pixels {
 impl Pixels {
     /// Of the part of an image between two corners, px; `None` when it is not in the image.
     pub fn new(image: &Image, [low, high]: [DVec2; 2]) -> Option<Self> {
-        let [width, height] = image.size();
-        let size = DVec2::new(width as f64, height as f64);
+        let size = DVec2::new(image.width as f64, image.height as f64);
         let (low, high) = (low.floor().max(DVec2::ZERO), high.ceil().min(size));
         let extent = high - low;
         if !(extent.min_element() >= 1.0) {

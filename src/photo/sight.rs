@@ -8,7 +8,7 @@ use super::raster::Raster;
 /// A head is so many px high where it is found out what hides what.
 const DRAWN: f64 = 256.0;
 /// What lies so much farther than what is seen is hidden by it, mm.
-const BEHIND: f64 = 4.0;
+pub(super) const BEHIND: f64 = 4.0;
 
 /// Skin is asked where the cosine of the angle at which it is seen is above this.
 const FACING: f64 = 0.3;

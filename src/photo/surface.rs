@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use glam::{DVec3, Vec3};
 
 use super::albedo::Albedo;
-use super::light::{bare, linear};
+use super::light::bare;
 use crate::expression::Expression;
 use crate::model::FaceModel;
+use crate::srgb::{BRIGHTNESS, linear};
 
 /// The levels of comparison, from coarse to fine: into how many patches the face is divided, and how
 /// many modes its albedo has. At the last a patch is 5 mm wide, the albedo is told to some 30 mm.
@@ -142,7 +143,7 @@ fn around(count: usize) -> impl Iterator<Item = [usize; 2]> {
 fn plain(model: &FaceModel, mean: &[DVec3]) -> Vec<u32> {
     let colours = &model.parts().topology.colours;
     let skin = bare(model);
-    let brightness = |v: u32| linear(colours[v as usize]).dot(super::light::GREY);
+    let brightness = |v: u32| linear(colours[v as usize]).dot(BRIGHTNESS);
     let mut sorted: Vec<f64> = skin.iter().map(|&v| brightness(v)).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let usual = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0);

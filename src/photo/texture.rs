@@ -9,11 +9,12 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::light::{bare, encoded, linear};
+use super::light::bare;
 use super::raster::{NOTHING, Raster};
 use super::sight::Sight;
 use super::{Camera, Image, Light};
 use crate::anatomy::Landmark;
+use crate::srgb::{byte, linear};
 use crate::{Error, FaceModel, Result};
 
 /// An image in the model's texture coordinates.
@@ -276,7 +277,7 @@ impl Worn<'_> {
             let far = far * (1.0 - trust);
             let rest = (1.0 - trust - far).max(0.0);
             let colour = seen * trust + other * far + own * rest;
-            let coded = colour.to_array().map(|c| (255.0 * encoded(c) + 0.5) as u8);
+            let coded = colour.to_array().map(byte);
             pixel[..3].copy_from_slice(&coded);
             pixel[3] = (255.0 * (trust + far).min(1.0) + 0.5) as u8;
             filled[at] = true;

@@ -419,6 +419,18 @@ pub fn head_model() -> &'static FaceModel {
     })
 }
 
+/// Somebody of the committed model's population.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn person(seed: u64) -> phiz::Face {
+    let mut face = head_model().face();
+    let options = phiz::Randomize {
+        seed: Some(seed),
+        ..phiz::Randomize::default()
+    };
+    face.randomize(&options).unwrap();
+    face
+}
+
 /// A number of a header.
 pub fn n(number: u32) -> Vec<u8> {
     number.to_le_bytes().to_vec()

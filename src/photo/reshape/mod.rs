@@ -14,6 +14,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::light::bare;
 use super::raster::{NOTHING, Raster, barycentric};
+use super::sight::BEHIND;
 use super::{Camera, Image, Light, Texture, check_mesh};
 use crate::anatomy::Landmark;
 use crate::{Error, FaceModel, Result};
@@ -53,8 +54,6 @@ const HELD: f32 = 1e3;
 /// The weight of the inside of the mouth, which moves as a whole: over some six cells it gives way to
 /// what lips do.
 const INSIDE: f32 = 0.03;
-/// What lies so much farther than what is seen is hidden by it, mm.
-const BEHIND: f64 = 4.0;
 /// The least and the greatest factor of light: what is beyond is a wrong normal, not a shape.
 const GAIN: [f64; 2] = [0.75, 1.0 / 0.75];
 /// Shadows are never wholly black: a part of the light from the front that is everywhere.

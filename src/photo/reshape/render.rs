@@ -2,7 +2,7 @@
 
 use super::Field;
 use crate::photo::Image;
-use crate::photo::light::{encoded, linear_byte};
+use crate::srgb;
 
 /// Of a colour's value: three channels in one number, so that one multiplication is three. A sum of
 /// taps has a channel within -2^20 and 2^20.
@@ -34,10 +34,10 @@ impl Tone {
                 (value / fine) as u8,
                 f64::from(value % fine) / f64::from(fine),
             );
-            let [low, high] = [byte, byte.saturating_add(1)].map(linear_byte);
+            let [low, high] = [byte, byte.saturating_add(1)].map(srgb::light);
             ((low + part * (high - low)) * STEPS as f64) as f32
         });
-        let encoded = (0..=STEPS).map(|i| (255.0 * encoded(i as f64 / STEPS as f64) + 0.5) as u8);
+        let encoded = (0..=STEPS).map(|i| srgb::byte(i as f64 / STEPS as f64));
         Self {
             linear: linear.collect(),
             encoded: encoded.collect(),
