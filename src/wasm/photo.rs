@@ -98,15 +98,18 @@ pub struct Fitter {
 
 #[wasm_bindgen]
 impl Fitter {
-    /// For the model of a blob, and its expressions' blob if there is one.
+    /// For the model of a blob, and its expressions' blob if there is one. All that fits need is prepared
+    /// here, so that the first takes what the others take.
     pub fn parse(model: &[u8], expressions: Option<Vec<u8>>) -> Result<Fitter, JsError> {
         let model = FaceModel::parse(model).map_err(error)?;
         let expressions = expressions
             .map(|bytes| Expressions::parse(&bytes, &model))
             .transpose()
             .map_err(error)?;
+        let fitter = crate::photo::Fitter::new(&model, expressions.as_ref()).map_err(error)?;
+        fitter.prepare();
         Ok(Self {
-            fitter: crate::photo::Fitter::new(&model, expressions.as_ref()).map_err(error)?,
+            fitter,
             expressions,
         })
     }

@@ -214,6 +214,10 @@ export class FaceModel {
     return this.#expressions?.names ?? [];
   }
 
+  async preparePhotos() {
+    await this.#photoFitter();
+  }
+
   /** @param {import('phiz').PhotoPoints} photo */
   async fitPhoto({ width, height, points, focal, rgba }) {
     const size = /** @type {const} */ ([pixels('width', width), pixels('height', height)]);
