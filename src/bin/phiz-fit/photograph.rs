@@ -32,12 +32,12 @@ pub struct PhotographArgs {
     #[arg(long, default_value_t = 9000)]
     seed: u64,
     /// Write the model, the photos' points, the truth and the fits into this folder, for other
-    /// programs.
+    /// programs; with `--pixels` also fits to photos in colour.
     #[arg(long, value_name = "DIR")]
     save: Option<PathBuf>,
     /// Draw the photos, too, in grey and in colour, and compare fits to points with fits to points
     /// and pixels.
-    #[arg(long, conflicts_with = "save")]
+    #[arg(long)]
     pixels: bool,
     /// Fit expressions, too: those of this file.
     #[arg(long, value_name = "FILE")]
@@ -60,6 +60,8 @@ struct Saved {
     truth: Vec<DVec3>,
     /// The same of our fits.
     fitted: Vec<DVec3>,
+    /// And of those to pixels, when there are any.
+    by_pixels: Vec<DVec3>,
 }
 
 #[derive(serde::Serialize)]
@@ -71,17 +73,22 @@ struct SavedPhoto {
     rotation: [f64; 9],
     /// From our fit's.
     fitted_rotation: [f64; 9],
+    /// From that of our fit to pixels.
+    pixels_rotation: Option<[f64; 9]>,
     /// px.
     points: Vec<[f64; 2]>,
 }
 
 impl Saved {
-    /// `NAME.json`, `NAME.truth.f32` and `NAME.fitted.f32`.
+    /// `NAME.json`, `NAME.truth.f32`, `NAME.fitted.f32`, and with pixels `NAME.pixels.f32`.
     fn write(&self, folder: &Path, name: &str) -> FitResult<()> {
         let path = folder.join(format!("{name}.json"));
         let json = serde_json::to_vec(&self.photos).map_err(|e| FitError::file(&path, e))?;
         write_atomically(&path, &json)?;
         write_floats(&folder.join(format!("{name}.truth.f32")), &self.truth)?;
+        if !self.by_pixels.is_empty() {
+            write_floats(&folder.join(format!("{name}.pixels.f32")), &self.by_pixels)?;
+        }
         write_floats(&folder.join(format!("{name}.fitted.f32")), &self.fitted)
     }
 }
@@ -111,7 +118,7 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
     if let Some(folder) = &args.save {
         write_model(&model, &photographer, folder)?;
     }
-    if args.pixels {
+    if args.pixels && args.save.is_none() {
         return pixels(args, &photographer, (&fitter, expressions.as_ref()), &ict);
     }
     let mut reports = Vec::new();
@@ -137,7 +144,19 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
                 saved.truth.extend(&photograph.truth);
                 let fitted = photographer.face.iter().map(|&v| positions[v as usize]);
                 saved.fitted.extend(fitted);
+                let mut pixels_rotation = None;
+                if args.pixels {
+                    let portrait = Portrait::take(&photograph, &ict, true);
+                    let image = Image::new(SIZE, SIZE, &portrait.rgba)?;
+                    let fit = fitter.fit_pixels(&photo, &image)?;
+                    face.set_coefficients(&fit.coefficients)?;
+                    let vertices = photographer.face.iter();
+                    let fitted = vertices.map(|&v| face.positions()[v as usize].as_dvec3());
+                    saved.by_pixels.extend(fitted);
+                    pixels_rotation = Some(fit.camera.rotation.transpose().to_cols_array());
+                }
                 saved.photos.push(SavedPhoto {
+                    pixels_rotation,
                     seed,
                     focal: photograph.camera.focal,
                     rotation: photograph.camera.rotation.transpose().to_cols_array(),
