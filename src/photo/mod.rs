@@ -243,6 +243,20 @@ impl Fitter {
     /// # Errors
     /// As [`Fitter::fit`], and when the image has another size than the photo.
     pub fn fit_pixels(&self, photo: &Photo, image: &Image) -> Result<Fit> {
+        self.fit_pixels_telling(photo, image, &mut |_| ())
+    }
+
+    /// The same, which tells the part of its steps that are done after each of them: above 0, at last 1.
+    /// A fit that pixels tell nothing ends sooner.
+    ///
+    /// # Errors
+    /// As [`Fitter::fit_pixels`].
+    pub fn fit_pixels_telling(
+        &self,
+        photo: &Photo,
+        image: &Image,
+        told: &mut dyn FnMut(f64),
+    ) -> Result<Fit> {
         let (width, height) = (image.width, image.height);
         if (width, height) != (photo.width as usize, photo.height as usize) {
             return Err(Error::Mismatch(format!(
@@ -275,7 +289,7 @@ impl Fitter {
             basis: &self.whole.basis,
             expressions: self.expressions.as_ref().map_or(&[], |e| e.list()),
         };
-        let Some(refined) = comparison.refine(image, &start) else {
+        let Some(refined) = comparison.refine(image, &start, told) else {
             return Ok(fit);
         };
         let appearance = Appearance {

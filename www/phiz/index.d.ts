@@ -62,6 +62,11 @@ export interface PhotoPoints {
    * With them the shape is told better, and the light too.
    */
   rgba?: Uint8Array | Uint8ClampedArray;
+  /**
+   * Is called during a fit with pixels with the part of its steps that are done, above 0 and at last 1;
+   * what it throws is dropped. A fit that pixels tell nothing ends sooner.
+   */
+  progress?: (part: number) => void;
 }
 
 /** A pinhole camera. Its frame is x to the right, y down, z forward; the head's is the model's. */
