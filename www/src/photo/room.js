@@ -6,6 +6,7 @@ import { sameExpression } from '../history.js';
 import { icon } from '../icons.js';
 import { text } from '../text.js';
 import { createChoice } from './choose.js';
+import { createColours } from './colours.js';
 import { createComparison } from './compare.js';
 import { createCorrection } from './correct.js';
 import { findFaces, stopFinding } from './faces.js';
@@ -21,8 +22,6 @@ import { createWarp } from './warp.js';
 const LEAST_FACE = 40;
 /** The stage's picture has at most so many pixels a side; the file has all. A processor draws fewer. */
 const LONGEST_SHOWN = drawnByProcessor() ? 2048 : 4096;
-/** Texels a side of the colours that the 3D head takes from the photo. */
-const COLOURS = 1024;
 /** What the example's portrait is called. */
 const EXAMPLE = 'astronaut.jpg';
 
@@ -64,10 +63,6 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   /** What the present face changes. @type {import('./warp.js').Field | null} */
   let field = null;
   let editable = false;
-  /** What the photo says of the head's colours; undefined before it was asked. @type {{ size: number, rgba: Uint8ClampedArray } | null | undefined} */
-  let colours;
-  /** What of that the head has on. @type {typeof colours | null} */
-  let worn = null;
   /** Each photo that is opened is a visit: what comes late for an earlier one is dropped. */
   let visit = 0;
   /** @type {Mode} */
@@ -90,7 +85,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   // Over the head, under the buttons that stand on the stage.
   stage.querySelector('canvas')?.after(view.root, sides);
 
-  const coloured = element('input', { type: 'checkbox', id: 'photo-colours', checked: true, onchange: () => void dress() });
+  const colours = createColours({ fitter, allowed: () => editable, wear, complain: (sentence) => say(sentence, true) });
 
   // The panel.
   const status = element('p', { class: 'photo-status', role: 'status' });
@@ -165,7 +160,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
         comparison.strengthSlider,
         comparison.button,
         element('div', { class: 'row' }, back),
-        element('label', { class: 'check' }, coloured, text.photo.colours),
+        colours.root,
       ),
       element(
         'section',
@@ -229,27 +224,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     stage.classList.toggle('has-photo', photo !== null);
     stage.classList.toggle('shows-photo', covered);
     sleep(covered);
-    if (!covered) void dress();
-  }
-  /** The head, once somebody looks at it, has the photo's colours, if that is wanted. */
-  async function dress() {
-    const wanted = coloured.checked && editable;
-    if (wanted && colours === undefined) {
-      const here = visit;
-      colours = null;
-      try {
-        const found = await fitter.texture(COLOURS);
-        if (here !== visit) return;
-        colours = found;
-      } catch (error) {
-        if (here === visit && !(error instanceof Cancelled)) say(text.photo.noColours(error instanceof Error ? error.message : String(error)), true);
-        return;
-      }
-    }
-    const shown = coloured.checked && editable ? (colours ?? null) : null;
-    if (shown === worn) return;
-    worn = shown;
-    wear(shown);
+    if (!covered) void colours.dress();
   }
   function draw() {
     if (!photo) return;
@@ -437,7 +412,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
       await fitter.edit(pixels, base);
       if (here !== visit) return;
       editable = true;
-      colours = undefined;
+      colours.forget();
       field = null;
       view.closeTo(around(points, 1));
       quality.textContent = text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm);
@@ -511,7 +486,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
         fitted: fittedPoints(),
         fit: fitted?.fit ?? null,
         field,
-        worn: worn !== null,
+        worn: colours.worn,
       };
     },
   };
