@@ -1,11 +1,15 @@
 // A file becomes pixels, the right way up, or a sentence that says why not.
 import { Failure } from '../failure.js';
+import { drawnByProcessor } from '../graphics.js';
 import { text } from '../text.js';
 import { headerOf } from './exif.js';
 
-/** What is kept while a photo is edited is at most so many pixels a side: faces are found, points corrected and
- * changes shown on it. The photo itself is decoded again from its file when it is saved. */
-const WORKED_ON = 4096;
+/**
+ * What is kept while a photo is edited is at most so many pixels a side: faces are found, points corrected and
+ * changes shown on it (the screen of a processor gets fewer, but faces are looked for in as many). The photo
+ * itself is decoded again from its file when it is saved.
+ */
+const WORKED_ON = drawnByProcessor() ? 2560 : 4096;
 /** What is saved, pixels: decoded, drawn and encoded it takes some ten bytes a pixel for a moment. */
 const SAVED = 51e6;
 /** Decoding takes four bytes a pixel for a moment, whatever is made of it. */
