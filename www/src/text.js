@@ -61,6 +61,7 @@ export const text = {
   redone: 'Redone',
   millimetres: (/** @type {number} */ mm) => `${mm.toFixed(1)} mm`,
   badCode: 'The link holds no face of this model, so the median face is shown.',
+  noSavedExpression: 'The face’s expression could not be loaded, so it is at rest.',
   badExpression: 'The link’s expression could not be shown, so the face is at rest.',
   groups: /** @type {Record<string, string>} */ ({
     head: 'Head',
@@ -122,6 +123,8 @@ export const text = {
   tray: 'Faces to mix with',
   trayAbout: 'Drag a face onto a feature of the head, and the head takes that feature over. Or choose one for more.',
   chosenAbout: 'Drag it onto the head, or:',
+  expressionStays: 'It was kept with an expression. Only its shape is mixed in; open it under Faces to have both.',
+  morphAtRest: 'The way is one of shapes: expressions are left out on it.',
   wholeFace: 'Whole face',
   where: 'Where',
   amount: 'How much',
