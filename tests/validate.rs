@@ -249,8 +249,9 @@ fn the_committed_model_has_the_reported_error() {
                 .collect()
         })
         .collect();
-    let errors: Vec<f64> = (subspace.coefficients(&fields).iter().zip(&fields))
-        .map(|(c, field)| areas.errors(field, &subspace.field(c)).last().unwrap().rms)
+    let back = subspace.fields(&subspace.coefficients(&fields));
+    let errors: Vec<f64> = (back.iter().zip(&fields))
+        .map(|(back, field)| areas.errors(field, back).last().unwrap().rms)
         .collect();
     let found = errors.iter().sum::<f64>() / errors.len() as f64;
     let reported = committed_error();

@@ -94,48 +94,15 @@ impl Performance {
         if self.shown.as_ref() == Some(&wanted) {
             return Ok(());
         }
-        let list = &self.expressions.list;
-        let derived = &self.expressions.derived;
-        let shown: Vec<(usize, f32)> = (self.weights.iter().copied().enumerate())
-            .filter(|s| s.1 > 0.0)
-            .collect();
-        let [small, large] = [0, 1].map(|scale| {
-            let mut maps = vec![Mat3::ZERO; neutral.len()];
-            derived.carriers[scale].maps(neutral, &mut maps);
-            maps
-        });
+        let weights = &self.weights;
         self.positions.clear();
         self.positions.extend_from_slice(neutral);
         self.positions.push(Vec3::ZERO);
-        let mut moved = neutral.to_vec();
+        let landmarks = &parts.landmarks;
+        (self.expressions).carry(weights, landmarks, neutral, &mut self.positions);
+        let derived = &self.expressions.derived;
         let mut turns = [Vec3::ZERO; 2];
-        for &(e, weight) in &shown {
-            let expression = &list[e];
-            let part = derived.large[e];
-            let each = || {
-                let each = expression.support.iter().zip(&expression.displacements);
-                each.map(|(&v, &d)| {
-                    let v = v as usize;
-                    (v, small[v] * (d * (1.0 - part)) + large[v] * (d * part))
-                })
-            };
-            let mut gain = 1.0;
-            if !expression.meets.is_empty() {
-                for (v, d) in each() {
-                    moved[v] += d;
-                }
-                let open = gap(expression, &parts.landmarks, neutral);
-                let left = gap(expression, &parts.landmarks, &moved);
-                // One that is hardly open has nothing to close.
-                let needed = (open - SHUT) / (open - left).max(0.1);
-                gain = needed.clamp(GAINS[0], GAINS[1]);
-                for (v, _) in each() {
-                    moved[v] = neutral[v];
-                }
-            }
-            for (v, d) in each() {
-                self.positions[v] += d * (weight * gain);
-            }
+        for (expression, &weight) in self.expressions.list.iter().zip(weights) {
             turns[0] += expression.turns[0] * weight;
             turns[1] += expression.turns[1] * weight;
         }
@@ -159,6 +126,55 @@ impl Performance {
     /// Unit vertex normals of it.
     pub fn normals(&self) -> &[Vec3] {
         &self.normals[..self.normals.len().saturating_sub(1)]
+    }
+}
+
+impl Expressions {
+    /// Moves the skin of a face at rest (all vertices, mm, in the pose of the mean head) by expressions
+    /// with weights, but for what eyeballs do to lids.
+    pub(crate) fn carry(
+        &self,
+        weights: &[f32],
+        landmarks: &[Landmark],
+        neutral: &[Vec3],
+        positions: &mut [Vec3],
+    ) {
+        let [small, large] = [0, 1].map(|scale| {
+            let mut maps = vec![Mat3::ZERO; neutral.len()];
+            self.derived.carriers[scale].maps(neutral, &mut maps);
+            maps
+        });
+        let mut moved = neutral.to_vec();
+        for (e, (expression, &weight)) in self.list.iter().zip(weights).enumerate() {
+            if weight <= 0.0 {
+                continue;
+            }
+            let part = self.derived.large[e];
+            let each = || {
+                let each = expression.support.iter().zip(&expression.displacements);
+                each.map(|(&v, &d)| {
+                    let v = v as usize;
+                    (v, small[v] * (d * (1.0 - part)) + large[v] * (d * part))
+                })
+            };
+            let mut gain = 1.0;
+            if !expression.meets.is_empty() {
+                for (v, d) in each() {
+                    moved[v] += d;
+                }
+                let open = gap(expression, landmarks, neutral);
+                let left = gap(expression, landmarks, &moved);
+                // One that is hardly open has nothing to close.
+                let needed = (open - SHUT) / (open - left).max(0.1);
+                gain = needed.clamp(GAINS[0], GAINS[1]);
+                for (v, _) in each() {
+                    moved[v] = neutral[v];
+                }
+            }
+            for (v, d) in each() {
+                positions[v] += d * (weight * gain);
+            }
+        }
     }
 }
 

@@ -42,6 +42,7 @@ pub mod gram;
 pub mod ict;
 pub mod learn;
 pub mod measures;
+mod mood;
 pub mod obj;
 pub mod pca;
 pub mod people;

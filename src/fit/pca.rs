@@ -1,11 +1,9 @@
 //! Principal components of displacement fields (region morphing, section 5, eqs. 4 to 6).
 
-use std::ops::Range;
-
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-use super::gram::{chunks, gram};
+use super::gram::{columns, gram, sums};
 use super::{FitError, FitResult};
 
 /// A truncated PCA.
@@ -130,25 +128,17 @@ impl Spectrum {
     /// largest component is positive.
     pub fn truncate(&self, modes: usize) -> Pca {
         let kept = modes.min(self.most());
-        let (f, dimension) = (self.samples.len(), self.mean.len());
+        let f = self.samples.len();
         let freedom = ((f - 1) as f64).sqrt();
         let sigmas: Vec<f64> = self.eigenvalues[..kept].iter().map(|e| e.sqrt()).collect();
         let turn = Mat::from_fn(f, kept, |i, k| self.vectors[(i, k)] / (sigmas[k] * freedom));
-        let fields: Vec<(Range<usize>, Mat<f64>)> = chunks(dimension)
-            .into_par_iter()
-            .map(|rows| (rows.clone(), columns(&self.samples, rows) * &turn))
-            .collect();
         let mut pca = Pca {
-            modes: Vec::with_capacity(kept),
+            modes: sums(&self.samples, turn.as_ref()),
             sigmas,
             eigenvalues: self.eigenvalues.clone(),
             coefficients: vec![Vec::with_capacity(kept); f],
         };
-        for k in 0..kept {
-            let mut mode = vec![0.0; dimension];
-            for (rows, field) in &fields {
-                (rows.clone()).for_each(|i| mode[i] = field[(i - rows.start, k)]);
-            }
+        for (k, mode) in pca.modes.iter_mut().enumerate() {
             let largest = mode
                 .iter()
                 .fold(0.0_f64, |m, &v| if v.abs() > m.abs() { v } else { m });
@@ -157,15 +147,9 @@ impl Spectrum {
             for (j, row) in pca.coefficients.iter_mut().enumerate() {
                 row.push(sign * self.vectors[(j, k)] * freedom);
             }
-            pca.modes.push(mode);
         }
         pca
     }
-}
-
-/// Some rows of the matrix that has the samples as columns.
-fn columns(samples: &[Vec<f64>], rows: Range<usize>) -> Mat<f64> {
-    Mat::from_fn(rows.len(), samples.len(), |i, j| samples[j][rows.start + i])
 }
 
 #[cfg(test)]

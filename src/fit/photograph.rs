@@ -14,12 +14,13 @@ use super::align::Rigid;
 use super::evaluate::Binding;
 use super::files::write_atomically;
 use super::ict::Ict;
+use super::mood::Mood;
 use super::region::point;
 use super::template::Template;
 use super::{FitError, FitResult};
 use crate::photo::raster::Raster;
 use crate::photo::{Camera, POINTS};
-use crate::{FaceModel, Random};
+use crate::{Expressions, FaceModel, Random};
 
 /// How a set of photos is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -81,10 +82,14 @@ pub struct Photograph {
     pub seed: u64,
     /// The camera, in ICT's frame.
     pub camera: Camera,
+    /// ICT's vertices as they are photographed, expression and all, mm.
+    pub person: Vec<DVec3>,
     /// The 68 points, px.
     pub points: Vec<[f64; 2]>,
-    /// Where each vertex of [`Photographer::face`] is, mm, in ICT's frame.
+    /// Where each vertex of [`Photographer::face`] is without expression, mm, in ICT's frame.
     pub truth: Vec<DVec3>,
+    /// The weight of each expression; empty when the photographer knows none.
+    pub weights: Vec<f64>,
 }
 
 /// Takes photos of people.
@@ -100,6 +105,8 @@ pub struct Photographer<'a> {
     /// How wide the mean face is, mm.
     width: f64,
     middle: DVec3,
+    /// What people show.
+    mood: Option<Mood<'a>>,
 }
 
 impl<'a> Photographer<'a> {
@@ -135,12 +142,19 @@ impl<'a> Photographer<'a> {
             places,
             width: 0.0,
             middle: DVec3::ZERO,
+            mood: None,
         };
         let jaw = [0, JAW - 1].map(|i| photographer.landmark(i, &mean));
         photographer.width = jaw[0].distance(jaw[1]);
         let all = (0..POINTS).map(|i| photographer.landmark(i, &mean));
         photographer.middle = all.sum::<DVec3>() / POINTS as f64;
         Ok(photographer)
+    }
+
+    /// Of people with expressions of a model of the same template.
+    pub fn of_moods(mut self, model: &'a FaceModel, expressions: &'a Expressions) -> Self {
+        self.mood = Some(Mood::new(model, expressions, &self.binding, self.ict));
+        self
     }
 
     fn landmark(&self, i: usize, skin: &[DVec3]) -> DVec3 {
@@ -151,7 +165,12 @@ impl<'a> Photographer<'a> {
     /// The photo of the person of a seed; everything of it is drawn from that seed, and what two
     /// settings share is the same.
     pub fn take(&self, seed: u64, setting: &Setting) -> Photograph {
-        let person = self.ict.person(seed);
+        let mut person = self.ict.person(seed);
+        let neutral = self.binding.truth(&person, self.ict);
+        let weights = match &self.mood {
+            Some(mood) => mood.show(seed, &self.binding, &neutral, &mut person),
+            None => Vec::new(),
+        };
         let skin = self.binding.truth(&person, self.ict);
         // Streams 1 to 5 are the scans'.
         let mut random = Random::stream(seed, 6);
@@ -196,7 +215,9 @@ impl<'a> Photographer<'a> {
             seed,
             camera,
             points: points.into_iter().map(|p| p.to_array()).collect(),
-            truth: self.places.iter().map(|&i| skin[i]).collect(),
+            truth: self.places.iter().map(|&i| neutral[i]).collect(),
+            person,
+            weights,
         }
     }
 
@@ -234,10 +255,9 @@ impl<'a> Photographer<'a> {
         normals: &[DVec3],
         fitted: impl Fn(DVec3) -> DVec3,
     ) -> f64 {
-        let person = self.ict.person(photo.seed);
-        let facing = super::render::normals(&person, &self.ict.triangles);
+        let facing = super::render::normals(&photo.person, &self.ict.triangles);
         let facing = self.binding.truth(&facing, self.ict);
-        let skin = self.binding.truth(&person, self.ict);
+        let skin = self.binding.truth(&photo.person, self.ict);
         let eye = photo.camera.position();
         let mut ratios = Vec::new();
         for (&place, &v) in self.places.iter().zip(&self.face) {
@@ -324,6 +344,44 @@ pub struct Errors {
     pub size: f64,
     /// By how much its rotation to the camera is off, degrees.
     pub turn: f64,
+}
+
+/// How far the weights of expressions are off, of which what is true is 0 for people at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Mistaken {
+    /// How many weights are above [`SHOWN`].
+    pub shown: f64,
+    /// The sum of the weights of what is not shown in truth.
+    pub spurious: f64,
+    /// The sum of the differences of all weights from the true ones.
+    pub off: f64,
+}
+
+/// A weight above this is seen, of most expressions.
+const SHOWN: f64 = 0.05;
+
+impl Mistaken {
+    /// Of weights, and the true ones; none are none.
+    pub fn of(fitted: &[f64], truth: &[f64]) -> Self {
+        let truth = truth.iter().copied().chain(std::iter::repeat(0.0));
+        let mut all = Self::default();
+        for (&weight, truth) in fitted.iter().zip(truth) {
+            all.shown += f64::from(u8::from(weight > SHOWN));
+            all.spurious += if truth == 0.0 { weight } else { 0.0 };
+            all.off += (weight - truth).abs();
+        }
+        all
+    }
+
+    /// The mean of some, of which there must be at least one.
+    pub fn mean(all: &[Self]) -> Self {
+        let mean = |of: fn(&Self) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+        Self {
+            shown: mean(|m| m.shown),
+            spurious: mean(|m| m.spurious),
+            off: mean(|m| m.off),
+        }
+    }
 }
 
 /// What was measured on the photos of a setting.

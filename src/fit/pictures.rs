@@ -375,16 +375,16 @@ fn semantic(model: &FaceModel, folder: &Path) -> FitResult<()> {
         let Some(measure) = control.measure.map(|m| &parts.measures[m as usize]) else {
             continue;
         };
-        let height = match control.group.as_str() {
-            "eyes" => 0.0,
-            "forehead" => 20.0,
-            _ => -35.0,
+        let (height, distance) = match control.group.as_str() {
+            "eyes" => (0.0, 400.0),
+            "forehead" => (25.0, 520.0),
+            _ => (-38.0, 400.0),
         };
         // What lies before or behind something else is seen from the side.
         let ahead = ["length", "protrusion", "convexity"];
         let deep = ahead.iter().any(|word| measure.name.ends_with(word)) && control.group != "eyes";
         let yaw = if deep { 60.0 } else { 0.0 };
-        let camera = Camera::around(DVec3::new(0.0, height, -30.0), 700.0, yaw, 2.0);
+        let camera = Camera::around(DVec3::new(0.0, height, 0.0), distance, yaw, 2.0);
         let limit = f64::from(crate::model::LIMIT);
         let (least, most) = (control.quantile(0.0)?, control.quantile(1.0)?);
         let (least, most) = (f64::from(least), f64::from(most));

@@ -105,14 +105,14 @@ pub struct Portrait {
 impl Portrait {
     /// Of the person and the camera of a photo; everything else follows from the person's seed.
     pub fn take(photo: &Photograph, ict: &Ict, colour: bool) -> Self {
-        let person = ict.person(photo.seed);
-        let facing = normals(&person, &ict.triangles);
+        let person = &photo.person;
+        let facing = normals(person, &ict.triangles);
         // Streams up to 8 are the scans' and the points'.
         let mut random = Random::stream(photo.seed, 9);
         let lamps = Lamps::random(&mut random);
         let albedo = stains(&ict.neutral, &mut random);
         let size = SIZE as usize;
-        let raster = Raster::new(&photo.camera, [size; 2], &person, &ict.triangles);
+        let raster = Raster::new(&photo.camera, [size; 2], person, &ict.triangles);
         let eye = photo.camera.position();
         let turn = photo.camera.rotation.transpose();
         let mut sent: Vec<Option<DVec3>> = Vec::with_capacity(size * size);

@@ -175,8 +175,17 @@ fn precisions(mean: f64) -> impl Iterator<Item = f64> {
 
 impl Comparison<'_> {
     /// The face that points and pixels tell, from the one that the points do; `None` when pixels do
-    /// not tell any, or one that the points disagree with.
-    pub fn refine(&self, image: &Image, start: &State) -> Option<Refined> {
+    /// not tell any, or one that the points disagree with. `told` hears which part of the steps is done,
+    /// what the points took counts as one.
+    pub fn refine(
+        &self,
+        image: &Image,
+        start: &State,
+        told: &mut dyn FnMut(f64),
+    ) -> Option<Refined> {
+        let all = 1 + STEPS.iter().sum::<usize>();
+        let mut done = 1;
+        told(done as f64 / all as f64);
         let mut state = start.clone();
         let shown = expression_shown(&state.unknowns[self.terms.coefficients..]);
         let mut pixels = None;
@@ -204,6 +213,8 @@ impl Comparison<'_> {
                 last = Some((rows.rms, rows.residuals.len()));
                 let equations = self.equations(rows, own, own.mean(&looks), &shown)?;
                 state = self.step(&state, own, &equations)?;
+                done += 1;
+                told(done as f64 / all as f64);
             }
         }
         let (rms, patches) = last?;

@@ -8,6 +8,7 @@ mod edit;
 
 use std::collections::BTreeMap;
 
+use js_sys::Function;
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
@@ -98,21 +99,25 @@ pub struct Fitter {
 
 #[wasm_bindgen]
 impl Fitter {
-    /// For the model of a blob, and its expressions' blob if there is one.
+    /// For the model of a blob, and its expressions' blob if there is one. All that fits need is prepared
+    /// here, so that the first takes what the others take.
     pub fn parse(model: &[u8], expressions: Option<Vec<u8>>) -> Result<Fitter, JsError> {
         let model = FaceModel::parse(model).map_err(error)?;
         let expressions = expressions
             .map(|bytes| Expressions::parse(&bytes, &model))
             .transpose()
             .map_err(error)?;
+        let fitter = crate::photo::Fitter::new(&model, expressions.as_ref()).map_err(error)?;
+        fitter.prepare();
         Ok(Self {
-            fitter: crate::photo::Fitter::new(&model, expressions.as_ref()).map_err(error)?,
+            fitter,
             expressions,
         })
     }
 
     /// What the points (68 pairs of x and y, px) of a photo tell, and its pixels (sRGB and alpha) if
-    /// they are given, which tell more of the shape, and the light; as a plain object.
+    /// they are given, which tell more of the shape, and the light; as a plain object. `told` is called
+    /// with the part of the steps that are done; what it throws is dropped.
     pub fn fit(
         &self,
         width: u32,
@@ -120,6 +125,7 @@ impl Fitter {
         points: &[f64],
         focal: Option<f64>,
         rgba: Option<Vec<u8>>,
+        told: Option<Function>,
     ) -> Result<JsValue, JsError> {
         let image = rgba
             .as_deref()
@@ -134,8 +140,13 @@ impl Fitter {
             focal,
             noise: None,
         };
+        let mut tell = |part: f64| {
+            if let Some(told) = &told {
+                let _ = told.call1(&JsValue::NULL, &part.into());
+            }
+        };
         let fit = match &image {
-            Some(image) => self.fitter.fit_pixels(&photo, image),
+            Some(image) => self.fitter.fit_pixels_telling(&photo, image, &mut tell),
             None => self.fitter.fit(&photo),
         };
         let fit = fit.map_err(error)?;

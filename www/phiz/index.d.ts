@@ -69,6 +69,11 @@ export interface PhotoPoints {
    * With them the shape is told better, and the light too.
    */
   rgba?: Uint8Array | Uint8ClampedArray;
+  /**
+   * Is called during a fit with pixels with the part of its steps that are done, above 0 and at last 1;
+   * what it throws is dropped. A fit that pixels tell nothing ends sooner.
+   */
+  progress?: (part: number) => void;
 }
 
 /** A pinhole camera. Its frame is x to the right, y down, z forward; the head's is the model's. */
@@ -262,6 +267,12 @@ export class FaceModel implements ModelInfo {
   /** The names of the expressions: ARKit's, such as `jawOpen`; none before `loadExpressions`. */
   readonly expressions: readonly string[];
 
+  /**
+   * Loads and prepares what fits photos, for the expressions that are loaded, so that the first fit takes
+   * as long as the others. Without it the first fit does.
+   * @throws Error with the reason when the module cannot be loaded.
+   */
+  preparePhotos(): Promise<void>;
   /**
    * The face and the camera that the points of a photo tell. Nothing leaves the machine; the module
    * that does it is loaded with the first photo. Expressions are told too when they are loaded, and

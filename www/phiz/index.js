@@ -225,15 +225,19 @@ export class FaceModel {
     return this.#expressions?.names ?? [];
   }
 
+  async preparePhotos() {
+    await this.#photoFitter();
+  }
+
   /** @param {import('phiz').PhotoPoints} photo */
-  async fitPhoto({ width, height, points, focal, rgba }) {
+  async fitPhoto({ width, height, points, focal, rgba, progress }) {
     const size = /** @type {const} */ ([pixels('width', width), pixels('height', height)]);
     const pairs = Float64Array.from(points);
     if (pairs.length % 2) throw new Error('points are pairs of x and y, and one has no y');
     const fitter = await this.#photoFitter();
     // It may have been freed while the module came.
     this.#live;
-    return fitter.fit(...size, pairs, focal, rgba);
+    return fitter.fit(...size, pairs, focal, rgba, progress);
   }
 
   /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit }} photo */

@@ -10,6 +10,7 @@ export class Fitter {
     points: Float64Array,
     focal?: number,
     rgba?: Uint8Array | Uint8ClampedArray,
+    told?: (part: number) => void,
   ): import('phiz').PhotoFit;
   free(): void;
 }

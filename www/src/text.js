@@ -267,6 +267,7 @@ export const text = {
     unreadable: 'This is not a picture that your browser can show.',
     undecodable: 'Your browser cannot read this kind of picture. JPEG, PNG and WebP are read everywhere.',
     damaged: 'The picture is damaged, and cannot be opened.',
+    gone: 'its file cannot be read any more; open it again',
     tooLarge: (/** @type {number} */ megapixels, /** @type {number} */ most) =>
       `The photo has ${Math.round(megapixels)} megapixels; more than ${Math.round(most)} do not fit into a page.`,
     tooSmall: 'The picture is too small to hold a face.',

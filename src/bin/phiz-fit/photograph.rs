@@ -9,11 +9,13 @@ use glam::DVec3;
 use phiz::fit::files::write_atomically;
 use phiz::fit::ict::Ict;
 use phiz::fit::photograph::{
-    Errors, Photograph, Photographer, Report, SETTINGS, SIZE, Setting, write_floats, write_model,
+    Errors, Mistaken, Photograph, Photographer, Report, SETTINGS, SIZE, Setting, write_floats,
+    write_model,
 };
 use phiz::fit::portrait::Portrait;
 use phiz::fit::{FitError, FitResult};
 use phiz::photo::{Fit, Fitter, Image, Light, Photo};
+use phiz::{Expressions, Performance};
 
 #[derive(Args)]
 pub struct PhotographArgs {
@@ -30,13 +32,19 @@ pub struct PhotographArgs {
     #[arg(long, default_value_t = 9000)]
     seed: u64,
     /// Write the model, the photos' points, the truth and the fits into this folder, for other
-    /// programs.
+    /// programs; with `--pixels` also fits to photos in colour.
     #[arg(long, value_name = "DIR")]
     save: Option<PathBuf>,
     /// Draw the photos, too, in grey and in colour, and compare fits to points with fits to points
     /// and pixels.
-    #[arg(long, conflicts_with = "save")]
+    #[arg(long)]
     pixels: bool,
+    /// Fit expressions, too: those of this file.
+    #[arg(long, value_name = "FILE")]
+    expressions: Option<PathBuf>,
+    /// Photograph people with one to three of the expressions.
+    #[arg(long, requires = "expressions")]
+    moods: bool,
     /// As JSON.
     #[arg(long)]
     json: bool,
@@ -52,6 +60,8 @@ struct Saved {
     truth: Vec<DVec3>,
     /// The same of our fits.
     fitted: Vec<DVec3>,
+    /// And of those to pixels, when there are any.
+    by_pixels: Vec<DVec3>,
 }
 
 #[derive(serde::Serialize)]
@@ -63,17 +73,22 @@ struct SavedPhoto {
     rotation: [f64; 9],
     /// From our fit's.
     fitted_rotation: [f64; 9],
+    /// From that of our fit to pixels.
+    pixels_rotation: Option<[f64; 9]>,
     /// px.
     points: Vec<[f64; 2]>,
 }
 
 impl Saved {
-    /// `NAME.json`, `NAME.truth.f32` and `NAME.fitted.f32`.
+    /// `NAME.json`, `NAME.truth.f32`, `NAME.fitted.f32`, and with pixels `NAME.pixels.f32`.
     fn write(&self, folder: &Path, name: &str) -> FitResult<()> {
         let path = folder.join(format!("{name}.json"));
         let json = serde_json::to_vec(&self.photos).map_err(|e| FitError::file(&path, e))?;
         write_atomically(&path, &json)?;
         write_floats(&folder.join(format!("{name}.truth.f32")), &self.truth)?;
+        if !self.by_pixels.is_empty() {
+            write_floats(&folder.join(format!("{name}.pixels.f32")), &self.by_pixels)?;
+        }
         write_floats(&folder.join(format!("{name}.fitted.f32")), &self.fitted)
     }
 }
@@ -89,18 +104,28 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
     let reference = super::step("registering ICT's mean", || {
         super::evaluate::reference(&template, &ict)
     })?;
-    let photographer = Photographer::new(&template, &reference, &ict)?;
-    let fitter = Fitter::new(&model, None)?;
+    let expressions = (args.expressions.as_ref())
+        .map(|path| -> FitResult<Expressions> {
+            let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+            Ok(Expressions::parse(&bytes, &model)?)
+        })
+        .transpose()?;
+    let mut photographer = Photographer::new(&template, &reference, &ict)?;
+    if let Some(expressions) = expressions.as_ref().filter(|_| args.moods) {
+        photographer = photographer.of_moods(&model, expressions);
+    }
+    let fitter = Fitter::new(&model, expressions.as_ref())?;
     if let Some(folder) = &args.save {
         write_model(&model, &photographer, folder)?;
     }
-    if args.pixels {
-        return pixels(args, &photographer, &fitter, &ict);
+    if args.pixels && args.save.is_none() {
+        return pixels(args, &photographer, (&fitter, expressions.as_ref()), &ict);
     }
     let mut reports = Vec::new();
     let (mut seconds, mut fits) = (0.0, 0);
     for setting in &SETTINGS {
         let mut people = Vec::new();
+        let mut mistaken = Vec::new();
         let mut saved = Saved::default();
         for seed in (0..args.count).map(|i| args.seed.wrapping_add(i.into())) {
             let photograph = photographer.take(seed, setting);
@@ -114,11 +139,24 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
             let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
             let errors = photographer.measure(&photograph, &positions, fit.camera.rotation);
             people.push((seed, errors));
+            mistaken.push(Mistaken::of(&fit.expression, &photograph.weights));
             if args.save.is_some() {
                 saved.truth.extend(&photograph.truth);
                 let fitted = photographer.face.iter().map(|&v| positions[v as usize]);
                 saved.fitted.extend(fitted);
+                let mut pixels_rotation = None;
+                if args.pixels {
+                    let portrait = Portrait::take(&photograph, &ict, true);
+                    let image = Image::new(SIZE, SIZE, &portrait.rgba)?;
+                    let fit = fitter.fit_pixels(&photo, &image)?;
+                    face.set_coefficients(&fit.coefficients)?;
+                    let vertices = photographer.face.iter();
+                    let fitted = vertices.map(|&v| face.positions()[v as usize].as_dvec3());
+                    saved.by_pixels.extend(fitted);
+                    pixels_rotation = Some(fit.camera.rotation.transpose().to_cols_array());
+                }
                 saved.photos.push(SavedPhoto {
+                    pixels_rotation,
                     seed,
                     focal: photograph.camera.focal,
                     rotation: photograph.camera.rotation.transpose().to_cols_array(),
@@ -130,25 +168,55 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
         if let Some(folder) = &args.save {
             saved.write(folder, setting.name)?;
         }
-        reports.push(Report::of(setting, people));
+        reports.push(Measured {
+            report: Report::of(setting, people),
+            expressions: expressions.as_ref().map(|_| Mistaken::mean(&mistaken)),
+        });
     }
     if args.json {
         let json = serde_json::to_string(&reports).map_err(|e| FitError::Input(e.to_string()))?;
         println!("{json}");
     } else {
         println!(
-            "{:12}{:>12}{:>12}{:>12}{:>12}",
-            "", "rigid, mm", "similar, mm", "size", "pose, deg"
+            "{:12}{:>12}{:>12}{:>12}{:>12}{:>30}",
+            "",
+            "rigid, mm",
+            "similar, mm",
+            "size",
+            "pose, deg",
+            if expressions.is_some() {
+                "expressions, spurious, off"
+            } else {
+                ""
+            }
         );
-        for r in &reports {
-            println!(
+        for Measured {
+            report: r,
+            expressions,
+        } in &reports
+        {
+            print!(
                 "{:12}{:12.3}{:12.3}{:12.4}{:12.2}",
                 r.setting.name, r.rigid, r.similarity, r.size, r.turn
             );
+            match expressions {
+                Some(m) => println!("{:14.1}{:10.3}{:6.2}", m.shown, m.spurious, m.off),
+                None => println!(),
+            }
         }
         println!("{:.2} ms a fit", 1e3 * seconds / f64::from(fits));
     }
     Ok(())
+}
+
+/// What was measured of points alone.
+#[derive(serde::Serialize)]
+struct Measured {
+    #[serde(flatten)]
+    report: Report,
+    /// Means over people; of fits with expressions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    expressions: Option<Mistaken>,
 }
 
 fn photo(photograph: &Photograph) -> Photo<'_> {
@@ -175,12 +243,15 @@ struct Comparison {
     shading: f64,
     /// The median of a fit with pixels.
     milliseconds: f64,
+    /// Means over people; of fits with expressions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    expressions: Option<Mistaken>,
 }
 
 fn pixels(
     args: &PhotographArgs,
     photographer: &Photographer,
-    fitter: &Fitter,
+    fitter: (&Fitter, Option<&Expressions>),
     ict: &Ict,
 ) -> FitResult<()> {
     let mut all = Vec::new();
@@ -199,7 +270,7 @@ fn pixels(
         "", "similar, mm", "ratio", "worse", "unused", "rigid, mm", "size", "pose", "shading", "ms"
     );
     for c in &all {
-        println!(
+        print!(
             "{:10}{:7}{:7.3} -> {:.3}{:8.3}{:5.0} %{:6.0} %{:9.3} -> {:.3}{:8.4}{:7.2}{:7.1} %{:5.0}",
             c.points.setting.name,
             if c.colour { "colour" } else { "grey" },
@@ -215,6 +286,10 @@ fn pixels(
             100.0 * c.shading,
             c.milliseconds
         );
+        match &c.expressions {
+            Some(m) => println!("{:14.1}{:10.3}{:6.2}", m.shown, m.spurious, m.off),
+            None => println!(),
+        }
     }
     Ok(())
 }
@@ -222,11 +297,12 @@ fn pixels(
 fn compare(
     args: &PhotographArgs,
     photographer: &Photographer,
-    fitter: &Fitter,
+    (fitter, expressions): (&Fitter, Option<&Expressions>),
     ict: &Ict,
     setting: &Setting,
     colour: bool,
 ) -> FitResult<Comparison> {
+    let mut mistaken = Vec::new();
     let (mut by_points, mut by_pixels) = (Vec::new(), Vec::new());
     let (mut worse, mut unused, mut shading, mut seconds) = (0, 0, 0.0, Vec::new());
     for seed in (0..args.count).map(|i| args.seed.wrapping_add(i.into())) {
@@ -248,8 +324,21 @@ fn compare(
         let (_, before) = face(&first)?;
         let (face, after) = face(&fit)?;
         worse += u32::from(after.similarity > before.similarity);
-        let light = Light::of(&face, &fit.camera, &image)?;
-        let normals: Vec<DVec3> = face.normals().iter().map(|n| n.as_dvec3()).collect();
+        mistaken.push(Mistaken::of(&fit.expression, &photograph.weights));
+        let mut performance = expressions.map(Performance::new);
+        if let Some(performance) = &mut performance {
+            let list = expressions.map_or(&[][..], |e| e.list());
+            for (e, &weight) in list.iter().zip(&fit.expression) {
+                performance.set(&e.name, weight)?;
+            }
+            performance.perform(&face)?;
+        }
+        let mesh = match &performance {
+            Some(p) if !p.is_at_rest() => [p.positions(), p.normals()],
+            _ => [face.positions(), face.normals()],
+        };
+        let light = Light::on(fitter.model(), mesh, &fit.camera, &image)?;
+        let normals: Vec<DVec3> = mesh[1].iter().map(|n| n.as_dvec3()).collect();
         let truth = |n| portrait.shade(n, colour);
         let off = photographer.shading(&photograph, truth, &normals, |n| light.shade(n));
         shading += off * off;
@@ -260,6 +349,7 @@ fn compare(
     let count = f64::from(args.count);
     Ok(Comparison {
         colour,
+        expressions: expressions.map(|_| Mistaken::mean(&mistaken)),
         points: Report::of(setting, by_points),
         pixels: Report::of(setting, by_pixels),
         worse: f64::from(worse) / count,

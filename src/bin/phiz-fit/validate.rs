@@ -42,6 +42,7 @@ pub struct ValidateArgs {
 }
 
 pub fn run(args: &ValidateArgs) -> FitResult<()> {
+    one_arena();
     let template = super::read_template(&args.template)?;
     let named = super::step("reading faces", || ply::read_faces(&args.faces, &template))?;
     let labels = labels(&args.faces, &named)?;
@@ -101,6 +102,20 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     }
     println!("{}", args.output.join("index.html").display());
     Ok(())
+}
+
+/// Has all threads allocate from one arena. Models are learned one after the other, each hundreds of
+/// MB, and what one thread freed of the last would not be given to another: with an arena a thread
+/// 300 faces take 0.94 to 1.02 GB, with one 0.87, in the same time.
+fn one_arena() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        // SAFETY: any value of this parameter is valid, and no other thread runs yet.
+        #[allow(unsafe_code)]
+        unsafe {
+            libc::mallopt(libc::M_ARENA_MAX, 1);
+        }
+    }
 }
 
 /// What `labels.json` beside the faces says of each of them.

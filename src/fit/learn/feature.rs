@@ -102,21 +102,15 @@ pub(super) struct Kept {
 }
 
 impl Feature {
-    /// Learns a feature from faces on a head of average proportions.
+    /// Learns a feature from the faces' [`shape`]s of its [`support`].
     pub fn learn(
         rule: FeatureRule,
         ground: &Ground,
-        proportioned: &[Vec<DVec3>],
+        support: Vec<u32>,
+        samples: Vec<Vec<f64>>,
     ) -> FitResult<Self> {
         let n = ground.mean.len();
         let regions = region_numbers(ground.template, rule.regions)?;
-        let support: Vec<u32> = (0..n as u32)
-            .filter(|&v| regions.contains(&ground.template.topology.regions[v as usize]))
-            .collect();
-        let samples: Vec<Vec<f64>> = proportioned
-            .par_iter()
-            .map(|face| shape(face, ground.mean, &support, &ground.areas))
-            .collect();
         let spectrum = Spectrum::of(samples)
             .map_err(|e| FitError::Input(format!("region {:?}: {e}", rule.name)))?;
 
@@ -196,8 +190,18 @@ impl Feature {
     }
 }
 
-/// A face's region, aligned on itself: displacements from the mean's.
-fn shape(face: &[DVec3], mean: &[DVec3], support: &[u32], areas: &[f64]) -> Vec<f64> {
+/// The vertices of a feature, increasing.
+pub(super) fn support(rule: &FeatureRule, template: &Template) -> FitResult<Vec<u32>> {
+    let regions = region_numbers(template, rule.regions)?;
+    let of = &template.topology.regions;
+    Ok((0..of.len() as u32)
+        .filter(|&v| regions.contains(&of[v as usize]))
+        .collect())
+}
+
+/// The region of a face on a head of average proportions, aligned on itself: displacements from the
+/// mean's.
+pub(super) fn shape(face: &[DVec3], mean: &[DVec3], support: &[u32], areas: &[f64]) -> Vec<f64> {
     let motion = Rigid::fit(face, mean, support, areas);
     let own: Vec<DVec3> = face.iter().map(|&p| motion.apply(p)).collect();
     flat(&own, mean, support.iter().copied())

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::align::{Rigid, procrustes, vertex_areas, without_proportions};
 use super::describe::describe;
 use super::geodesic::Geodesic;
-use super::gram::chunks;
+use super::gram::sums;
 use super::measures::measures;
 use super::pca::Spectrum;
 use super::semantic::{self, Method, Table};
@@ -181,15 +181,27 @@ impl<'a> Learner<'a> {
             stored: &stored,
             blending,
         };
+        let supports = FEATURES
+            .iter()
+            .map(|rule| feature::support(rule, template))
+            .collect::<FitResult<Vec<_>>>()?;
         // How wide, high and deep a head is belongs to the head block. Left in the features it
         // would make their borders the places where one person's proportions meet the average's.
-        let proportioned: Vec<Vec<DVec3>> = aligned
-            .par_iter()
-            .map(|face| without_proportions(face, &mean, &ground.skin, &ground.areas))
+        let mut shapes: Vec<Vec<Vec<f64>>> = (aligned.par_iter())
+            .map(|face| {
+                let even = without_proportions(face, &mean, &ground.skin, &ground.areas);
+                let shape =
+                    |support: &Vec<u32>| feature::shape(&even, &mean, support, &ground.areas);
+                supports.iter().map(shape).collect()
+            })
             .collect();
-        let features = FEATURES
-            .iter()
-            .map(|&rule| Feature::learn(rule, &ground, &proportioned))
+        let features = (FEATURES.iter().zip(supports).enumerate())
+            .map(|(f, (&rule, support))| {
+                let samples = shapes
+                    .iter_mut()
+                    .map(|shapes| std::mem::take(&mut shapes[f]));
+                Feature::learn(rule, &ground, support, samples.collect())
+            })
             .collect::<FitResult<_>>()?;
         let Ground { areas, skin, .. } = ground;
         Ok(Self {
@@ -272,27 +284,19 @@ impl<'a> Learner<'a> {
     /// What modes with these coefficients leave of each face's displacement from the mean, x, y, z a
     /// vertex, mm.
     fn residual(&self, modes: &[Vec<DVec3>], coefficients: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let faces = self.aligned.len();
-        let amounts = Mat::from_fn(modes.len(), faces, |k, f| coefficients[f][k]);
-        let left: Vec<Mat<f64>> = chunks(3 * self.mean.len())
-            .into_par_iter()
-            .map(|rows| {
-                let at = |i: usize| ((rows.start + i) / 3, (rows.start + i) % 3);
-                let part = Mat::from_fn(rows.len(), modes.len(), |i, k| {
-                    let (v, axis) = at(i);
-                    modes[k][v][axis]
-                });
-                let explained = part * &amounts;
-                Mat::from_fn(rows.len(), faces, |i, f| {
-                    let (v, axis) = at(i);
-                    self.aligned[f][v][axis] - self.mean[v][axis] - explained[(i, f)]
-                })
-            })
-            .collect();
-        (0..faces)
-            .into_par_iter()
-            .map(|f| (left.iter().flat_map(|part| part.col(f).iter().copied())).collect())
-            .collect()
+        let amounts = Mat::from_fn(modes.len(), self.aligned.len(), |k, f| coefficients[f][k]);
+        let modes: Vec<&[f64]> = modes.iter().map(|m| bytemuck::cast_slice(m)).collect();
+        let mut left = sums(&modes, amounts.as_ref());
+        let mean: &[f64] = bytemuck::cast_slice(&self.mean);
+        left.par_iter_mut()
+            .zip(&self.aligned)
+            .for_each(|(left, face)| {
+                let face: &[f64] = bytemuck::cast_slice(face);
+                for (left, (x, m)) in left.iter_mut().zip(face.iter().zip(mean)) {
+                    *left = x - m - *left;
+                }
+            });
+        left
     }
 
     /// The model with these bases, and with semantic controls.
@@ -324,6 +328,8 @@ impl<'a> Learner<'a> {
             blending: self.blending,
         };
         describe(&mut parts)?;
+        // How features vary is a third of all that is kept of the faces.
+        drop(self.features);
         let found = semantic::learn(self.template, &self.aligned, &parts, method)?;
         parts.blocks.extend(found.blocks);
         parts.controls.extend(found.controls);

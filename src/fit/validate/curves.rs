@@ -9,6 +9,7 @@ use super::held_out::{less, shuffled, whole_faces};
 use super::reconstruct::{Areas, Subspace};
 use super::wide;
 use crate::fit::FitResult;
+use crate::fit::gram::inner;
 use crate::fit::learn::Learner;
 use crate::fit::template::Template;
 use crate::model::Blending;
@@ -86,11 +87,9 @@ pub fn curves(
         let bases = learner.bases(tau)?;
         let subspace = Subspace::new(&bases.modes, &areas.skin)?;
         let left = |fields: &[Vec<DVec3>]| -> Vec<[f64; 2]> {
-            subspace
-                .coefficients(fields)
-                .par_iter()
+            (subspace.fields(&subspace.coefficients(fields)).par_iter())
                 .zip(fields)
-                .map(|(c, field)| means(&less(field, &subspace.field(c)), &areas))
+                .map(|(back, field)| means(&less(field, back), &areas))
                 .collect()
         };
         regions.push(point(
@@ -100,44 +99,42 @@ pub fn curves(
         ));
     }
 
-    let spectrum = whole_faces(&learner, &areas.skin)?;
+    let spectrum = whole_faces(learner.aligned, &learner.mean, &areas.skin)?;
     let pca = spectrum.truncate(spectrum.eigenvalues.len());
     let steps: Vec<usize> = (1..=pca.modes.len())
         .filter(|k| k % 5 == 0 || *k == pca.modes.len())
         .collect();
+    // By step, then by face.
     let left = |fields: &[Vec<DVec3>]| -> Vec<Vec<[f64; 2]>> {
-        fields
-            .par_iter()
+        let mut rows: Vec<Vec<f64>> = (fields.par_iter())
             .map(|field| {
-                let mut x: Vec<f64> = areas
-                    .skin
-                    .iter()
-                    .flat_map(|&v| field[v as usize].to_array())
-                    .zip(&spectrum.mean)
-                    .map(|(x, m)| x - m)
-                    .collect();
-                let mut found = Vec::new();
-                for (k, mode) in pca.modes.iter().enumerate() {
-                    let c: f64 = mode.iter().zip(&x).map(|(m, x)| m * x).sum();
-                    x.iter_mut().zip(mode).for_each(|(x, m)| *x -= c * m);
-                    if steps.binary_search(&(k + 1)).is_ok() {
-                        let mut whole = vec![DVec3::ZERO; field.len()];
-                        for (&v, d) in areas.skin.iter().zip(x.chunks_exact(3)) {
-                            whole[v as usize] = DVec3::from_slice(d);
-                        }
-                        found.push(means(&whole, &areas));
-                    }
-                }
-                found
+                let x = (areas.skin.iter()).flat_map(|&v| field[v as usize].to_array());
+                x.zip(&spectrum.mean).map(|(x, m)| x - m).collect()
             })
-            .collect()
+            .collect();
+        let amounts = inner(&pca.modes, &rows);
+        let mut first = 0;
+        let mut found = Vec::new();
+        for &k in &steps {
+            let measured = rows.par_iter_mut().enumerate().map(|(f, x)| {
+                for (mode, i) in pca.modes[first..k].iter().zip(first..) {
+                    let c = amounts[(i, f)];
+                    x.iter_mut().zip(mode).for_each(|(x, m)| *x -= c * m);
+                }
+                let mut whole = vec![DVec3::ZERO; fields[f].len()];
+                for (&v, d) in areas.skin.iter().zip(x.chunks_exact(3)) {
+                    whole[v as usize] = DVec3::from_slice(d);
+                }
+                means(&whole, &areas)
+            });
+            found.push(measured.collect());
+            first = k;
+        }
+        found
     };
     let (training, test) = (left(&of_training), left(&of_test));
-    let at = |faces: &[Vec<[f64; 2]>], i: usize| -> Vec<[f64; 2]> {
-        faces.iter().map(|face| face[i]).collect()
-    };
-    let whole = (steps.iter().enumerate())
-        .map(|(i, &k)| point(k, &at(&training, i), &at(&test, i)))
+    let whole = (steps.iter().zip(training.iter().zip(&test)))
+        .map(|(&k, (training, test))| point(k, training, test))
         .collect();
     Ok(Curves {
         training: of_training.len(),

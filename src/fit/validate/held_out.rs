@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use faer::Mat;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -11,6 +12,7 @@ use super::reconstruct::{Areas, Errors, Subspace};
 use super::wide;
 use crate::Random;
 use crate::fit::FitResult;
+use crate::fit::gram::{inner, sums};
 use crate::fit::learn::Learner;
 use crate::fit::pca::Spectrum;
 use crate::fit::template::Template;
@@ -166,19 +168,18 @@ pub fn cross_validate(
     let mut pairs = Vec::new();
     for test in tests {
         let others = (faces.iter().enumerate()).filter(|(i, _)| !test.contains(i));
-        let learner = Learner::new(template, wide(others.map(|(_, face)| face)), blending)?;
+        let mut learner = Learner::new(template, wide(others.map(|(_, face)| face)), blending)?;
         // Of all vertices; what is compared are displacements from the mean.
         let fields: Vec<Vec<DVec3>> = wide(test.iter().map(|&i| &faces[i]))
             .par_iter()
             .map(|face| less(&learner.align(face), &learner.mean))
             .collect();
         let features = learner.features().count();
-        let shapes: Vec<Vec<Vec<DVec3>>> = (0..features)
+        let shapes: Vec<Vec<Vec<f64>>> = (0..features)
             .map(|f| {
-                fields
-                    .par_iter()
-                    .map(|field| shape(&learner, f, field))
-                    .collect()
+                let shape =
+                    |field: &Vec<DVec3>| learner.feature_shape(f, &plus(&learner.mean, field));
+                fields.par_iter().map(shape).collect()
             })
             .collect();
         let mut modes_of = Vec::new();
@@ -186,11 +187,7 @@ pub fn cross_validate(
             let bases = learner.bases(tau)?;
             found[t].coefficients += bases.modes.len() as f64 / tests.len() as f64;
             let subspace = Subspace::new(&bases.modes, &areas.skin)?;
-            let back: Vec<Vec<DVec3>> = subspace
-                .coefficients(&fields)
-                .par_iter()
-                .map(|c| subspace.field(c))
-                .collect();
+            let back = subspace.fields(&subspace.coefficients(&fields));
             for ((input, output), &face) in fields.iter().zip(&back).zip(test) {
                 let errors = areas.errors(input, output);
                 let head = plus(&learner.mean, output);
@@ -210,29 +207,37 @@ pub fn cross_validate(
                 first += report.modes;
                 let vertices = &areas.vertices[f];
                 let subspace = Subspace::new(own, vertices)?;
-                let coefficients = subspace.coefficients(&shapes[f]);
-                for (shape, c) in shapes[f].iter().zip(&coefficients) {
-                    let rms = Errors::between(vertices, shape, &subspace.field(c)).rms;
+                let shapes: Vec<_> = (shapes[f].par_iter())
+                    .map(|shape| on_head(&learner, f, shape))
+                    .collect();
+                let back = subspace.fields(&subspace.coefficients(&shapes));
+                for (shape, back) in shapes.iter().zip(&back) {
+                    let rms = Errors::between(vertices, shape, back).rms;
                     found[t].shapes.entry(f).or_default().push(rms);
                 }
             }
             modes_of.push(bases.reports.iter().map(|r| r.modes).collect::<Vec<_>>());
         }
-        let whole = whole_faces(&learner, &areas.skin)?;
+        let aligned = std::mem::take(&mut learner.aligned);
+        let whole = whole_faces(aligned, &learner.mean, &areas.skin)?;
+        let most = modes_of.iter().map(|modes| modes.iter().sum()).max();
+        let whole = WholeFaces::new(&whole, most.unwrap_or_default(), &areas.skin, &fields);
         for (found, modes) in found.iter_mut().zip(modes_of) {
-            let back = nearest(&whole, modes.iter().sum(), &areas.skin, &fields);
+            let back = whole.nearest(modes.iter().sum());
             for (input, output) in fields.iter().zip(&back) {
                 let diameter = areas.diameter(&plus(&learner.mean, output));
                 found.whole.push((areas.errors(input, output), diameter));
             }
             for (f, &count) in modes[..features].iter().enumerate() {
-                let back = nearest(&whole, count, &areas.skin, &fields);
+                let back = whole.nearest(count);
                 let shaped: Vec<f64> = back
                     .par_iter()
                     .zip(&shapes[f])
                     .map(|(back, input)| {
-                        let output = shape(&learner, f, back);
-                        Errors::between(&areas.vertices[f], input, &output).rms
+                        let output = learner.feature_shape(f, &plus(&learner.mean, back));
+                        let input = on_head(&learner, f, input);
+                        let output = on_head(&learner, f, &output);
+                        Errors::between(&areas.vertices[f], &input, &output).rms
                     })
                     .collect();
                 found.whole_shapes.entry(f).or_default().extend(shaped);
@@ -272,56 +277,76 @@ struct Found {
     whole_shapes: BTreeMap<usize, Vec<f64>>,
 }
 
-/// A feature's shape on a head of average proportions, where none of the other vertices moves.
-fn shape(learner: &Learner, feature: usize, field: &[DVec3]) -> Vec<DVec3> {
-    let shape = learner.feature_shape(feature, &plus(&learner.mean, field));
-    let mut whole = vec![DVec3::ZERO; field.len()];
+/// A feature's shape as a field of all vertices, none of the others of which moves.
+fn on_head(learner: &Learner, feature: usize, shape: &[f64]) -> Vec<DVec3> {
+    let mut whole = vec![DVec3::ZERO; learner.mean.len()];
     for (&v, d) in learner.support(feature).iter().zip(shape.chunks_exact(3)) {
         whole[v as usize] = DVec3::from_slice(d);
     }
     whole
 }
 
-/// How whole faces vary on their skin.
-pub fn whole_faces(learner: &Learner, skin: &[u32]) -> FitResult<Spectrum> {
-    let rows = learner.aligned.par_iter().map(|face| {
+/// How whole faces vary on their skin: aligned ones, about a mean, all vertices, mm. Of faces that
+/// are given away none is kept longer than needed.
+pub fn whole_faces<F: AsRef<[DVec3]>>(
+    aligned: impl IntoParallelIterator<Item = F, Iter: IndexedParallelIterator>,
+    mean: &[DVec3],
+    skin: &[u32],
+) -> FitResult<Spectrum> {
+    let rows = aligned.into_par_iter().map(|face| {
+        let face = face.as_ref();
         skin.iter()
-            .flat_map(|&v| (face[v as usize] - learner.mean[v as usize]).to_array())
+            .flat_map(|&v| (face[v as usize] - mean[v as usize]).to_array())
             .collect()
     });
     Spectrum::of(rows.collect())
 }
 
-/// What the first `modes` of a whole-face PCA give back of displacement fields: of their skin, the
-/// rest is left as it was.
-fn nearest(
-    spectrum: &Spectrum,
-    modes: usize,
-    skin: &[u32],
-    fields: &[Vec<DVec3>],
-) -> Vec<Vec<DVec3>> {
-    let pca = spectrum.truncate(modes);
-    fields
-        .par_iter()
-        .map(|field| {
-            let x: Vec<f64> = skin
-                .iter()
-                .flat_map(|&v| field[v as usize].to_array())
-                .zip(&spectrum.mean)
-                .map(|(x, m)| x - m)
-                .collect();
-            let mut back = spectrum.mean.clone();
-            for mode in &pca.modes {
-                let c: f64 = mode.iter().zip(&x).map(|(m, x)| m * x).sum();
-                back.iter_mut().zip(mode).for_each(|(b, m)| *b += c * m);
-            }
-            let mut whole = field.clone();
-            for (&v, d) in skin.iter().zip(back.chunks_exact(3)) {
-                whole[v as usize] = DVec3::from_slice(d);
-            }
-            whole
-        })
-        .collect()
+/// Displacement fields in a PCA of whole faces.
+struct WholeFaces<'a> {
+    mean: &'a [f64],
+    /// Unit modes of the skin.
+    modes: Vec<Vec<f64>>,
+    /// What each field has of each mode, mm: a row a mode, a column a field.
+    amounts: Mat<f64>,
+    skin: &'a [u32],
+    fields: &'a [Vec<DVec3>],
+}
+
+impl<'a> WholeFaces<'a> {
+    /// With the first `most` modes.
+    fn new(spectrum: &'a Spectrum, most: usize, skin: &'a [u32], fields: &'a [Vec<DVec3>]) -> Self {
+        let modes = spectrum.truncate(most).modes;
+        let rows: Vec<Vec<f64>> = (fields.par_iter())
+            .map(|field| {
+                let x = skin.iter().flat_map(|&v| field[v as usize].to_array());
+                x.zip(&spectrum.mean).map(|(x, m)| x - m).collect()
+            })
+            .collect();
+        Self {
+            amounts: inner(&modes, &rows),
+            mean: &spectrum.mean,
+            modes,
+            skin,
+            fields,
+        }
+    }
+
+    /// What the first `modes` give back of each field: of its skin, the rest is left as it was.
+    fn nearest(&self, modes: usize) -> Vec<Vec<DVec3>> {
+        let kept = modes.min(self.modes.len());
+        let back = sums(&self.modes[..kept], self.amounts.get(..kept, ..));
+        (back.par_iter().zip(self.fields))
+            .map(|(back, field)| {
+                let mut whole = field.clone();
+                let moved = back.chunks_exact(3).zip(self.mean.chunks_exact(3));
+                for (&v, (d, mean)) in self.skin.iter().zip(moved) {
+                    whole[v as usize] = DVec3::from_slice(mean) + DVec3::from_slice(d);
+                }
+                whole
+            })
+            .collect()
+    }
 }
 
 /// A face's displacement from the mean.

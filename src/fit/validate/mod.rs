@@ -21,6 +21,7 @@ use serde::Serialize;
 
 use super::crease::{Seam, seams};
 use super::learn::{BlockReport, Learned, Learner, Settings as Learning};
+use super::pca::Spectrum;
 use super::population::Labels;
 use super::template::Template;
 use super::{FitError, FitResult};
@@ -30,7 +31,7 @@ use crate::{FaceModel, Randomize};
 use curves::{Curves, curves};
 use held_out::{HeldOut, Interval, Pair, cross_validate, folds, shuffled, whole_faces};
 use normality::{Normality, normality};
-use reconstruct::{Areas, sum};
+use reconstruct::{Areas, fields};
 
 /// The fewest faces of which a part can be held out and the rest learned from.
 const FEWEST: usize = 4;
@@ -158,6 +159,21 @@ pub struct Modes {
     pub cumulative: Vec<f64>,
 }
 
+impl Modes {
+    fn of(name: &str, spectrum: &Spectrum) -> FitResult<Self> {
+        let mut counts = [0; 4];
+        for (count, tau) in counts.iter_mut().zip(COUNTED) {
+            *count = spectrum.modes_for(tau)?;
+        }
+        let all = spectrum.eigenvalues.len();
+        Ok(Self {
+            name: name.into(),
+            counts,
+            cumulative: (1..=all).map(|k| spectrum.explained(k)).collect(),
+        })
+    }
+}
+
 /// The mean distance of the skin of random faces to the nearest face of the population, mm, and the
 /// same from each face of the population to the nearest other one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -218,34 +234,20 @@ pub fn validate<'a>(
 
     done("learning");
     let learner = Learner::new(template, wide(&faces), settings.blending)?;
-    let whole = whole_faces(&learner, &areas.skin)?;
     let alignment = learner.alignment();
-    let spectra = (learner.features()).chain([("head", &whole)]);
-    let modes = spectra
-        .map(|(name, spectrum)| {
-            let mut counts = [0; 4];
-            for (count, tau) in counts.iter_mut().zip(COUNTED) {
-                *count = spectrum.modes_for(tau)?;
-            }
-            let all = spectrum.eigenvalues.len();
-            Ok(Modes {
-                name: if name == "head" {
-                    "whole face".into()
-                } else {
-                    name.into()
-                },
-                counts,
-                cumulative: (1..=all).map(|k| spectrum.explained(k)).collect(),
-            })
-        })
+    let mut modes = (learner.features())
+        .map(|(name, spectrum)| Modes::of(name, spectrum))
         .collect::<FitResult<Vec<_>>>()?;
     let bases = learner.bases(settings.tau)?;
     let count = bases.modes.len();
+    let mean = learner.mean.clone();
     let learned = learner.model(bases, about, settings.semantic)?;
     let file = pack(&learned.parts.write()?)?;
     let model = FaceModel::parse(&file)?;
 
     done("random faces");
+    let whole = whole_faces(&learned.aligned, &mean, &areas.skin)?;
+    modes.push(Modes::of("whole face", &whole)?);
     let whole_modes = on_all_vertices(&whole.truncate(count), &areas.skin, template);
     let controls: Vec<String> = model
         .parts()
@@ -361,20 +363,20 @@ pub fn rounding(learned: &Learned, model: &FaceModel) -> FitResult<f64> {
     let mean: Vec<DVec3> = (0..n)
         .map(|v| learned.aligned.iter().map(|f| f[v]).sum::<DVec3>() / count)
         .collect();
-    let squares = (0..RANDOM_FACES)
+    let random = (0..RANDOM_FACES)
         .into_par_iter()
-        .map(|seed| {
-            let face = random_face(model, seed)?;
-            let coefficients: Vec<f64> = (face.coefficients().iter())
-                .map(|&c| f64::from(c))
-                .collect();
-            let exact = sum(&learned.modes, &coefficients);
-            let off = face.positions().iter().zip(mean.iter().zip(&exact));
-            Ok(off
-                .map(|(p, (m, d))| p.as_dvec3().distance_squared(*m + *d))
-                .sum())
+        .map(|seed| random_face(model, seed))
+        .collect::<FitResult<Vec<_>>>()?;
+    let wide = |face: &crate::Face| face.coefficients().iter().map(|&c| f64::from(c)).collect();
+    let coefficients: Vec<Vec<f64>> = random.iter().map(wide).collect();
+    let exact = fields(&learned.modes, &coefficients);
+    let squares: Vec<f64> = (random.par_iter().zip(&exact))
+        .map(|(face, exact)| {
+            let off = face.positions().iter().zip(mean.iter().zip(exact));
+            off.map(|(p, (m, d))| p.as_dvec3().distance_squared(*m + *d))
+                .sum()
         })
-        .collect::<FitResult<Vec<f64>>>()?;
+        .collect();
     Ok((squares.iter().sum::<f64>() / (RANDOM_FACES as f64 * n as f64)).sqrt())
 }
 
@@ -408,13 +410,14 @@ fn specificity(
         .into_par_iter()
         .map(|seed| Ok(nearest(&positions(&random_face(model, seed)?), usize::MAX)))
         .collect::<FitResult<Vec<f64>>>()?;
-    let whole: Vec<f64> = (0..RANDOM_FACES)
-        .into_par_iter()
+    let coefficients: Vec<Vec<f64>> = (0..RANDOM_FACES)
         .map(|seed| {
             let mut random = crate::Random::new(seed);
-            let c: Vec<f64> = whole_modes.iter().map(|_| random.normal()).collect();
-            nearest(&held_out::plus(&mean, &sum(whole_modes, &c)), usize::MAX)
+            whole_modes.iter().map(|_| random.normal()).collect()
         })
+        .collect();
+    let whole: Vec<f64> = (fields(whole_modes, &coefficients).par_iter())
+        .map(|field| nearest(&held_out::plus(&mean, field), usize::MAX))
         .collect();
     let between: Vec<f64> = (people.par_iter().enumerate())
         .map(|(i, face)| nearest(face, i))

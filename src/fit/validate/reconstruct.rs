@@ -5,9 +5,10 @@ use std::ops::Range;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use glam::DVec3;
+use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::fit::gram::{chunks, gram};
+use crate::fit::gram::{chunks, gram, sums};
 use crate::fit::template::Template;
 use crate::fit::{FitError, FitResult};
 
@@ -41,38 +42,45 @@ impl<'a> Subspace<'a> {
     /// Least-squares coefficients for each of some displacement fields (all vertices, mm).
     pub fn coefficients(&self, fields: &[Vec<DVec3>]) -> Vec<Vec<f64>> {
         let (k, f) = (self.modes.len(), fields.len());
-        let mut right = Mat::<f64>::zeros(k, f);
-        for rows in chunks(3 * self.vertices.len()) {
-            let modes = columns(self.modes, self.vertices, rows.clone());
-            right += modes.transpose() * columns(fields, self.vertices, rows);
-        }
+        let parts: Vec<Mat<f64>> = chunks(3 * self.vertices.len())
+            .into_par_iter()
+            .map(|rows| {
+                let modes = columns(self.modes, self.vertices, rows.clone());
+                modes.transpose() * columns(fields, self.vertices, rows)
+            })
+            .collect();
+        let right = (parts.iter()).fold(Mat::zeros(k, f), |sum, part| sum + part);
         let solved = self.factor.solve(&right);
         (0..f)
             .map(|j| (0..k).map(|i| solved[(i, j)]).collect())
             .collect()
     }
 
-    /// The displacement field of coefficients, all vertices, mm.
-    pub fn field(&self, coefficients: &[f64]) -> Vec<DVec3> {
-        sum(self.modes, coefficients)
+    /// The displacement fields of some faces' coefficients, all vertices, mm.
+    pub fn fields(&self, coefficients: &[Vec<f64>]) -> Vec<Vec<DVec3>> {
+        fields(self.modes, coefficients)
     }
 }
 
-/// The sum of modes, each times its coefficient.
-pub fn sum(modes: &[Vec<DVec3>], coefficients: &[f64]) -> Vec<DVec3> {
-    let mut field = vec![DVec3::ZERO; modes.first().map_or(0, Vec::len)];
-    for (mode, &c) in modes.iter().zip(coefficients) {
-        field.iter_mut().zip(mode).for_each(|(f, m)| *f += *m * c);
-    }
-    field
+/// Sums of modes (displacements of all vertices), one for each face's coefficients.
+pub fn fields(modes: &[Vec<DVec3>], coefficients: &[Vec<f64>]) -> Vec<Vec<DVec3>> {
+    let amounts = Mat::from_fn(modes.len(), coefficients.len(), |k, f| coefficients[f][k]);
+    let modes: Vec<&[f64]> = modes.iter().map(|m| bytemuck::cast_slice(m)).collect();
+    (sums(&modes, amounts.as_ref()).into_iter())
+        .map(|sum| sum.chunks_exact(3).map(DVec3::from_slice).collect())
+        .collect()
 }
 
-/// Some rows (x, y, z of each vertex in turn) of the matrix that has the fields as columns.
+/// Some rows (x, y, z of each vertex in turn; whole vertices) of the matrix that has the fields as
+/// columns.
 fn columns(fields: &[Vec<DVec3>], vertices: &[u32], rows: Range<usize>) -> Mat<f64> {
-    Mat::from_fn(rows.len(), fields.len(), |i, j| {
-        let at = rows.start + i;
-        fields[j][vertices[at / 3] as usize][at % 3]
-    })
+    let some = &vertices[rows.start / 3..rows.end / 3];
+    let mut part = Mat::zeros(rows.len(), fields.len());
+    for (column, field) in part.col_iter_mut().zip(fields) {
+        let values = some.iter().flat_map(|&v| field[v as usize].to_array());
+        column.iter_mut().zip(values).for_each(|(to, x)| *to = x);
+    }
+    part
 }
 
 /// The visible parts of a head in which errors are counted: each feature's skin, the rest of the
@@ -180,7 +188,7 @@ mod tests {
     use super::*;
     use crate::Random;
 
-    fn fields(random: &mut Random, count: usize, n: usize) -> Vec<Vec<DVec3>> {
+    fn noise(random: &mut Random, count: usize, n: usize) -> Vec<Vec<DVec3>> {
         let mut point = || DVec3::new(random.normal(), random.normal(), random.normal());
         (0..count)
             .map(|_| (0..n).map(|_| point()).collect())
@@ -190,17 +198,17 @@ mod tests {
     #[test]
     fn what_is_in_the_subspace_is_found_again_and_the_rest_is_orthogonal() {
         let mut random = Random::new(5);
-        let modes = fields(&mut random, 4, 50);
+        let modes = noise(&mut random, 4, 50);
         let vertices: Vec<u32> = (0..50).filter(|v| v % 7 != 0).collect();
         let subspace = Subspace::new(&modes, &vertices).unwrap();
-        let inside = sum(&modes, &[0.5, -2.0, 0.0, 3.0]);
-        let any = fields(&mut random, 1, 50).remove(0);
+        let inside = fields(&modes, &[vec![0.5, -2.0, 0.0, 3.0]]).remove(0);
+        let any = noise(&mut random, 1, 50).remove(0);
         let found = subspace.coefficients(&[inside, any.clone()]);
         for (c, wanted) in found[0].iter().zip([0.5, -2.0, 0.0, 3.0]) {
             // The ridge is 1e-10 of a mode.
             assert!((c - wanted).abs() < 1e-8);
         }
-        let nearest = subspace.field(&found[1]);
+        let nearest = &subspace.fields(&found)[1];
         for mode in &modes {
             let dot: f64 = vertices
                 .iter()

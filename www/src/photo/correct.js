@@ -21,8 +21,8 @@ export function createCorrection(view, { changed, leave }) {
   let points = new Float64Array(2 * COUNT);
   /** Where the fitted face has them. @type {Float64Array | null} */
   let fitted = null;
-  /** @type {ImageBitmap | null} */
-  let bitmap = null;
+  /** @type {{ bitmap: ImageBitmap, width: number, height: number } | null} */
+  let photo = null;
 
   const drawing = document.createElementNS(SVG, 'svg');
   drawing.setAttribute('class', 'photo-lines');
@@ -120,22 +120,22 @@ export function createCorrection(view, { changed, leave }) {
   }
   /** @param {number} i @param {number} px @param {number} py */
   function move(i, px, py) {
-    points[2 * i] = Math.min(bitmap?.width ?? 0, Math.max(0, px));
-    points[2 * i + 1] = Math.min(bitmap?.height ?? 0, Math.max(0, py));
+    points[2 * i] = Math.min(photo?.width ?? 0, Math.max(0, px));
+    points[2 * i + 1] = Math.min(photo?.height ?? 0, Math.max(0, py));
     draw();
     changed();
   }
   /** @param {number} i */
   function magnify(i) {
     const context = lens.getContext('2d');
-    if (!context || !bitmap) return;
+    if (!context || !photo) return;
     const [px, py] = [points[2 * i], points[2 * i + 1]];
     const closer = LENS_ZOOM * view.scale * 2;
     context.imageSmoothingEnabled = closer < 12;
     context.fillStyle = '#000';
     context.fillRect(0, 0, lens.width, lens.height);
     context.setTransform(closer, 0, 0, closer, LENS - px * closer, LENS - py * closer);
-    context.drawImage(bitmap, 0, 0);
+    context.drawImage(photo.bitmap, 0, 0, photo.width, photo.height);
     context.setTransform(1, 0, 0, 1, 0, 0);
     // The point is where the lines would meet; the pixel itself stays free.
     context.lineWidth = 2;
@@ -161,9 +161,9 @@ export function createCorrection(view, { changed, leave }) {
     get points() {
       return points;
     },
-    /** @param {ImageBitmap | null} of @param {Float64Array} at copied */
+    /** @param {typeof photo} of @param {Float64Array} at copied */
     open(of, at) {
-      bitmap = of;
+      photo = of;
       points = at.slice();
       draw();
     },

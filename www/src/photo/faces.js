@@ -16,18 +16,18 @@ export function stopFinding() {
 
 /**
  * The faces of a photo, the largest first: 468 points each as x, y pairs, px of the photo.
- * @param {ImageBitmap} bitmap
+ * @param {{ bitmap: ImageBitmap, width: number, height: number }} of
  * @param {(fraction: number) => void} progress
  * @returns {Promise<Float32Array[]>}
  */
-export async function findFaces(bitmap, progress) {
+export async function findFaces({ bitmap, width, height }, progress) {
   const scale = Math.min(1, LONGEST / Math.max(bitmap.width, bitmap.height));
   const photo = await createImageBitmap(bitmap, {
     resizeWidth: Math.round(scale * bitmap.width),
     resizeHeight: Math.round(scale * bitmap.height),
     resizeQuality: 'high',
   });
-  const [sx, sy] = [bitmap.width / photo.width, bitmap.height / photo.height];
+  const [sx, sy] = [width / photo.width, height / photo.height];
   stopFinding();
   const seeker = (worker = new Worker(new URL('./faces.worker.js', import.meta.url)));
   try {

@@ -13,7 +13,8 @@ export function createFitter({ modelUrl, expressionsUrl }) {
   /** @type {Worker | null} */
   let worker = null;
   let count = 0;
-  /** @type {Map<number, { done: (answer: any) => void, failed: (error: Error) => void }>} */
+  const urls = { modelUrl: modelUrl.href, expressionsUrl: expressionsUrl?.href ?? null };
+  /** @type {Map<number, { done: (answer: any) => void, failed: (error: Error) => void, progress?: (part: number) => void }>} */
   const waiting = new Map();
 
   /** @param {Error} error */
@@ -24,12 +25,17 @@ export function createFitter({ modelUrl, expressionsUrl }) {
     waiting.clear();
   }
 
-  /** @param {string} task @param {Record<string, unknown>} wish @returns {Promise<any>} */
-  function ask(task, wish) {
+  /**
+   * @param {string} task @param {Record<string, unknown>} wish
+   * @param {(part: number) => void} [progress]
+   * @returns {Promise<any>}
+   */
+  function ask(task, wish, progress) {
     if (!worker) {
       worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
       worker.onmessage = ({ data }) => {
         const asked = waiting.get(data.id);
+        if (data.progress !== undefined) return asked?.progress?.(data.progress);
         waiting.delete(data.id);
         if (data.error !== undefined) asked?.failed(new Error(data.error));
         else asked?.done(data.answer);
@@ -38,7 +44,7 @@ export function createFitter({ modelUrl, expressionsUrl }) {
     }
     const id = (count += 1);
     return new Promise((done, failed) => {
-      waiting.set(id, { done, failed });
+      waiting.set(id, { done, failed, progress });
       worker?.postMessage({ id, task, ...wish });
     });
   }
@@ -65,8 +71,14 @@ export function createFitter({ modelUrl, expressionsUrl }) {
         scale: 1 / scale,
       };
     },
-    /** @param {object} photo of `pixels` @returns {Promise<import('phiz').PhotoFit>} */
-    fit: (photo) => ask('fit', { modelUrl: modelUrl.href, expressionsUrl: expressionsUrl?.href ?? null, photo }),
+    /** Loads what fits need, ahead of the first. @returns {Promise<unknown>} */
+    prepare: () => ask('prepare', urls),
+    /**
+     * @param {object} photo of `pixels`
+     * @param {(part: number) => void} progress the part of the steps that are done
+     * @returns {Promise<import('phiz').PhotoFit>}
+     */
+    fit: (photo, progress) => ask('fit', { ...urls, photo }, progress),
     /** @param {{ width: number, height: number }} photo of `pixels` @param {import('phiz').PhotoFit} fit */
     edit: ({ width, height }, fit) => ask('edit', { photo: { width, height }, fit }),
     /**

@@ -1,16 +1,23 @@
 // A file becomes pixels, the right way up, or a sentence that says why not.
 import { Failure } from '../failure.js';
+import { drawnByProcessor } from '../graphics.js';
 import { text } from '../text.js';
 import { headerOf } from './exif.js';
 
-/** What is worked on, pixels: with its copies for the screen and for the file, below half a gigabyte. */
-const WORKED_ON = 24e6;
-/** Decoding takes four bytes a pixel for a moment, whatever is worked on afterwards. */
+/**
+ * What is kept while a photo is edited is at most so many pixels a side: faces are found, points corrected and
+ * changes shown on it (the screen of a processor gets fewer, but faces are looked for in as many). The photo
+ * itself is decoded again from its file when it is saved.
+ */
+const WORKED_ON = drawnByProcessor() ? 2560 : 4096;
+/** What is saved, pixels: decoded, drawn and encoded it takes some ten bytes a pixel for a moment. */
+const SAVED = 51e6;
+/** Decoding takes four bytes a pixel for a moment, whatever is made of it. */
 const OPENED = 100e6;
 /** No face fits into less, px. */
 const SMALLEST = 32;
-/** Textures are not larger on most graphics cards. */
-const LONGEST = 8192;
+/** Canvases are not larger in some browsers. */
+const LONGEST = 16384;
 /** EXIF stands before the picture; JPEG's is at most 64 kB. */
 const HEAD = 1 << 20;
 /** The shapes of what sensors give; anything else was cut, and then its focal length is another's. */
@@ -18,13 +25,19 @@ const WHOLE = [4 / 3, 3 / 2, 16 / 9];
 
 /** @typedef {Awaited<ReturnType<typeof readPhoto>>} Photo */
 
-/** Of what is decoded; null when it has as many pixels as can be worked on. @param {number} width @param {number} height */
-function smaller(width, height) {
+/** The size in which a photo is saved, which is the file's if that can be. @param {number} width @param {number} height */
+function saved(width, height) {
   const pixels = width * height;
   if (pixels > OPENED) throw new Failure(text.photo.tooLarge(pixels / 1e6, OPENED / 1e6));
-  const scale = Math.min(1, Math.sqrt(WORKED_ON / pixels), LONGEST / Math.max(width, height));
+  const scale = Math.min(1, Math.sqrt(SAVED / pixels), LONGEST / Math.max(width, height));
+  return { width: Math.max(1, Math.round(scale * width)), height: Math.max(1, Math.round(scale * height)) };
+}
+
+/** What makes the picture to work on of one of this size; null when that is small enough. @param {number} width @param {number} height */
+function smaller(width, height) {
+  const scale = Math.min(1, WORKED_ON / Math.max(width, height));
   // The height follows from the width.
-  return scale < 1 ? { resizeWidth: Math.round(scale * width), resizeQuality: /** @type {const} */ ('high') } : null;
+  return scale < 1 ? { resizeWidth: Math.max(1, Math.round(scale * width)), resizeQuality: /** @type {const} */ ('high') } : null;
 }
 
 /**
@@ -36,34 +49,57 @@ export async function readPhoto(file, name) {
   if (file.size === 0) throw new Failure(text.photo.empty);
   const { kind, size, focal35 } = headerOf(await file.slice(0, HEAD).arrayBuffer());
   // What is too large is not even decoded.
-  const resize = size && smaller(...size);
+  if (size) saved(...size);
   let bitmap;
   try {
-    bitmap = await createImageBitmap(file, { imageOrientation: 'from-image', ...resize });
+    bitmap = await createImageBitmap(file, { imageOrientation: 'from-image', ...(size && smaller(...size)) });
   } catch {
     throw new Failure(kind === null ? text.photo.unreadable : kind === 'avif or heif' ? text.photo.undecodable : text.photo.damaged);
   }
+  /** @type {readonly [number, number]} */
   const whole = size ?? [bitmap.width, bitmap.height];
-  const later = size ? null : smaller(bitmap.width, bitmap.height);
-  if (later) {
-    const large = bitmap;
-    bitmap = await createImageBitmap(large, later).finally(() => large.close());
-  }
   if (Math.min(...whole) < SMALLEST) {
     bitmap.close();
     throw new Failure(text.photo.tooSmall);
   }
-  const { width, height } = bitmap;
+  const { width, height } = saved(...whole);
+  const later = size ? null : smaller(...whole);
+  if (later) {
+    const large = bitmap;
+    bitmap = await createImageBitmap(large, later).finally(() => large.close());
+  }
   const ratio = Math.max(width, height) / Math.min(width, height);
   const uncut = WHOLE.some((shape) => Math.abs(ratio / shape - 1) < 0.02);
   return {
     name,
+    file,
+    /** The picture to work on, as large as the photo or smaller. */
     bitmap,
+    /** px of the photo as it is saved, in which all else is told. */
     width,
     height,
-    /** The file's own size, where it is worked on smaller; else null. */
-    reduced: resize || later ? { width: whole[0], height: whole[1] } : null,
+    /** The file's own size, where it is saved smaller; else null. */
+    reduced: width < whole[0] ? { width: whole[0], height: whole[1] } : null,
     /** px, or undefined: then it is estimated. */
     focal: uncut && focal35 !== null ? (Math.max(width, height) * focal35) / 36 : undefined,
   };
+}
+
+/**
+ * All pixels of a photo, from its file again when what is worked on has fewer. Who asks closes it.
+ * @param {Photo} photo
+ * @throws Failure with a sentence
+ */
+export async function decodeAgain({ file, bitmap, width, height, reduced }) {
+  if (bitmap.width === width && bitmap.height === height) return createImageBitmap(bitmap);
+  const resize = reduced && { resizeWidth: width, resizeHeight: height, resizeQuality: /** @type {const} */ ('high') };
+  let whole;
+  try {
+    whole = await createImageBitmap(file, { imageOrientation: 'from-image', ...resize });
+  } catch {
+    throw new Failure(text.photo.gone);
+  }
+  if (whole.width === width && whole.height === height) return whole;
+  whole.close();
+  throw new Failure(text.photo.gone);
 }

@@ -4,9 +4,10 @@ import { Failure } from '../failure.js';
 import { drawnByProcessor } from '../graphics.js';
 import { sameExpression } from '../history.js';
 import { icon } from '../icons.js';
-import { createSlider } from '../slider.js';
 import { text } from '../text.js';
 import { createChoice } from './choose.js';
+import { createColours } from './colours.js';
+import { createComparison } from './compare.js';
 import { createCorrection } from './correct.js';
 import { findFaces, stopFinding } from './faces.js';
 import { Cancelled, createFitter } from './fitter.js';
@@ -21,8 +22,6 @@ import { createWarp } from './warp.js';
 const LEAST_FACE = 40;
 /** The stage's picture has at most so many pixels a side; the file has all. A processor draws fewer. */
 const LONGEST_SHOWN = drawnByProcessor() ? 2048 : 4096;
-/** Texels a side of the colours that the 3D head takes from the photo. */
-const COLOURS = 1024;
 /** What the example's portrait is called. */
 const EXAMPLE = 'astronaut.jpg';
 
@@ -64,13 +63,6 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   /** What the present face changes. @type {import('./warp.js').Field | null} */
   let field = null;
   let editable = false;
-  /** What the photo says of the head's colours; undefined before it was asked. @type {{ size: number, rgba: Uint8ClampedArray } | null | undefined} */
-  let colours;
-  /** What of that the head has on. @type {typeof colours | null} */
-  let worn = null;
-  let comparing = false;
-  let strength = 100;
-  let split = 0;
   /** Each photo that is opened is a visit: what comes late for an earlier one is dropped. */
   let visit = 0;
   /** @type {Mode} */
@@ -79,22 +71,21 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   let before = 'empty';
 
   // The stage.
-  const view = createView({ hold: compare });
+  const comparison = createComparison({ changed: draw, allowed: () => mode === 'ready' });
+  const view = createView({ hold: comparison.hold });
   const warp = createWarp(view.canvas);
   const choice = createChoice(view, (i) => void take(i));
   const correction = createCorrection(view, { changed: () => (again.disabled = false), leave: () => again.focus() });
-  const placing = createPlacing(view, { changed: (points) => correction.open(photo?.bitmap ?? null, points) });
+  const placing = createPlacing(view, { changed: (points) => correction.open(photo, points) });
   const side = (/** @type {string} */ value, /** @type {string} */ words, /** @type {boolean} */ checked) =>
     element('label', {}, element('input', { type: 'radio', name: 'photo-side', value, checked, onchange: turn }), element('span', {}, words));
   const photoSide = side('photo', text.photo.photoSide, true);
   const sides = element('div', { class: 'photo-sides', role: 'radiogroup', 'aria-label': text.photo.sides, hidden: true }, photoSide, side('head', text.photo.headSide, false));
-  const line = element('input', { type: 'range', id: 'photo-split', min: 0, max: 100, value: 0, oninput: () => setSplit(line.valueAsNumber) });
-  const beforeAfter = element('div', { class: 'photo-split', hidden: true }, element('label', { for: 'photo-split' }, text.photo.split), line);
-  view.root.append(beforeAfter);
+  view.root.append(comparison.beforeAfter);
   // Over the head, under the buttons that stand on the stage.
   stage.querySelector('canvas')?.after(view.root, sides);
 
-  const coloured = element('input', { type: 'checkbox', id: 'photo-colours', checked: true, onchange: () => void dress() });
+  const colours = createColours({ fitter, allowed: () => editable, wear, complain: (sentence) => say(sentence, true) });
 
   // The panel.
   const status = element('p', { class: 'photo-status', role: 'status' });
@@ -112,29 +103,13 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
       picker.value = '';
     },
   });
-  const hold = element('button', { type: 'button', class: 'button hold', 'aria-pressed': 'false' }, text.photo.hold);
   const back = button(text.photo.own, () => own && editor.take(own.code, own.expression));
   const again = button(text.photo.fitAgain, () => void fit(correction.points), 'primary');
   const asDetected = button(text.photo.asDetected, () => {
     if (!detected) return;
-    correction.open(photo?.bitmap ?? null, detected);
+    correction.open(photo, detected);
     again.disabled = false;
   });
-  const strengthSlider = createSlider({
-    name: text.photo.strength,
-    label: text.photo.strength,
-    id: 'photo-strength',
-    about: text.photo.strengthAbout,
-    limits: [0, 100],
-    step: 1,
-    key: 1,
-    neutral: 100,
-    words: text.percent,
-    typed: { label: text.photo.strengthTyped, unit: '%', min: 0, max: 100, step: 1, show: Math.round, take: setStrength },
-    move: setStrength,
-    finish() {},
-  });
-  strengthSlider.show(strength);
   const quality = element('p', { class: 'note' });
   const size = element('p', { class: 'note' });
   const placeAnyway = () => button(text.photo.placeByHand, startPlacing);
@@ -182,10 +157,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
         { class: 'part', 'aria-label': text.photo.change },
         element('h3', {}, text.photo.change),
         element('p', { class: 'note' }, text.photo.changeAbout),
-        strengthSlider.root,
-        hold,
+        comparison.strengthSlider,
+        comparison.button,
         element('div', { class: 'row' }, back),
-        element('label', { class: 'check' }, coloured, text.photo.colours),
+        colours.root,
       ),
       element(
         'section',
@@ -231,7 +206,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     correction.compare(mode === 'adjust' ? fittedPoints() : null);
     asDetected.hidden = detected === null;
     another.hidden = faces.length < 2;
-    beforeAfter.hidden = mode !== 'ready' || !editable;
+    comparison.beforeAfter.hidden = mode !== 'ready' || !editable;
     if (mode === 'choose' || points) photoOnStage();
     turn();
     draw();
@@ -249,68 +224,16 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     stage.classList.toggle('has-photo', photo !== null);
     stage.classList.toggle('shows-photo', covered);
     sleep(covered);
-    if (!covered) void dress();
-  }
-  /** The head, once somebody looks at it, has the photo's colours, if that is wanted. */
-  async function dress() {
-    const wanted = coloured.checked && editable;
-    if (wanted && colours === undefined) {
-      const here = visit;
-      colours = null;
-      try {
-        const found = await fitter.texture(COLOURS);
-        if (here !== visit) return;
-        colours = found;
-      } catch (error) {
-        if (here === visit && !(error instanceof Cancelled)) say(text.photo.noColours(error instanceof Error ? error.message : String(error)), true);
-        return;
-      }
-    }
-    const shown = coloured.checked && editable ? (colours ?? null) : null;
-    if (shown === worn) return;
-    worn = shown;
-    wear(shown);
+    if (!covered) void colours.dress();
   }
   function draw() {
     if (!photo) return;
-    const changed = mode === 'ready' && !comparing ? field : null;
-    const at = changed && split > 0 ? split / 100 : null;
-    warp.draw(changed, { strength: strength / 100, split: at, scale: shown * (fitted?.scale ?? 1) });
-    view.split(mode === 'ready' && split > 0 && !comparing ? split / 100 : null);
+    const { held, strength, split } = comparison;
+    const changed = mode === 'ready' && !held ? field : null;
+    warp.draw(changed, { strength, split: changed && split, scale: shown * (fitted?.scale ?? 1) });
+    view.split(mode === 'ready' && !held ? split : null);
     if (warp.lost) say(text.lostContext, true);
   }
-  /** @param {number} percent */
-  function setStrength(percent) {
-    strength = percent;
-    strengthSlider.show(percent);
-    draw();
-  }
-  /** @param {number} percent */
-  function setSplit(percent) {
-    split = percent;
-    draw();
-  }
-  /** The photo as it was, for as long as something is held. @param {boolean} down */
-  function compare(down) {
-    if (comparing === down || mode !== 'ready') return;
-    comparing = down;
-    hold.setAttribute('aria-pressed', String(down));
-    draw();
-  }
-  hold.addEventListener('pointerdown', (event) => {
-    if (event.button !== 0) return;
-    hold.setPointerCapture(event.pointerId);
-    compare(true);
-  });
-  for (const end of ['pointerup', 'pointercancel', 'blur']) hold.addEventListener(end, () => compare(false));
-  hold.addEventListener('keydown', (event) => {
-    if (event.key !== ' ' && event.key !== 'Enter') return;
-    event.preventDefault();
-    compare(true);
-  });
-  hold.addEventListener('keyup', (event) => (event.key === ' ' || event.key === 'Enter') && compare(false));
-  hold.addEventListener('contextmenu', (event) => event.preventDefault());
-
   // The photo follows the face: one question at a time, the last state wins.
   let asking = false;
   let asked = false;
@@ -406,7 +329,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     faces = [];
     detected = fitted = own = field = null;
     editable = false;
-    split = line.valueAsNumber = 0;
+    comparison.reset();
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     warp.setPhoto(picture);
     photoOnStage();
@@ -418,10 +341,13 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   /** @param {number} here */
   async function search(here) {
     if (!photo) return;
+    bar.value = 0;
     say(text.photo.searching);
     show('busy');
+    // The fit is wanted next; if it cannot be prepared, it says why then.
+    fitter.prepare().catch(() => {});
     try {
-      faces = await findFaces(photo.bitmap, (fraction) => here === visit && (bar.value = fraction));
+      faces = await findFaces(photo, (fraction) => here === visit && (bar.value = fraction));
     } catch (error) {
       retry.hidden = false;
       if (here === visit) complain(error, 'none');
@@ -443,7 +369,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   /** One of the faces. @param {number} i */
   async function take(i) {
     detected = ibugOf(faces[i]);
-    correction.open(photo?.bitmap ?? null, detected);
+    correction.open(photo, detected);
     await fit(detected);
   }
 
@@ -459,13 +385,16 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
       return show(mode === 'adjust' || mode === 'place' ? mode : 'none');
     }
     const from = mode === 'adjust' || mode === 'place' ? mode : 'none';
-    bar.removeAttribute('value');
+    bar.value = 0;
     say(text.photo.fitting);
     editable = false;
     show('busy');
     try {
       const pixels = fitter.pixels(photo, points);
-      const [found] = await Promise.all([fitter.fit(pixels), expressions.any ? expressions.load() : undefined]);
+      const [found] = await Promise.all([
+        fitter.fit(pixels, (part) => here === visit && (bar.value = part)),
+        expressions.any ? expressions.load() : undefined,
+      ]);
       if (here !== visit) return;
       if (found.quality.refusal) {
         say(text.photo.refused(found.quality.refusal), true);
@@ -483,7 +412,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
       await fitter.edit(pixels, base);
       if (here !== visit) return;
       editable = true;
-      colours = undefined;
+      colours.forget();
       field = null;
       view.closeTo(around(points, 1));
       quality.textContent = text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm);
@@ -500,7 +429,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     if (!fitted) return;
     before = 'ready';
     again.disabled = true;
-    correction.open(photo?.bitmap ?? null, fitted.points);
+    correction.open(photo, fitted.points);
     view.closeTo(around(fitted.points, 0.18));
     say('');
     show('adjust');
@@ -533,10 +462,9 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     // The sentence shows before the work begins.
     await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
     try {
-      const { bitmap } = photo;
       const changed = field;
-      const options = { strength: strength / 100, scale: fitted.scale };
-      const change = changed && strength > 0 ? (/** @type {import('./save.js').Take} */ put) => warp.render(bitmap, changed, options, put) : null;
+      const options = { strength: comparison.strength, scale: fitted.scale };
+      const change = changed && options.strength > 0 ? (/** @type {OffscreenCanvasRenderingContext2D} */ context) => warp.render(context, changed, options) : null;
       const { file, bytes } = await savePhoto(photo, change, type);
       say(text.exported(file, bytes));
     } catch (error) {
@@ -558,7 +486,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
         fitted: fittedPoints(),
         fit: fitted?.fit ?? null,
         field,
-        worn: worn !== null,
+        worn: colours.worn,
       };
     },
   };

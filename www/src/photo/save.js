@@ -1,19 +1,19 @@
 import { save } from '../save.js';
 import { text } from '../text.js';
+import { decodeAgain } from './read.js';
 import { withXmp, xmpPacket } from './xmp.js';
 
 /** As cameras write it; below, skin shows blocks. */
 const QUALITY = 0.95;
 
-/** @typedef {(pixels: ImageData, x: number, y: number) => void} Take */
-
 /**
  * The whole photo with what was changed over it, as a file that says that it was edited.
- * @param {{ bitmap: ImageBitmap, width: number, height: number, name: string }} photo
- * @param {((take: Take) => Promise<void>) | null} change draws what is changed, part by part
+ * @param {import('./read.js').Photo} photo
+ * @param {((context: OffscreenCanvasRenderingContext2D) => void) | null} change changes all its pixels on a canvas
  * @param {'image/png' | 'image/jpeg'} type
  */
-export async function savePhoto({ bitmap, width, height, name }, change, type) {
+export async function savePhoto(photo, change, type) {
+  const { width, height, name } = photo;
   // In the processor's memory: on the card it would be there once more.
   const canvas = new OffscreenCanvas(width, height);
   const context = canvas.getContext('2d', { alpha: type === 'image/png', willReadFrequently: true });
@@ -23,9 +23,14 @@ export async function savePhoto({ bitmap, width, height, name }, change, type) {
     context.fillStyle = '#fff';
     context.fillRect(0, 0, width, height);
   }
-  context.drawImage(bitmap, 0, 0);
-  await change?.((pixels, x, y) => context.putImageData(pixels, x, y));
+  const whole = await decodeAgain(photo);
+  context.drawImage(whole, 0, 0);
+  // It takes as much as the canvas.
+  whole.close();
+  change?.(context);
   const plain = await canvas.convertToBlob({ type, quality: QUALITY });
+  // Its memory goes now, not when somebody collects it.
+  canvas.width = canvas.height = 1;
   const file = `${name.replace(/\.[^.]*$/, '') || 'photo'}-phiz.${type === 'image/png' ? 'png' : 'jpg'}`;
   const blob = change ? await withXmp(plain, xmpPacket(text.photo.editedNote)) : plain;
   save(blob, file);

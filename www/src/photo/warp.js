@@ -226,13 +226,14 @@ export function createWarp(canvas) {
       redraw();
     },
     /**
-     * The pixels that a field changes of a photo of any size, square by square.
-     * @param {ImageBitmap | HTMLCanvasElement} photo
+     * Changes a photo of any size where it is, square by square. What a square is made of reaches into those
+     * around it, so each is put back when nothing is read any more of where it is.
+     * @param {OffscreenCanvasRenderingContext2D} context of a canvas that holds the photo
      * @param {Field} field
      * @param {{ strength: number, scale: number }} options
-     * @param {(pixels: ImageData, x: number, y: number) => void} take
      */
-    async render(photo, field, { strength, scale }, take) {
+    render(context, field, { strength, scale }) {
+      const photo = context.canvas;
       let most = 0;
       for (const motion of field.motion) most = Math.max(most, Math.abs(motion));
       const around = Math.ceil(most * strength * scale) + TAPS;
@@ -242,17 +243,27 @@ export function createWarp(canvas) {
       const bottom = Math.min(photo.height, Math.ceil((field.top + (field.rows - 1) * field.step) * scale));
       const target = gl.createTexture();
       const frame = gl.createFramebuffer();
+      /** @type {[ImageData, number, number][]} */
+      let made = [];
+      /** Puts back what ends above a row. @param {number} row */
+      const putBack = (row) => {
+        made = made.filter(([pixels, x, y]) => {
+          if (y + pixels.height > row) return true;
+          context.putImageData(pixels, x, y);
+          return false;
+        });
+      };
       try {
         for (let y = top; y < bottom; y += TILE) {
+          putBack(y - around);
           for (let x = left; x < right; x += TILE) {
             const [width, height] = [Math.min(TILE, right - x), Math.min(TILE, bottom - y)];
             const [from, above] = [Math.max(0, x - around), Math.max(0, y - around)];
             const to = Math.min(photo.width, x + width + around);
             const below = Math.min(photo.height, y + height + around);
-            const part = await createImageBitmap(photo, from, above, to - from, below - above);
+            const part = context.getImageData(from, above, to - from, below - above);
             if (gl.isContextLost()) throw new Error('the graphics card was lost while the photo was drawn');
             upload(0, textures[3], part);
-            part.close();
             gl.activeTexture(gl.TEXTURE3);
             gl.bindTexture(gl.TEXTURE_2D, target);
             gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
@@ -267,9 +278,10 @@ export function createWarp(canvas) {
             gl.drawArrays(gl.TRIANGLES, 0, 3);
             const pixels = new ImageData(width, height);
             gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(pixels.data.buffer));
-            take(pixels, x, y);
+            made.push([pixels, x, y]);
           }
         }
+        putBack(Infinity);
       } finally {
         gl.deleteFramebuffer(frame);
         gl.deleteTexture(target);

@@ -25,19 +25,29 @@ async function loadModel(url, expressions) {
   const [bytes, more] = await Promise.all([bytesOf(url), expressions && bytesOf(expressions)]);
   const loaded = await load(bytes);
   if (more) await loaded.loadExpressions(more);
+  await loaded.preparePhotos();
   return loaded;
 }
 
-/** @type {Record<string, (wish: any) => Promise<{ answer: unknown, transfer?: Transferable[] }>>} */
+/** What fits photos: loaded once, and once more when it did not come. @param {{ modelUrl: string, expressionsUrl: string | null }} urls */
+function prepared({ modelUrl, expressionsUrl }) {
+  model ??= loadModel(modelUrl, expressionsUrl).catch((error) => {
+    model = null;
+    throw error;
+  });
+  return model;
+}
+
+/** @type {Record<string, (wish: any, tell: (progress: number) => void) => Promise<{ answer: unknown, transfer?: Transferable[] }>>} */
 const TASKS = {
-  async fit({ modelUrl, expressionsUrl, photo }) {
-    model ??= loadModel(modelUrl, expressionsUrl);
-    const loaded = await model.catch((error) => {
-      model = null;
-      throw error;
-    });
+  async prepare(wish) {
+    await prepared(wish);
+    return { answer: true };
+  },
+  async fit({ photo, ...wish }, progress) {
+    const loaded = await prepared(wish);
     pixels = photo.rgba;
-    return { answer: await loaded.fitPhoto(photo) };
+    return { answer: await loaded.fitPhoto({ ...photo, progress }) };
   },
   async edit({ photo, fit }) {
     edit?.free();
@@ -57,7 +67,7 @@ const TASKS = {
 
 addEventListener('message', async ({ data: { id, task, ...wish } }) => {
   try {
-    const { answer, transfer = [] } = await TASKS[task](wish);
+    const { answer, transfer = [] } = await TASKS[task](wish, (progress) => postMessage({ id, progress }));
     postMessage({ id, answer }, { transfer });
   } catch (error) {
     postMessage({ id, error: error instanceof Error ? error.message : String(error) });

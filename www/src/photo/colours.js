@@ -1,0 +1,62 @@
+import { element } from '../element.js';
+import { text } from '../text.js';
+import { Cancelled } from './fitter.js';
+
+/** Texels a side of the colours that the 3D head takes from the photo. */
+const SIDE = 1024;
+
+/** @typedef {{ size: number, rgba: Uint8ClampedArray }} Colours */
+
+/**
+ * The 3D head's colours: the photo's once somebody looks at it, if that is wanted, or its own.
+ *
+ * @param {{
+ *   fitter: import('./fitter.js').Fitter,
+ *   allowed: () => boolean,
+ *   wear: (colours: Colours | null) => void,
+ *   complain: (sentence: string) => void,
+ * }} parts `allowed`: there is a photo that says something of them
+ */
+export function createColours({ fitter, allowed, wear, complain }) {
+  /** What the photo says; undefined before it was asked. @type {Colours | null | undefined} */
+  let found;
+  /** What of that the head has on. @type {Colours | null} */
+  let worn = null;
+  /** What comes late for an earlier photo is dropped. */
+  let asked = 0;
+  const box = element('input', { type: 'checkbox', id: 'photo-colours', checked: true, onchange: () => void dress() });
+
+  async function dress() {
+    const wanted = () => box.checked && allowed();
+    if (wanted() && found === undefined) {
+      const here = (asked += 1);
+      found = null;
+      try {
+        const colours = await fitter.texture(SIDE);
+        if (here !== asked) return;
+        found = colours;
+      } catch (error) {
+        if (here === asked && !(error instanceof Cancelled)) complain(text.photo.noColours(error instanceof Error ? error.message : String(error)));
+        return;
+      }
+    }
+    const shown = wanted() ? (found ?? null) : null;
+    if (shown === worn) return;
+    worn = shown;
+    wear(shown);
+  }
+
+  return {
+    /** For the panel. */
+    root: element('label', { class: 'check' }, box, text.photo.colours),
+    dress,
+    /** The photo or its fit is another. */
+    forget() {
+      asked += 1;
+      found = undefined;
+    },
+    get worn() {
+      return worn !== null;
+    },
+  };
+}
