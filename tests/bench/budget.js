@@ -36,15 +36,16 @@ function meter() {
 }
 
 /**
- * @returns {Promise<Record<string, { ms: number, draws: number, upload: number }>>} for each slider the main
- *   thread's milliseconds beside WebGL, the drawings and the ranges that go to the graphics card, a frame
+ * @returns {Promise<Record<string, { ms: number, events: number, draws: number, upload: number }>>} for each
+ *   slider the main thread's milliseconds beside WebGL (of them the event's), the drawings and the ranges
+ *   that go to the graphics card, a frame
  */
 export async function budget() {
   const site = await serve();
   const browser = await launch();
   const { context, page } = await open(browser, site);
   await page.evaluate(meter);
-  /** @type {Record<string, { ms: number, draws: number, upload: number }>} */
+  /** @type {Record<string, { ms: number, events: number, draws: number, upload: number }>} */
   const found = {};
   const drag = (/** @type {string} */ name) =>
     page.getByRole('slider', { name, exact: true }).evaluate(async (input, frames) => {
