@@ -197,6 +197,12 @@ need_wasm_tools() {
 WASM_FEATURES=(--enable-bulk-memory --enable-bulk-memory-opt --enable-nontrapping-float-to-int
     --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue)
 
+# What makes the face's module small and leaves its kernels as fast: they are written for four numbers at
+# a time, and all else works on a face once. Loops are not turned into vectors by the compiler nor
+# unrolled to a length that it does not know, and what is larger than a call is called.
+SMALL="-C no-vectorize-loops -C llvm-args=-unroll-runtime=false -C llvm-args=-unroll-allow-partial=false"
+SMALL+=" -C llvm-args=-inline-threshold=25 -C llvm-args=-inlinehint-threshold=25"
+
 # wasm BUILD NAME FEATURES TARGET RUSTFLAGS [WASM-OPT FLAG...]: one build of a module,
 # pkg/BUILD/NAME.js. Builds with the same flags share a TARGET, and so what they depend on.
 wasm() {
@@ -212,15 +218,19 @@ wasm() {
         --features "$features"
     quietly "bindings-$build" wasm-bindgen --target web --out-name "$name" \
         --out-dir "$out/bindings" "$out/wasm32-unknown-unknown/wasm/phiz.wasm"
+    local module=$out/bindings/${name}_bg.wasm
+    quietly "panics-$build" node src/wasm/without-panics.js \
+        "$TOOLS/binaryen-$BINARYEN/node_modules/binaryen/index.js" "$module" "$module.trap"
     mkdir -p "pkg/$build"
     cp "$out/bindings/$name.js" "pkg/$build/$name.js"
-    quietly "optimise-$build" wasm-opt -O3 --strip-debug --strip-producers \
-        "${WASM_FEATURES[@]}" "$@" "$out/bindings/${name}_bg.wasm" -o "pkg/$build/${name}_bg.wasm"
+    # Functions that one other calls are not put into it: many begin alike, and gzip finds that.
+    quietly "optimise-$build" wasm-opt -O3 -ocimfs=1 --strip-debug --strip-producers \
+        "${WASM_FEATURES[@]}" "$@" "$module.trap" -o "pkg/$build/${name}_bg.wasm"
 }
 
 scalar_builds() {
-    wasm scalar phiz "" scalar ""
-    wasm photo photo photo scalar ""
+    wasm scalar phiz "" scalar "$SMALL"
+    wasm photo photo photo photo ""
 }
 
 package() {
@@ -231,7 +241,7 @@ package() {
     # two at most: one build of that is enough.
     scalar_builds &
     local scalar=$!
-    wasm simd phiz "" simd "-C target-feature=+simd128" --enable-simd
+    wasm simd phiz "" simd "-C target-feature=+simd128 $SMALL" --enable-simd
     wait "$scalar"
     cp www/phiz/index.js www/phiz/index.d.ts www/phiz/package.json README.md LICENSE-* pkg/
     rm -rf pkg/export

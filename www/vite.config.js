@@ -23,6 +23,28 @@ export const packageAlias = [
 /** @param {string} name */
 const page = (name) => fileURLToPath(new URL(`${name}/index.html`, import.meta.url));
 
+/**
+ * What the first face takes beside what the page names: asked for with the page, not once its first
+ * module has run.
+ * @param {import('vite').Rolldown.OutputBundle} bundle
+ */
+function firstModules(bundle) {
+  const chunks = Object.values(bundle).flatMap((file) => (file.type === 'chunk' ? [file] : []));
+  /** @type {Set<string>} */
+  const names = new Set();
+  const add = (/** @type {string} */ name) => {
+    if (names.has(name)) return;
+    names.add(name);
+    for (const other of chunks.find(({ fileName }) => fileName === name)?.imports ?? []) add(other);
+  };
+  for (const path of [/\/src\/stage\.js$/, /\/pkg\/simd\/phiz\.js$/]) {
+    const found = chunks.find(({ moduleIds }) => moduleIds.some((id) => path.test(id)));
+    if (!found) throw new Error(`no chunk has ${path}`);
+    add(found.fileName);
+  }
+  return [...names];
+}
+
 export default defineConfig({
   // Relative, so that the site works under any path.
   base: './',
@@ -55,6 +77,23 @@ export default defineConfig({
           injectTo: 'head-prepend',
         },
       ],
+    },
+    {
+      name: 'first-modules',
+      apply: 'build',
+      transformIndexHtml: {
+        order: 'post',
+        handler(html, { path, bundle }) {
+          if (path !== '/index.html' || !bundle) return [];
+          return firstModules(bundle)
+            .filter((name) => !html.includes(name))
+            .map((name) => ({
+              tag: 'link',
+              attrs: { rel: 'modulepreload', crossorigin: true, href: `./${name}` },
+              injectTo: /** @type {const} */ ('head'),
+            }));
+        },
+      },
     },
   ],
 });

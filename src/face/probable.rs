@@ -8,10 +8,15 @@ use nalgebra::DMatrix;
 
 use crate::model::FaceModel;
 
-/// The product of two matrices, in one place of the code.
+/// The product of two matrices, in one place of the code, column by column: nalgebra's own for matrices
+/// of any size has kernels that take as much of the module as drawing a face, and these are small.
 #[inline(never)]
 pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
-    a * b
+    let mut product = DMatrix::zeros(a.nrows(), b.ncols());
+    for (mut column, right) in product.column_iter_mut().zip(b.column_iter()) {
+        column.gemv(1.0, a, &right, 0.0);
+    }
+    product
 }
 
 /// The inverse of a positive definite matrix times another; `None` when it is not definite.

@@ -13,7 +13,7 @@ const TYPES = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '
 const MOST = 500_000;
 const MOST_IN_ALL = 2_500_000;
 /** What is asked for once the face is on the screen. */
-const LATER = /^\/(model\.phiz|assets\/designer-)/;
+const LATER = /^\/(model\.phiz|assets\/(designer|slider)-)/;
 
 /** @type {import('playwright-core').Browser} */
 let browser;
@@ -75,8 +75,38 @@ async function countingHost() {
 const drawn = (canvas) =>
   canvas.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(undefined)))));
 
+/** What the canvas holds when the first large mesh is on it, and whether the head was complete then. */
+function watch() {
+  const draw = WebGL2RenderingContext.prototype.drawElements;
+  WebGL2RenderingContext.prototype.drawElements = function (mode, count, ...rest) {
+    draw.call(this, mode, count, ...rest);
+    if (window.quick || count < 50_000 || this.getParameter(this.FRAMEBUFFER_BINDING)) return;
+    window.quick = { complete: document.documentElement.dataset.face ?? '', url: '' };
+    queueMicrotask(() => (window.quick.url = this.canvas.toDataURL()));
+  };
+}
+
 /** @param {import('playwright-core').Locator} what @param {string} name */
 const look = async (what, name) => decodePng(await what.screenshot({ path: join(SCREENSHOTS, `${name}.png`) }));
+
+/**
+ * How far the colours of two pictures are apart on average, of 255, in a part of them; of the second, at
+ * one place when that is given.
+ * @param {ReturnType<typeof decodePng>} a @param {ReturnType<typeof decodePng>} b
+ * @param {readonly number[]} part left, top, right, bottom, fractions
+ * @param {readonly number[]} [place]
+ */
+function meanApart(a, b, [left, top, right, bottom], place) {
+  const { width, height } = a;
+  let [sum, count] = [0, 0];
+  for (let y = Math.round(top * height); y < bottom * height; y++) {
+    for (let x = Math.round(left * width); x < right * width; x++, count++) {
+      const [u, v] = place ? [Math.round(place[0] * width), Math.round(place[1] * height)] : [x, y];
+      for (let k = 0; k < 3; k++) sum += Math.abs(a.rgb[3 * (y * width + x) + k] - b.rgb[3 * (v * width + u) + k]);
+    }
+  }
+  return sum / (3 * count);
+}
 
 describe('the first face', () => {
   test('the element shows it after half a megabyte, and the model replaces it unseen', async () => {
@@ -112,9 +142,11 @@ describe('the first face', () => {
       const host = await countingHost();
       const context = await browser.newContext({ viewport, reducedMotion: 'reduce', serviceWorkers: 'block' });
       const page = await context.newPage();
+      await page.addInitScript(watch);
       await page.goto(host.url);
       const canvas = page.locator('canvas.view');
       await page.getByText('The sliders are on their way').waitFor({ timeout: 60_000 });
+      await page.waitForFunction(() => document.documentElement.dataset.face === 'complete', null, { timeout: 60_000 });
       await drawn(canvas);
       // Where nothing will stand on the stage.
       const face = /** @type {const} */ ([0.1, 0.2, 0.9, 0.8]);
@@ -123,6 +155,15 @@ describe('the first face', () => {
       assert.ok(new Set(first.rgb).size > 100, 'a face is there');
       host.checkFirst('the page');
       assert.equal(await page.evaluate(() => 'designer' in window), false, 'it waits for the model');
+      // Before its skin and light were made, the head was there in plain colours, in the same place.
+      const { complete, url } = await page.evaluate(() => window.quick);
+      assert.equal(complete, '');
+      const quick = decodePng(Buffer.from(url.split(',')[1], 'base64'));
+      // A canvas that ends within a pixel is rounded another way in a screenshot.
+      assert.ok(quick.width === first.width && Math.abs(quick.height - first.height) <= 1);
+      const [likeFace, likeWall] = [meanApart(quick, first, [0.4, 0.3, 0.6, 0.7]), meanApart(quick, first, [0.4, 0.3, 0.6, 0.7], [0.02, 0.02])];
+      assert.ok(likeFace < 24, `its colours are ${likeFace} of 255 apart from the head's`);
+      assert.ok(likeWall > 2 * likeFace, `and the wall's ${likeWall}`);
 
       host.release();
       await page.waitForFunction(() => document.documentElement.dataset.ready === 'true', null, { timeout: 60_000 });

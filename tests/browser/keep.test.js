@@ -169,4 +169,87 @@ describe('nothing is lost', () => {
     assert.equal(await codeOf(page), random);
     await context.close();
   });
+
+  test('a saved face keeps its expression, in the browser and in a file; one from before says nothing of it', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    const shown = (/** @type {any} */ page) =>
+      page.evaluate(() => Object.fromEntries(Object.entries(window.designer.face.expression).map(([name, weight]) => [name, Math.round(100 * weight)])));
+    const smile = { mouthSmileLeft: 80, mouthSmileRight: 80 };
+    await page.getByRole('tab', { name: 'Expressions' }).click();
+    await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor({ timeout: 30_000 });
+    await moveSlider(page, 'Smile mouthSmile', 0.8);
+    const code = await codeOf(page);
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await page.getByRole('textbox', { name: 'Save this face as' }).fill('Smiler');
+    await page.keyboard.press('Enter');
+    const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Download Smiler' }).click()]);
+    const path = join(SCREENSHOTS, 'smiler.json');
+    await file.saveAs(path);
+    const content = JSON.parse(readFileSync(path, 'utf8'));
+    assert.equal(content.version, 2);
+    assert.deepEqual(content.expression, { mouthSmileLeft: 0.8, mouthSmileRight: 0.8 });
+
+    // A face at rest, saved, opens at rest; the smiler smiles; both are steps.
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    await page.getByRole('button', { name: 'Save', exact: true }).click();
+    const wait = (/** @type {any} */ page, /** @type {Record<string, number>} */ wanted) =>
+      page.waitForFunction(
+        (count) => Object.keys(window.designer.face.expression).length === count,
+        Object.keys(wanted).length,
+      );
+    await page.getByRole('button', { name: 'Open Smiler' }).click();
+    await wait(page, smile);
+    assert.deepEqual(await shown(page), smile);
+    await page.getByRole('button', { name: 'Open My face 2' }).click();
+    assert.deepEqual(await shown(page), {});
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await shown(page), smile);
+    await page.screenshot({ path: join(SCREENSHOTS, 'saved-expression.png') });
+
+    // To mix takes the shape alone, and says so.
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    await page.locator('.tray').getByRole('button', { name: 'Smiler' }).click();
+    await page.getByText('Only its shape is mixed in').waitFor();
+    await page.getByRole('button', { name: 'Take over' }).click();
+    assert.deepEqual(await shown(page), {});
+    await page.getByLabel('To', { exact: true }).selectOption({ label: 'Smiler' });
+    await page.getByText('expressions are left out on it').waitFor();
+
+    // The page again, without the panel having been opened: the expressions come with the face.
+    await page.reload();
+    await ready(page);
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await page.getByRole('button', { name: 'Open Smiler' }).click();
+    await wait(page, smile);
+    assert.deepEqual([await codeOf(page), await shown(page)], [code, smile]);
+
+    // Files: the new one, one with an expression that nobody has, and the old ones, which leave what there is.
+    const give = (/** @type {object} */ body) =>
+      page.locator('input[type=file]').first().setInputFiles({ name: 'face.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify(body)) });
+    await give({ ...content, name: 'Odd', expression: { jawOpen: 0.5, wiggleEars: 1, mouthClose: 'much', browInnerUp: -1 } });
+    await page.getByRole('button', { name: 'Open Odd' }).waitFor();
+    await wait(page, { jawOpen: 50 });
+    assert.deepEqual(await shown(page), { jawOpen: 50 });
+    const { expression, ...old } = content;
+    await give({ ...old, version: 1, name: 'Old' });
+    await page.getByRole('button', { name: 'Open Old' }).waitFor();
+    assert.deepEqual(await shown(page), { jawOpen: 50 });
+    await give({ ...content, name: 'Calm', expression: {} });
+    await page.getByRole('button', { name: 'Open Calm' }).waitFor();
+    await wait(page, {});
+    // A face that the browser kept before there were expressions.
+    await page.evaluate(() => {
+      const key = Object.keys(localStorage).find((name) => name.startsWith('phiz-faces-'));
+      const kept = JSON.parse(localStorage.getItem(key));
+      localStorage.setItem(key, JSON.stringify(kept.map(({ id, name, code }) => ({ id, name, code }))));
+    });
+    await page.reload();
+    await ready(page);
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await page.getByRole('button', { name: 'Open Smiler' }).click();
+    assert.deepEqual([await codeOf(page), await shown(page)], [code, {}]);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
 });

@@ -6,6 +6,7 @@ import { createRequire } from 'node:module';
 import { after, before, describe, test } from 'node:test';
 
 import { morphTargets, toGlb, toObj, toPly, toStl } from '../../pkg/export/index.js';
+import { expressionTargets } from '../../pkg/export/targets.js';
 import { load } from '../../pkg/index.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
@@ -282,5 +283,22 @@ describe('exports of a face with an expression', () => {
       assert.ok(error < 0.05, `${name}: ${error} mm`);
     }
     probe.free();
+  });
+
+  test('its targets are as long as what can be seen of them: a GLB with all is below 31 MB', async () => {
+    const glb = toGlb(face);
+    assert.ok(glb.length < 31e6, `${glb.length} bytes`);
+    // Normals that were left out, wholly or in part, are off by no more than the package says, a hundredth.
+    const mesh = (await parseGlb(glb)).scene.getObjectByName('face');
+    const wanted = [...morphTargets(face), ...expressionTargets(face)];
+    let most = 0;
+    let kept = 0;
+    for (const [t, { normals }] of wanted.entries()) {
+      const { array } = mesh.geometry.morphAttributes.normal[t];
+      most = Math.max(most, farthest(normals, array, (corner) => model.uvVertices[corner]));
+      kept = Math.max(kept, ...array);
+    }
+    assert.ok(most < 0.0101, `${most}`);
+    assert.ok(kept > 0.1, 'normals do turn');
   });
 });

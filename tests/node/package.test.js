@@ -21,6 +21,12 @@ test('Node takes the SIMD build by itself', () => {
   assert.equal(fastestBuild(), 'simd');
 });
 
+test('the module that pages load is at most 90 kB in gzip', async () => {
+  const module = await readFile(new URL('../../pkg/simd/phiz_bg.wasm', import.meta.url));
+  const { length } = gzipSync(module, { level: 9 });
+  assert.ok(length <= 90_000, `${length} bytes`);
+});
+
 for (const build of ['simd', 'scalar']) {
   describe(build, () => {
     let model;

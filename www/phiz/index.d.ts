@@ -19,6 +19,13 @@ export function load(
   options?: { build?: 'simd' | 'scalar' },
 ): Promise<FaceModel>;
 
+/**
+ * Fetches and compiles the module before there is a model to read: `load` waits for less.
+ *
+ * @throws Error when it does not come; `load` tries again
+ */
+export function prepare(options?: { build?: 'simd' | 'scalar' }): Promise<void>;
+
 /** The build that `load` takes by itself: `simd` where 128-bit instructions work. */
 export function fastestBuild(): 'simd' | 'scalar';
 

@@ -122,23 +122,34 @@ async function unpack(bytes) {
   return blob;
 }
 
+/** @param {'simd' | 'scalar'} build */
+function instance(build) {
+  let found = instances.get(build);
+  if (!found) {
+    found = instantiate(build);
+    instances.set(build, found);
+    // A failed download may be tried again.
+    found.catch(() => instances.delete(build));
+  }
+  return found;
+}
+
+/** @param {{ build?: 'simd' | 'scalar' }} [options] */
+export async function prepare({ build = fastestBuild() } = {}) {
+  await instance(build);
+}
+
 /**
  * @param {Uint8Array | ArrayBuffer} bytes
  * @param {{ build?: 'simd' | 'scalar' }} [options]
  */
 export async function load(bytes, { build = fastestBuild() } = {}) {
-  let instance = instances.get(build);
-  if (!instance) {
-    instance = instantiate(build);
-    instances.set(build, instance);
-    // A failed download may be tried again.
-    instance.catch(() => instances.delete(build));
-  }
+  const instantiated = instance(build);
   // A copy, as it was given, for the module that fits photos: should it come, it reads its own.
   const packed = new Uint8Array(bytes).slice();
   // The one comes in while the other is unpacked.
   const unpacked = unpack(packed);
-  const [{ glue, memory }, blob] = await Promise.all([instance, unpacked]);
+  const [{ glue, memory }, blob] = await Promise.all([instantiated, unpacked]);
   return new FaceModel(glue.FaceModel.parse(blob), memory, glue, packed);
 }
 

@@ -135,7 +135,7 @@ export function createCircle(editor, { portraits, say }) {
               build();
             },
           },
-          portraits.of(entry.code),
+          portraits.of(entry),
         );
         const place = element('div', { class: 'member' }, node, element('span', { class: 'share', 'aria-hidden': 'true' }));
         place.style.setProperty('--x', String(on[i][0]));

@@ -142,11 +142,15 @@ export async function createDesigner(model, stage, chosen) {
     preview: glow.hover,
     say: toast.say,
   });
-  const file = createExpressionFile(model, chosen.expressions, () => head.lookBy(measureTurns(model)));
+  const file = createExpressionFile(model, chosen.expressions, () => {
+    head.lookBy(measureTurns(model));
+    // Some of the faces that are shown small may have one.
+    portraits.retake();
+  });
   const expressions = createExpressions(editor, file);
   const meanings = createMeanings(editor, { distributions, limits });
   const compare = createCompare(editor, { library, display, stage: stage.root });
-  const saved = createSaved(editor, { library, portraits, say: toast.say });
+  const saved = createSaved(editor, { library, portraits, expressions: file, say: toast.say });
   const photo = createPhotoTab(editor, {
     stage: stage.root,
     files: { modelUrl: chosen.url, expressionsUrl: chosen.expressions },
@@ -220,7 +224,14 @@ export async function createDesigner(model, stage, chosen) {
   if (restored) address.write();
   // A link shows another face than the one that was being worked on: that one is not lost.
   const left = last && !restored && last.code !== face.code && last.code !== medianCode ? last.code : null;
-  const kept = left !== null && library.adopt(text.lastVisit(new Date().toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' })), left);
+  /** @type {Record<string, number>} */
+  let leftExpression = {};
+  if (left !== null && last?.expression) {
+    // What cannot be loaded now is not shown either; the shape is kept.
+    await file.load().then(() => (leftExpression = decodeExpression(model.expressions, last.expression))).catch(() => {});
+  }
+  const when = new Date().toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' });
+  const kept = left !== null && library.adopt(text.lastVisit(when), { code: left, expression: leftExpression });
   if (!chosen.known) toast.say(text.unknownModel);
   else if (refused) toast.say(text.badCode);
   else if (unexpressed) toast.say(text.badExpression);

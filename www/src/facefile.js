@@ -1,24 +1,27 @@
 import { Failure } from './failure.js';
+import { readExpression } from './savedexpression.js';
 import { text } from './text.js';
 
-// The file of a face: JSON with its code, its name, and the model that it belongs to.
+// The file of a face: JSON with its code, its name, the model that it belongs to and, from version 2 on,
+// its expression.
 
 const FORMAT = 'phiz-face';
-const VERSION = 1;
+const VERSION = 2;
 /** A face takes less than a kilobyte. */
 const MOST = 100_000;
 
 /**
- * @param {import('phiz').FaceModel} model @param {string} name @param {string} code
+ * @param {import('phiz').FaceModel} model @param {string} name
+ * @param {import('./library.js').Likeness} face
  */
-export function faceFile(model, name, code) {
-  const content = { format: FORMAT, version: VERSION, name, model: model.about.title, code };
+export function faceFile(model, name, { code, expression }) {
+  const content = { format: FORMAT, version: VERSION, name, model: model.about.title, code, expression: readExpression(expression) };
   return new Blob([`${JSON.stringify(content, null, 2)}\n`], { type: 'application/json' });
 }
 
 /**
  * @param {import('phiz').FaceModel} model @param {File} file
- * @returns {Promise<{ name: string, code: string }>}
+ * @returns {Promise<{ name: string } & import('./library.js').Likeness>}
  * @throws Failure with a sentence that names the file and what is wrong with it
  */
 export async function readFaceFile(model, file) {
@@ -31,7 +34,7 @@ export async function readFaceFile(model, file) {
     throw new Failure(text.fileForeign(file.name));
   }
   if (content?.format !== FORMAT || typeof content.code !== 'string') throw new Failure(text.fileForeign(file.name));
-  if (content.version !== VERSION) throw new Failure(text.fileVersion(file.name, String(content.version)));
+  if (content.version !== 1 && content.version !== VERSION) throw new Failure(text.fileVersion(file.name, String(content.version)));
   try {
     model.fromCode(content.code).free();
   } catch (error) {
@@ -41,5 +44,5 @@ export async function readFaceFile(model, file) {
     throw new Failure(text.fileBroken(file.name, error instanceof Error ? error.message : String(error)));
   }
   const name = typeof content.name === 'string' ? content.name.trim().slice(0, 60) : '';
-  return { name: name || file.name.replace(/\.[^.]*$/, ''), code: content.code };
+  return { name: name || file.name.replace(/\.[^.]*$/, ''), code: content.code, expression: readExpression(content.expression) };
 }

@@ -28,6 +28,33 @@ function openEdge(triangles) {
 }
 
 /**
+ * What a portrait shows, from the fading neck to the crown, and where the neck runs out, mm.
+ * @param {import('phiz').FaceModel} model @param {ArrayLike<number>} rest
+ */
+export function framing(model, rest) {
+  const bounds = new Box3();
+  const point = new Vector3();
+  for (const part of model.parts) {
+    if (/eyeball/.test(part.name)) continue;
+    for (const corner of model.triangles.subarray(3 * part.first, 3 * (part.first + part.count))) {
+      bounds.expandByPoint(point.fromArray(rest, 3 * model.uvVertices[corner]));
+    }
+  }
+  const stencil = model.landmarks.find(({ name }) => name === 'ibug_08')?.stencil;
+  const chin = stencil ? stencil.reduce((y, [vertex, weight]) => y + weight * rest[3 * vertex + 1], 0) : bounds.min.y;
+  const top = bounds.max.y;
+  return {
+    bounds,
+    subject: {
+      centre: new Vector3(0, (top + chin - 26) / 2, bounds.getCenter(new Vector3()).z * 0.6),
+      height: (top - chin + 26) * 1.2,
+    },
+    /** The neck is not seen below the first of these heights, and wholly above the second. */
+    fade: /** @type {[number, number]} */ ([Math.max(bounds.min.y + 4, chin - 66), chin - 14]),
+  };
+}
+
+/**
  * The head: geometry from the model's topology and a face's vertices.
  *
  * @param {import('phiz').FaceModel} model
@@ -80,9 +107,7 @@ export function createHead(model, face) {
     if (point) at.set(name, [point.x, point.y, point.z]);
   }
 
-  const bounds = new Box3();
-  const point = new Vector3();
-  for (const vertex of skinTriangles) bounds.expandByPoint(point.fromArray(rest, 3 * vertex));
+  const { bounds, subject, fade } = framing(model, rest);
 
   const geometry = new BufferGeometry();
   geometry.setIndex(new BufferAttribute(index, 1));
@@ -112,7 +137,7 @@ export function createHead(model, face) {
   const nose = at.get('ibug_30') ?? [0, 0, bounds.max.z];
   const earX = 0.83 * bounds.max.x;
   const brow = at.get('ibug_19') ?? [0, chin[1] + 120, 0];
-  const fadeEnd = Math.max(bounds.min.y + 4, chin[1] - 66);
+  const [fadeEnd, fadeStart] = fade;
   // The neck runs out into the backdrop before its cut edge, wherever that is.
   const edge = openEdge(skinTriangles).filter((v) => rest[3 * v + 1] < chin[1] + 30);
   const shade = perCorner((v, k) => {
@@ -123,7 +148,7 @@ export function createHead(model, face) {
       const beside = Math.min(1, Math.max(0, (Math.abs(x) - earX * 0.92) / 8));
       return z < nose[2] - 70 ? Math.min(1, height * 2.2) * beside : 0;
     }
-    const t = Math.min(1, Math.max(0, (y - fadeEnd) / (chin[1] - 14 - fadeEnd)));
+    const t = Math.min(1, Math.max(0, (y - fadeEnd) / (fadeStart - fadeEnd)));
     let nearest = Infinity;
     if (y < chin[1] + 40) {
       for (const e of edge) {
@@ -297,7 +322,6 @@ export function createHead(model, face) {
     return groups[regionOf[corners[corner]]];
   }
 
-  const centre = bounds.getCenter(new Vector3());
   return {
     group,
     skin: mesh,
@@ -325,10 +349,6 @@ export function createHead(model, face) {
     wornStrength: skin.uniforms.worn,
     /** How strongly the two highlights show, 0 to 1. */
     markStrength: skin.uniforms.markStrength.value,
-    /** What a portrait shows: from the fading neck to the crown. */
-    subject: {
-      centre: new Vector3(0, (bounds.max.y + chin[1] - 26) / 2, centre.z * 0.6),
-      height: (bounds.max.y - chin[1] + 26) * 1.2,
-    },
+    subject,
   };
 }

@@ -1,10 +1,15 @@
+import { readExpression } from './savedexpression.js';
 import { keep, recall } from './store.js';
 import { text } from './text.js';
 
 /** The seeds of the faces that everybody finds in the tray. */
 const SEEDS = [3, 7, 12, 19, 24, 31, 42, 58, 63, 77, 85, 96];
 
-/** @typedef {{ id: string, name: string, code: string, own: boolean }} Entry */
+/**
+ * A face, with its expression unless it was saved before those were kept.
+ * @typedef {{ code: string, expression?: import('./savedexpression.js').Shown }} Likeness
+ * @typedef {Likeness & { id: string, name: string, own: boolean }} Entry
+ */
 
 /**
  * The faces to choose from: a dozen sampled from the model, and the person's own, which the
@@ -20,7 +25,7 @@ export function createLibrary(model, modelName) {
   const presets = SEEDS.map((seed, i) => {
     sampled.reset();
     sampled.randomize({ seed });
-    return { id: `preset-${i + 1}`, name: text.preset(i + 1), code: sampled.code, own: false };
+    return { id: `preset-${i + 1}`, name: text.preset(i + 1), code: sampled.code, expression: {}, own: false };
   });
   sampled.free();
 
@@ -39,7 +44,7 @@ export function createLibrary(model, modelName) {
     if (!Array.isArray(kept)) return [];
     return kept
       .filter((entry) => entry && typeof entry.name === 'string' && isFace(entry.code))
-      .map((entry) => ({ id: String(entry.id), name: entry.name, code: entry.code, own: true }));
+      .map((entry) => ({ id: String(entry.id), name: entry.name, code: entry.code, expression: readExpression(entry.expression), own: true }));
   }
   let own = read();
   /** @type {Set<() => void>} */
@@ -48,7 +53,7 @@ export function createLibrary(model, modelName) {
   /** @param {Entry[]} entries @returns {boolean} whether the browser keeps them */
   function write(entries) {
     own = entries;
-    const kept = keep(key, own.map(({ id, name, code }) => ({ id, name, code })));
+    const kept = keep(key, own.map(({ id, name, code, expression }) => ({ id, name, code, expression })));
     for (const listener of listeners) listener();
     return kept;
   }
@@ -72,19 +77,19 @@ export function createLibrary(model, modelName) {
     /** @param {string} id */
     find: (id) => [...own, ...presets].find((entry) => entry.id === id),
     /**
-     * @param {string} name @param {string} code @param {string} [id] of a face that was deleted
+     * @param {string} name @param {Likeness} face @param {string} [id] of one that was deleted
      * @returns {boolean} whether the browser keeps it
      */
-    add: (name, code, id = `own-${Date.now().toString(36)}-${Math.random().toString(36).slice(2, 7)}`) =>
-      write([{ id, name, code, own: true }, ...own]),
+    add: (name, { code, expression }, id = `own-${Date.now().toString(36)}-${Math.random().toString(36).slice(2, 7)}`) =>
+      write([{ id, name, code, expression: readExpression(expression), own: true }, ...own]),
     /**
      * Adds a face that is not there yet, if it is one of this model.
-     * @param {string} name @param {string} code
+     * @param {string} name @param {Likeness} face
      * @returns {boolean} whether it was added
      */
-    adopt(name, code) {
+    adopt(name, { code, expression }) {
       if ([...own, ...presets].some((entry) => entry.code === code) || !isFace(code)) return false;
-      return write([{ id: `own-${Date.now().toString(36)}`, name, code, own: true }, ...own]);
+      return write([{ id: `own-${Date.now().toString(36)}`, name, code, expression, own: true }, ...own]);
     },
     /** @param {string} id @param {string} name */
     rename: (id, name) => write(own.map((entry) => (entry.id === id ? { ...entry, name } : entry))),

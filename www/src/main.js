@@ -1,22 +1,38 @@
 import { Failure, showFailure } from './failure.js';
+import { prepare } from 'phiz';
 import { checkBrowser, loadHead, loadModel, showLoading } from './loading.js';
 import { chosenModel } from './models.js';
+
+const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
 
 async function start() {
   checkBrowser();
   const chosen = chosenModel();
   const progress = showLoading();
-  // three.js comes in and is compiled while the head does and is.
+  // three.js and the module come in and are compiled while the head does and is.
   const drawing = import('./stage.js');
+  prepare().catch(() => {}); // What loads a model says why it cannot.
   const head = chosen.head && (await loadHead(chosen.head));
   const { createStage } = await drawing;
   let stage = head && createStage(head);
-  head?.free();
   // The head is on the screen before the model takes the line and the processor.
-  if (stage) await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
+  if (stage) await painted();
   const designing = import('./designer.js');
-  const model = await loadModel(chosen.url, stage ? stage.progress : progress);
-  stage ??= createStage(model);
+  const coming = loadModel(chosen.url, stage ? stage.progress : progress);
+  // A failure is said where it is waited for.
+  coming.catch(() => {});
+  if (stage) {
+    // The requests are on their way before the work begins.
+    await painted();
+    stage.complete();
+    head?.free();
+    await painted();
+  }
+  const model = await coming;
+  if (!stage) {
+    stage = createStage(model);
+    stage.complete();
+  }
   const { createDesigner } = await designing;
   await createDesigner(model, stage, chosen);
 }

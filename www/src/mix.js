@@ -2,6 +2,7 @@ import { createCircle } from './circle.js';
 import { element } from './element.js';
 import { icon } from './icons.js';
 import { stateOf } from './history.js';
+import { shows } from './savedexpression.js';
 import { createMorph } from './morph.js';
 import { createSlider } from './slider.js';
 import { createTray } from './tray.js';
@@ -58,6 +59,7 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
 
   const heading = element('h3', {});
   const portrait = element('span', { class: 'chosen-portrait' });
+  const aside = element('p', { class: 'note', hidden: true }, text.expressionStays);
   const region = element(
     'select',
     { id: 'mix-region', onchange: start },
@@ -118,7 +120,7 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
   const detail = element(
     'section',
     { class: 'part chosen', hidden: true, 'aria-live': 'polite' },
-    element('div', { class: 'chosen-head' }, portrait, element('div', {}, heading, element('p', { class: 'note' }, text.chosenAbout))),
+    element('div', { class: 'chosen-head' }, portrait, element('div', {}, heading, element('p', { class: 'note' }, text.chosenAbout), aside)),
     element('div', { class: 'field' }, element('label', { for: 'mix-region' }, text.where), region),
     slider.root,
     element('div', { class: 'row' }, take, encircle),
@@ -133,7 +135,8 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
     nobody.hidden = Boolean(entry);
     if (entry) {
       heading.textContent = entry.name;
-      portrait.replaceChildren(portraits.of(entry.code));
+      aside.hidden = !shows(entry.expression);
+      portrait.replaceChildren(portraits.of(entry));
     }
     start();
   }
@@ -160,7 +163,7 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
             title: text.addThis,
             onclick: () => {
               const name = text.ownFace(library.own.length + 1);
-              say(library.add(name, face.code) ? text.saved(name) : text.notKept);
+              say(library.add(name, face) ? text.saved(name) : text.notKept);
             },
           },
           icon('plus'),

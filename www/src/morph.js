@@ -3,6 +3,7 @@ import { createFaceList } from './facelist.js';
 import { icon } from './icons.js';
 import { save } from './save.js';
 import { createSlider } from './slider.js';
+import { shows } from './savedexpression.js';
 import { text } from './text.js';
 
 /** How long the way takes, ms; it is played there and back. */
@@ -37,6 +38,7 @@ export function createMorph(editor, { library, display, canvas }) {
   const start = createFaceList(library, { id: 'morph-from', label: text.from, first: [present], onchange: changed });
   const end = createFaceList(library, { id: 'morph-to', label: text.to, first: [present], onchange: changed });
   end.select.value = library.presets[0].id;
+  const aside = element('p', { class: 'note', hidden: true }, text.morphAtRest);
 
   /** @param {import('phiz').Face} target @param {string} id */
   function load(target, id) {
@@ -44,6 +46,7 @@ export function createMorph(editor, { library, display, canvas }) {
     target.code = entry ? entry.code : face.code;
   }
   function changed() {
+    aside.hidden = ![start, end].some(({ select }) => shows(select.value === present.id ? face.expression : library.find(select.value)?.expression));
     if (showing) show(percent);
   }
   /** @param {number} at in percent */
@@ -188,6 +191,7 @@ export function createMorph(editor, { library, display, canvas }) {
       { class: 'part morph', 'aria-label': text.morph },
       element('h3', {}, text.morph),
       element('div', { class: 'pair' }, start.root, end.root),
+      aside,
       scrub.root,
       element('div', { class: 'row' }, play, keep, stop),
       element('div', { class: 'row' }, asGif, asVideo),

@@ -1,4 +1,5 @@
 import { element } from './element.js';
+import { among, shows } from './savedexpression.js';
 
 /** The pictures' size, pixels; shown at half of it. */
 const WIDTH = 144;
@@ -16,7 +17,7 @@ const PATIENCE = 1000;
 export function createPortraits(model, display) {
   const sitter = model.face();
   const sheet = element('canvas', { width: WIDTH, height: HEIGHT });
-  /** @type {Map<string, string>} picture by code */
+  /** @type {Map<string, string>} picture by face */
   const taken = new Map();
   /** @type {Map<string, HTMLImageElement[]>} */
   const waiting = new Map();
@@ -29,7 +30,10 @@ export function createPortraits(model, display) {
       code,
       into: /** @type {HTMLCanvasElement} */ (sheet.cloneNode()),
       pose() {
-        sitter.code = code;
+        const [shape, shown] = code.split('~');
+        sitter.code = shape;
+        // Before the expressions are there it is at rest; when they come, it is taken again.
+        sitter.expression = among(shown ? JSON.parse(shown) : {}, model.expressions);
         return sitter;
       },
     }));
@@ -52,9 +56,10 @@ export function createPortraits(model, display) {
     /**
      * A picture of a face, which may come a moment later. It says nothing to a reader: what shows
      * it has the face's name.
-     * @param {string} code
+     * @param {import('./library.js').Likeness} face
      */
-    of(code) {
+    of({ code: shape, expression }) {
+      const code = shows(expression) ? `${shape}~${JSON.stringify(expression)}` : shape;
       const image = element('img', { class: 'portrait', 'data-code': code, alt: '', width: WIDTH / 2, height: HEIGHT / 2, draggable: 'false' });
       const picture = taken.get(code);
       if (picture) image.src = picture;

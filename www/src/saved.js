@@ -1,6 +1,7 @@
 import { element } from './element.js';
 import { faceFile, readFaceFile } from './facefile.js';
 import { icon } from './icons.js';
+import { among, shows } from './savedexpression.js';
 import { text } from './text.js';
 
 /** @param {Blob} blob @param {string} name */
@@ -23,10 +24,11 @@ function fileName(name) {
  * @param {{
  *   library: import('./library.js').Library,
  *   portraits: import('./portraits.js').Portraits,
+ *   expressions: { load: () => Promise<void> },
  *   say: (sentence: string) => void,
  * }} parts
  */
-export function createSaved(editor, { library, portraits, say }) {
+export function createSaved(editor, { library, portraits, expressions, say }) {
   const { model, face } = editor;
   let visible = false;
   /** @type {import('./library.js').Entry | null} */
@@ -43,7 +45,7 @@ export function createSaved(editor, { library, portraits, say }) {
         event.preventDefault();
         const chosen = name.value.trim() || text.ownFace(library.own.length + 1);
         removed = null;
-        say(library.add(chosen, face.code) ? text.saved(chosen) : text.notKept);
+        say(library.add(chosen, face) ? text.saved(chosen) : text.notKept);
         name.value = '';
       },
     },
@@ -65,14 +67,32 @@ export function createSaved(editor, { library, portraits, say }) {
     },
   });
 
+  /**
+   * One step: this face, with the expression that it was kept with.
+   * @param {import('./library.js').Likeness} kept
+   * @returns {Promise<boolean>} false when its expression could not be shown, which is said
+   */
+  async function become({ code, expression }) {
+    if (shows(expression)) {
+      try {
+        await expressions.load();
+      } catch {
+        editor.take(code, {});
+        say(text.noSavedExpression);
+        return false;
+      }
+    }
+    editor.take(code, expression && among(expression, model.expressions));
+    return true;
+  }
+
   /** @param {File[]} files */
   async function take(files) {
     for (const file of files) {
       try {
         const found = await readFaceFile(model, file);
-        const kept = library.add(found.name, found.code);
-        editor.take(found.code);
-        say(kept ? text.imported(found.name) : text.notKept);
+        const kept = library.add(found.name, found);
+        if (await become(found)) say(kept ? text.imported(found.name) : text.notKept);
       } catch (error) {
         say(error instanceof Error ? error.message : String(error));
       }
@@ -81,7 +101,7 @@ export function createSaved(editor, { library, portraits, say }) {
 
   /** @param {import('./library.js').Entry} entry */
   function row(entry) {
-    const { id, code } = entry;
+    const { id } = entry;
     /** @param {Parameters<typeof icon>[0]} sign @param {string} words @param {() => void} onclick */
     const tool = (sign, words, onclick) =>
       element('button', { type: 'button', class: 'tool', 'aria-label': words, title: words, onclick }, icon(sign));
@@ -101,15 +121,15 @@ export function createSaved(editor, { library, portraits, say }) {
         else if (event.key === 'Escape') done(false);
       });
       box.addEventListener('blur', () => done(true));
-      return element('li', { 'data-id': id }, portraits.of(code), box);
+      return element('li', { 'data-id': id }, portraits.of(entry), box);
     }
     return element(
       'li',
       { 'data-id': id },
       element(
         'button',
-        { type: 'button', class: 'open', 'aria-label': text.open(entry.name), title: text.open(entry.name), onclick: () => editor.take(code) },
-        portraits.of(code),
+        { type: 'button', class: 'open', 'aria-label': text.open(entry.name), title: text.open(entry.name), onclick: () => become(entry) },
+        portraits.of(entry),
         element('span', {}, entry.name),
       ),
       tool('rename', text.rename(entry.name), () => {
@@ -119,7 +139,7 @@ export function createSaved(editor, { library, portraits, say }) {
         box?.focus();
         box?.select();
       }),
-      tool('download', text.downloadFace(entry.name), () => offer(faceFile(model, entry.name, code), fileName(entry.name))),
+      tool('download', text.downloadFace(entry.name), () => offer(faceFile(model, entry.name, entry), fileName(entry.name))),
       tool('bin', text.remove(entry.name), () => {
         removed = entry;
         library.remove(id);
@@ -146,7 +166,7 @@ export function createSaved(editor, { library, portraits, say }) {
             class: 'link',
             onclick: () => {
               removed = null;
-              library.add(entry.name, entry.code, entry.id);
+              library.add(entry.name, entry, entry.id);
             },
           },
           text.undo,
@@ -193,7 +213,7 @@ export function createSaved(editor, { library, portraits, say }) {
               class: 'button',
               onclick: () => {
                 const chosen = name.value.trim() || text.thisFace;
-                offer(faceFile(model, chosen, face.code), fileName(chosen));
+                offer(faceFile(model, chosen, face), fileName(chosen));
               },
             },
             icon('download'),

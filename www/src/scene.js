@@ -55,8 +55,9 @@ function createLights() {
  *
  * @param {HTMLCanvasElement} canvas
  * @param {{ centre: Vector3, height: number }} subject what to look at, mm
+ * @param {boolean} [lit] false when what the head mirrors can wait: `light` brings it
  */
-export function createScene(canvas, subject) {
+export function createScene(canvas, subject, lit = true) {
   const context = canvas.getContext('webgl2', { antialias: !drawnByProcessor(), powerPreference: 'high-performance' });
   if (!context) throw new Failure(text.noWebGL);
   const renderer = new WebGLRenderer({ canvas, context });
@@ -67,10 +68,8 @@ export function createScene(canvas, subject) {
   // The head casts the only shadow: the map is drawn again when the head changes, not when the
   // camera moves.
   renderer.shadowMap.autoUpdate = false;
-  renderer.shadowMap.needsUpdate = true;
 
   const scene = new Scene();
-  scene.environment = createStudio();
   scene.environmentIntensity = 0.62;
   scene.add(createBackdrop());
   for (const light of createLights()) {
@@ -185,6 +184,12 @@ export function createScene(canvas, subject) {
   controls.addEventListener('change', invalidate);
   controls.addEventListener('start', () => (flight = null));
 
+  function light() {
+    scene.environment = createStudio();
+    renderer.shadowMap.needsUpdate = true;
+    invalidate();
+  }
+
   /** The distance at which the head fills the stage. */
   function homeDistance() {
     const tall = subject.height / (2 * Math.tan((camera.fov * DEGREE) / 2));
@@ -248,8 +253,10 @@ export function createScene(canvas, subject) {
   camera.position.setFromSphericalCoords(fit(), home.phi, home.theta).add(controls.target);
   new ResizeObserver(resize).observe(canvas);
   resize();
+  if (lit) light();
 
   return {
+    light,
     renderer,
     scene,
     camera,

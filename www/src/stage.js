@@ -1,5 +1,6 @@
 import { element } from './element.js';
-import { createHead } from './head.js';
+import { createHead, framing } from './head.js';
+import { createPreview } from './preview.js';
 import { createScene } from './scene.js';
 import { text } from './text.js';
 import { createTheme } from './theme.js';
@@ -8,13 +9,16 @@ import { createTheme } from './theme.js';
  * The page's frame with the median face in it, which is there before the sliders are. Where they
  * will be, it says how far they have come.
  *
- * @param {import('phiz').FaceModel} model needed no longer than this takes
+ * @param {import('phiz').FaceModel} model needed until the stage is complete
  */
 export function createStage(model) {
   // The head at rest is painted on the median face, whatever the link asks for.
   const median = model.face();
-  const head = createHead(model, median);
-  median.free();
+  const rest = median.positions.slice();
+  const { subject, fade } = framing(model, rest);
+  const preview = createPreview(model, rest, median.normals.slice(), fade);
+  /** @type {ReturnType<typeof createHead> | null} */
+  let head = null;
 
   const canvas = element('canvas', { class: 'view', tabindex: 0, role: 'img', 'aria-label': text.stage });
   const root = element('main', { class: 'stage' }, canvas);
@@ -30,8 +34,8 @@ export function createStage(model) {
   const app = element('div', { class: 'app' }, bar, root, waiting);
   // The canvas has to be laid out before the scene measures it.
   document.body.replaceChildren(app);
-  const scene = createScene(canvas, head.subject);
-  scene.scene.add(head.group);
+  const scene = createScene(canvas, subject, false);
+  scene.scene.add(preview.mesh);
   const theme = createTheme();
   theme.follow(scene.setTheme);
 
@@ -39,9 +43,21 @@ export function createStage(model) {
     canvas,
     root,
     tools,
-    head,
+    get head() {
+      if (!head) throw new Error('the stage is not complete');
+      return head;
+    },
     scene,
     theme,
+    /** In place of the quick head the real one, with its skin, eyes and light. */
+    complete() {
+      head = createHead(model, median);
+      median.free();
+      preview.dispose();
+      scene.scene.add(head.group);
+      scene.light();
+      document.documentElement.dataset.face = 'complete';
+    },
     /** @param {number} fraction of the model */
     progress(fraction) {
       come.value = fraction;

@@ -11,7 +11,7 @@ const MARGIN = 12;
  * @param {{ choose: (section: string) => void }} panel
  */
 export function createTour(panel) {
-  const steps = text.tourSteps;
+  let steps = text.tourSteps;
   let at = 0;
   const ring = element('div', { class: 'tour-ring', hidden: true });
   const title = element('h2', { id: 'tour-title' });
@@ -53,6 +53,8 @@ export function createTour(panel) {
   }
   function start() {
     dismiss();
+    // A model without expressions has no section for them.
+    steps = text.tourSteps.filter(({ mode }) => document.getElementById(`mode-${mode}`));
     go(0);
   }
   function end() {

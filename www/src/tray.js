@@ -39,7 +39,7 @@ export function createTray({ library, portraits, groupUnder, preview, choose, dr
           dragged = false;
         },
       },
-      portraits.of(entry.code),
+      portraits.of(entry),
       element('span', {}, entry.name),
     );
     function end() {
@@ -63,7 +63,7 @@ export function createTray({ library, portraits, groupUnder, preview, choose, dr
       if (!drag.ghost) {
         if (Math.hypot(event.clientX - drag.x, event.clientY - drag.y) < REACH) return;
         dragged = true;
-        drag.ghost = element('div', { class: 'drag-face' }, portraits.of(entry.code));
+        drag.ghost = element('div', { class: 'drag-face' }, portraits.of(entry));
         document.body.append(drag.ghost);
         document.addEventListener('keydown', escape, true);
       }

@@ -13,6 +13,8 @@ const ELEMENT_ARRAY_BUFFER = 34963;
 const METRES = 1e-3;
 /** What is not moved by more than this (mm) by one sigma is not moved: a tenth of a micrometre. */
 const STILL = 1e-4;
+/** How far a normal of length 1 may be off: between two and three of 255 shades, 0.6 degrees. */
+const SHADE = 0.01;
 
 /** sRGB byte to linear. @param {number} byte */
 function linear(byte) {
@@ -78,6 +80,20 @@ function perCorner(xyz, corners, scale) {
 }
 
 /**
+ * Changes of normals without those that nobody sees, which are half of a file: what is shorter than
+ * `SHADE` goes, and so that no edge is left where it begins, what is longer loses the less of it the longer
+ * it is. Nothing is off by more than `SHADE`.
+ * @param {Float32Array} xyz
+ */
+function withoutFaint(xyz) {
+  return xyz.map((x, i) => {
+    const o = i - (i % 3);
+    const square = xyz[o] ** 2 + xyz[o + 1] ** 2 + xyz[o + 2] ** 2;
+    return square > SHADE * SHADE ? x * (1 - (SHADE * SHADE) / square) : 0;
+  });
+}
+
+/**
  * Displacements as an accessor: most targets move a part of the face, and then only that is kept.
  * @param {Buffer} buffer @param {Float32Array} xyz three a corner @param {boolean[]} moves
  */
@@ -85,7 +101,9 @@ function displacement(buffer, xyz, moves) {
   const count = moves.length;
   const moving = moves.flatMap((yes, i) => (yes ? [i] : []));
   const shape = { componentType: FLOAT, count, type: 'VEC3' };
-  if (moving.length > 0.7 * count) {
+  const wide = count > 0xffff;
+  // Three floats of all corners, or of some with their numbers.
+  if ((wide ? 16 : 14) * moving.length > 12 * count) {
     return buffer.accessor({ bufferView: buffer.view(xyz, ARRAY_BUFFER), ...shape, ...bounds(xyz) });
   }
   const values = new Float32Array(3 * moving.length);
@@ -94,7 +112,6 @@ function displacement(buffer, xyz, moves) {
   const zero = new Float32Array(3 * Math.max(1, moving.length));
   zero.set(values);
   const { min, max } = bounds(zero);
-  const wide = count > 0xffff;
   const indices = wide ? Uint32Array.from(moving) : Uint16Array.from(moving);
   return buffer.accessor({
     ...shape,
@@ -179,8 +196,8 @@ export function toGlb(face, { targets = true, targetNormals = true } = {}) {
     /** @type {Record<string, number>} */
     const accessors = { POSITION: displacement(buffer, delta, moves(target.positions, STILL)) };
     if (targetNormals) {
-      // Below this a shade does not change in eight bits.
-      accessors.NORMAL = displacement(buffer, perCorner(target.normals, corners, 1), moves(target.normals, 1e-3));
+      const turned = withoutFaint(target.normals);
+      accessors.NORMAL = displacement(buffer, perCorner(turned, corners, 1), moves(turned, 0));
     }
     return accessors;
   });
