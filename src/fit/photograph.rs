@@ -349,7 +349,7 @@ pub struct Errors {
 /// How far the weights of expressions are off, of which what is true is 0 for people at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Mistaken {
-    /// How many weights are above [`SHOWN`].
+    /// How many weights are above 0.05, from where on most expressions are seen.
     pub shown: f64,
     /// The sum of the weights of what is not shown in truth.
     pub spurious: f64,
