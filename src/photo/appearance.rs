@@ -54,8 +54,6 @@ const NOISE_AREA: f64 = 16.0;
 const BELIEF: f64 = 0.67;
 /// Patches are distributed as Student's t with so many degrees of freedom.
 const FREEDOM: f64 = 4.0;
-/// The median of the square of such a one.
-const MEDIAN: f64 = 0.549;
 /// The standard deviations of the light's harmonics of degree 1 and 2, as parts of that of degree 0.
 const VARIATION: [f64; 2] = [1.0, 0.5];
 /// A shading below this part of the mean counts as that: there, shadows and noise are all.
@@ -367,16 +365,9 @@ impl Comparison<'_> {
         }
         let mut modes = modes;
         let (mut squares, mut total) = (0.0, 0.0);
-        let expected = |patch: usize| {
-            let independent = (NOISE_AREA / areas[patch]).max(0.5);
-            NOISE * NOISE * independent + level.albedo.left[patch]
-        };
-        let surplus = surplus(seen.iter().enumerate().map(|(i, &patch)| {
-            let of_modes = modes.column(i).norm_squared();
-            residuals[i] * residuals[i] / (expected(patch) + of_modes)
-        }));
         for (i, &patch) in seen.iter().enumerate() {
-            let variance = expected(patch) * surplus;
+            let independent = (NOISE_AREA / areas[patch]).max(0.5);
+            let variance = NOISE * NOISE * independent + level.albedo.left[patch];
             let square = residuals[i] * residuals[i];
             let weight = weight(square / variance);
             squares += weight * square;
@@ -468,18 +459,6 @@ impl Comparison<'_> {
         let right = &equations.own + &equations.across * all;
         skin.modes.add_assign(-equations.factor.solve(&right));
         Some(there)
-    }
-}
-
-/// How much larger the variance of patches is than expected, from their squared residuals as parts of
-/// what is expected: by the median, and never less than what is expected. Real photos have brows,
-/// lips, beards, shadows and make-up, which neither light nor albedo has here.
-fn surplus(parts: impl Iterator<Item = f64>) -> f64 {
-    let mut parts: Vec<f64> = parts.collect();
-    let middle = parts.len() / 2;
-    match parts.is_empty() {
-        true => 1.0,
-        false => (*parts.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN).max(1.0),
     }
 }
 
