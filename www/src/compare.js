@@ -1,6 +1,7 @@
 import { element } from './element.js';
 import { createFaceList } from './facelist.js';
 import { gradient } from './heat.js';
+import { createHold } from './hold.js';
 import { icon } from './icons.js';
 import { text } from './text.js';
 
@@ -46,30 +47,13 @@ export function createCompare(editor, { library, display, stage }) {
     text.startNow,
   );
 
-  // Held: the other face for as long as the button is down, by pointer or by key.
-  const hold = element('button', { type: 'button', class: 'button hold', 'aria-pressed': 'false' }, text.hold);
-  /** @param {boolean} down */
-  function held(down) {
-    if ((hold.getAttribute('aria-pressed') === 'true') === down) return;
-    hold.setAttribute('aria-pressed', String(down));
-    stage.classList.toggle('shows-other', down);
-    display.show(down ? reference : null, true);
-  }
-  hold.addEventListener('pointerdown', (event) => {
-    if (event.button !== 0) return;
-    hold.setPointerCapture(event.pointerId);
-    held(true);
+  // Held: the other face for as long as the button is down.
+  const { button: hold } = createHold(text.hold, {
+    changed(down) {
+      stage.classList.toggle('shows-other', down);
+      display.show(down ? reference : null, true);
+    },
   });
-  for (const end of ['pointerup', 'pointercancel', 'blur']) hold.addEventListener(end, () => held(false));
-  hold.addEventListener('keydown', (event) => {
-    if (event.key !== ' ' && event.key !== 'Enter') return;
-    event.preventDefault();
-    held(true);
-  });
-  hold.addEventListener('keyup', (event) => {
-    if (event.key === ' ' || event.key === 'Enter') held(false);
-  });
-  hold.addEventListener('contextmenu', (event) => event.preventDefault());
 
   const split = element('input', { type: 'checkbox', id: 'compare-split', onchange: applySplit });
   const heat = element('input', { type: 'checkbox', id: 'compare-heat', onchange: applyHeat });

@@ -1,4 +1,5 @@
 import { element } from '../element.js';
+import { createHold } from '../hold.js';
 import { createSlider } from '../slider.js';
 import { text } from '../text.js';
 
@@ -12,7 +13,6 @@ import { text } from '../text.js';
 export function createComparison({ changed, allowed }) {
   let strength = 100;
   let split = 0;
-  let held = false;
 
   const slider = createSlider({
     name: text.photo.strength,
@@ -31,7 +31,8 @@ export function createComparison({ changed, allowed }) {
   slider.show(strength);
   const line = element('input', { type: 'range', id: 'photo-split', min: 0, max: 100, value: 0, oninput: () => setSplit(line.valueAsNumber) });
   const beforeAfter = element('div', { class: 'photo-split', hidden: true }, element('label', { for: 'photo-split' }, text.photo.split), line);
-  const button = element('button', { type: 'button', class: 'button hold', 'aria-pressed': 'false' }, text.photo.hold);
+  /** The photo as it was. */
+  const original = createHold(text.photo.hold, { changed, allowed });
 
   /** @param {number} percent */
   function setStrength(percent) {
@@ -44,36 +45,16 @@ export function createComparison({ changed, allowed }) {
     split = percent;
     changed();
   }
-  /** The photo as it was, for as long as something is held. @param {boolean} down */
-  function hold(down) {
-    if (held === down || !allowed()) return;
-    held = down;
-    button.setAttribute('aria-pressed', String(down));
-    changed();
-  }
-  button.addEventListener('pointerdown', (event) => {
-    if (event.button !== 0) return;
-    button.setPointerCapture(event.pointerId);
-    hold(true);
-  });
-  for (const end of ['pointerup', 'pointercancel', 'blur']) button.addEventListener(end, () => hold(false));
-  button.addEventListener('keydown', (event) => {
-    if (event.key !== ' ' && event.key !== 'Enter') return;
-    event.preventDefault();
-    hold(true);
-  });
-  button.addEventListener('keyup', (event) => (event.key === ' ' || event.key === 'Enter') && hold(false));
-  button.addEventListener('contextmenu', (event) => event.preventDefault());
 
   return {
     /** For the panel. */
     strengthSlider: slider.root,
-    button,
+    button: original.button,
     /** For the stage. */
     beforeAfter,
-    hold,
+    hold: original.hold,
     get held() {
-      return held;
+      return original.held;
     },
     /** A part of the change. */
     get strength() {
