@@ -249,6 +249,62 @@ fn what_is_far_away_never_moves() {
     assert!(changed(240, 200), "the nose is another");
 }
 
+/// A bald head before a wall: what is not of it is background.
+#[test]
+fn the_background_stays_but_for_what_is_beside_the_head() {
+    let mut least = f64::INFINITY;
+    for (seed, angles) in [(3, [0.0; 3]), (4, [0.6, 0.1, 0.0])] {
+        let (face, camera) = (person(seed), camera(angles));
+        let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+        let triangles = face.model().parts().topology.triangles();
+        let size = SIZE.map(|s| s as usize);
+        let raster = Raster::new(&camera, size, &positions, &triangles);
+        let head = |x: usize, y: usize| raster.triangles[y * size[0] + x] != NOTHING;
+        let alpha = raster.triangles.iter().map(|&t| match t {
+            NOTHING => 0,
+            _ => 255,
+        });
+        let rgba: Vec<u8> = alpha.flat_map(|alpha| [128, 128, 128, alpha]).collect();
+        let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+        let anywhere = edit(&face, &camera, None);
+        let mut before = anywhere.clone();
+        before.set_background(&image).unwrap();
+        // The face is some 200 px high, of which it is an eighth.
+        let reach = 30;
+        for control in EDITS {
+            for sigmas in [-2.0, 2.0] {
+                let other = moved(&face, control, sigmas);
+                let field = field(&before, &other).expect("it moves");
+                least = least.min(least_jacobian(&field));
+                let moves = |field: &Field| field.motion.iter().filter(|m| **m != [0.0; 2]).count();
+                assert!(moves(&field) <= moves(&self::field(&anywhere, &other).unwrap()));
+                for (at, motion) in field.motion.iter().enumerate() {
+                    let node = DVec2::new((at % field.columns) as f64, (at / field.columns) as f64);
+                    let [x, y] = (field.origin + node * field.step).to_array();
+                    let near = |middle: f64, size: usize| {
+                        let middle = (middle.max(0.0) as usize).min(size - 1);
+                        middle.saturating_sub(reach)..(middle + reach).min(size)
+                    };
+                    let is_near = near(y, size[1]).any(|y| near(x, size[0]).any(|x| head(x, y)));
+                    assert!(
+                        is_near || *motion == [0.0; 2],
+                        "{control} {sigmas}: {x} {y}"
+                    );
+                }
+            }
+        }
+    }
+    println!("least: {least}");
+    // The project's bar.
+    assert!(least > 0.3, "{least}");
+    let small = Image::new(2, 2, &[255; 16]).unwrap();
+    let error = edit(&person(3), &camera([0.0; 3]), None).set_background(&small);
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "the photo is 480 x 400 pixels, its image 2 x 2"
+    );
+}
+
 #[test]
 fn mirror_images_change_as_mirror_images() {
     // A symmetric face straight ahead, in the middle between two nodes.

@@ -12,7 +12,7 @@ const dist = process.argv[2] ?? here('dist');
 /** Not part of the page: pages of their own, what is asked for rarely, and this. */
 const APART = /^(designer|examples)\/|^synthetic\.phiz$|^service-worker\.js$|^assets\/(crowd|three|examples)-/;
 /** What photos take, three times as much as all the rest: kept by those who open one. */
-const LATER = /^face_mesh-|^astronaut\.jpg$|^assets\/(room|photo|photo_bg|worker|faces\.worker)-/;
+const LATER = /^(face_mesh|selfie_segmentation)-|^astronaut\.jpg$|^assets\/(room|photo|photo_bg|worker|faces\.worker)-/;
 
 /** @type {Record<string, string>} */
 const files = {};

@@ -1,6 +1,6 @@
 import { fileURLToPath } from 'node:url';
 import { defineConfig } from 'vite';
-import { FACE_MESH, faceMesh } from './facemesh.js';
+import { FOLDERS, mediapipe } from './mediapipe.js';
 
 // Only built pages carry the policy: the development server injects inline modules and styles.
 const POLICY = [
@@ -51,7 +51,7 @@ export default defineConfig({
   resolve: {
     alias: packageAlias,
   },
-  define: { __FACE_MESH__: JSON.stringify(FACE_MESH) },
+  define: { __MEDIAPIPE__: JSON.stringify(FOLDERS) },
   server: { fs: { allow: ['..'] } },
   // The package in a worker loads its modules as a page's does.
   worker: { format: 'es' },
@@ -66,7 +66,7 @@ export default defineConfig({
     },
   },
   plugins: [
-    faceMesh(),
+    mediapipe(),
     {
       name: 'content-security-policy',
       apply: 'build',

@@ -27,8 +27,9 @@ pub struct Image<'a> {
 }
 
 impl<'a> Image<'a> {
-    /// Of pixels row by row from the upper left corner, four bytes each: sRGB, and an alpha that is not
-    /// looked at.
+    /// Of pixels row by row from the upper left corner, four bytes each: sRGB, and how much of the pixel
+    /// is of the person whose face it is. What is less than half of that is background, and nothing is
+    /// asked of it; where that is not known it is 255 everywhere.
     ///
     /// # Errors
     /// When there are no pixels, or not four bytes for each.
@@ -48,12 +49,24 @@ impl<'a> Image<'a> {
         })
     }
 
-    /// The linear light, 0 to 1, at a point (px), between the middles of four pixels; `None` outside.
-    pub(super) fn at(&self, p: DVec2) -> Option<DVec3> {
+    /// Whether a pixel of the image is the person's.
+    pub(super) fn is_person(&self, [x, y]: [usize; 2]) -> bool {
+        self.rgba[4 * (y * self.width + x) + 3] >= 128
+    }
+
+    /// The pixel of the person's that a point (px) is in; `None` outside, and in the background.
+    pub(super) fn pixel(&self, p: DVec2) -> Option<[usize; 2]> {
         let size = DVec2::new(self.width as f64, self.height as f64);
-        if !(p.min_element() >= 0.0 && p.x < size.x && p.y < size.y) {
-            return None;
-        }
+        let is_inside = p.min_element() >= 0.0 && p.x < size.x && p.y < size.y;
+        let pixel = p.as_usizevec2().to_array();
+        (is_inside && self.is_person(pixel)).then_some(pixel)
+    }
+
+    /// The linear light, 0 to 1, at a point (px) of the person, between the middles of four pixels;
+    /// `None` elsewhere.
+    pub(super) fn at(&self, p: DVec2) -> Option<DVec3> {
+        self.pixel(p)?;
+        let size = DVec2::new(self.width as f64, self.height as f64);
         let q = (p - 0.5).clamp(DVec2::ZERO, size - 1.0);
         let low = q.as_usizevec2();
         let part = q - low.as_dvec2();
@@ -77,12 +90,10 @@ impl<'a> Image<'a> {
     }
 
     /// The mean linear light, 0 to 1, of the pixels whose middles are within `reach` px of a point along
-    /// both axes, at least of the pixel that it is in; `None` outside of the image.
+    /// both axes, at least of the pixel that it is in; `None` outside of the image and of the person.
     fn mean(&self, p: DVec2, reach: f64) -> Option<DVec3> {
+        self.pixel(p)?;
         let size = DVec2::new(self.width as f64, self.height as f64);
-        if !(p.min_element() >= 0.0 && p.x < size.x && p.y < size.y) {
-            return None;
-        }
         let reach = (reach - 0.5).max(0.0);
         let low = (p - reach).max(DVec2::ZERO).as_usizevec2();
         let high = (p + reach).min(size - 1.0).as_usizevec2().max(low);

@@ -82,6 +82,13 @@ pub(super) struct State {
     pub noise: Noise,
 }
 
+impl State {
+    /// How large a mm is at the face, px.
+    pub fn scale(&self) -> f64 {
+        (self.pose.log_focal - self.pose.log_depth).exp()
+    }
+}
+
 /// A point that is compared: which it stands for, and the directions of its two residuals.
 struct Match {
     point: usize,
@@ -209,37 +216,106 @@ pub(super) struct Normal {
     pub gradient: DVector<f64>,
 }
 
+/// What stays as it is while a step is looked for: which points are compared, and how far each is
+/// believed. With that the energy of the points is a sum of squares.
+struct Held<'a> {
+    observed: &'a Observed<'a>,
+    terms: &'a Terms,
+    matches: Vec<Match>,
+    weights: Vec<f64>,
+    noise: Noise,
+}
+
+impl<'a> Held<'a> {
+    /// As things are in a state; `None` when a part is behind the camera.
+    fn new(observed: &'a Observed<'a>, terms: &'a Terms, state: &State) -> Option<Self> {
+        let mut held = Self {
+            observed,
+            terms,
+            matches: observed.matches(state)?,
+            weights: Vec::new(),
+            noise: state.noise,
+        };
+        let residuals = observed.off(&held.matches, state)?;
+        let each = residuals.iter().enumerate();
+        held.weights = each.map(|r| weight(held.scaled(r))).collect();
+        Some(held)
+    }
+
+    /// A point's residuals in their standard deviations.
+    fn scaled(&self, (point, r): (usize, &[f64; 2])) -> [f64; 2] {
+        let noise = self.noise.of(point, &self.matches[point]);
+        [r[0] / noise[0], r[1] / noise[1]]
+    }
+
+    /// The energy of points and prior, with `determined` for n_eff, as a sum of squares.
+    fn squares(&self, state: &State, determined: f64) -> Option<f64> {
+        let residuals = self.observed.off(&self.matches, state)?;
+        let each = residuals.iter().enumerate().map(|r| self.scaled(r));
+        let squares = each.map(|r| r[0] * r[0] + r[1] * r[1]);
+        let points: f64 = squares
+            .zip(&self.weights)
+            .map(|(square, w)| w * square)
+            .sum();
+        Some(points + self.terms.prior(state, determined))
+    }
+
+    /// The energy itself: it lies under the sum of squares where both are equal in the state of the
+    /// weights.
+    fn energy(&self, state: &State, determined: f64) -> Option<f64> {
+        let residuals = self.observed.off(&self.matches, state)?;
+        let each = residuals.iter().enumerate().map(|r| self.scaled(r));
+        let points: f64 = each
+            .map(|r| (FREEDOM + 2.0) * ((r[0] * r[0] + r[1] * r[1]) / FREEDOM).ln_1p())
+            .sum();
+        Some(points + self.terms.prior(state, determined))
+    }
+
+    /// The points' part of the normal equations.
+    fn normal(&self, state: &State) -> Option<Normal> {
+        let count = self.terms.count();
+        let Self {
+            observed,
+            matches,
+            weights,
+            noise,
+            ..
+        } = self;
+        normal(observed, matches, weights, *noise, state, count)
+    }
+}
+
+/// What is compared besides the points.
+pub(super) trait Besides {
+    /// Its part of the normal equations.
+    fn normal(&self) -> &Normal;
+    /// Its energy in the state that those are of, or after a part of a step from there.
+    fn energy(&self, step: Option<(&State, &DVector<f64>, f64)>) -> Option<f64>;
+}
+
 /// A step from a state with something besides the points: where it leads, and the step itself.
-/// `None` when there is none.
+/// It is halved until the energy of all of it falls; `None` when it does not.
 pub(super) fn step_with(
     observed: &Observed,
     terms: &Terms,
     state: &State,
-    besides: &Normal,
+    besides: &impl Besides,
     most: f64,
 ) -> Option<(State, DVector<f64>)> {
-    let matches = observed.matches(state)?;
-    let residuals = observed.off(&matches, state)?;
-    let weights: Vec<f64> = (residuals.iter().enumerate())
-        .map(|(i, r)| {
-            let noise = state.noise.of(i, &matches[i]);
-            weight([r[0] / noise[0], r[1] / noise[1]])
-        })
-        .collect();
-    let points = normal(
-        observed,
-        &matches,
-        &weights,
-        state.noise,
-        state,
-        terms.count(),
-    )?;
-    let (step, determined) = step(terms, points, Some(besides), state)?;
+    let held = Held::new(observed, terms, state)?;
+    let (step, determined) = step(terms, held.normal(state)?, Some(besides.normal()), state)?;
     let longest = step.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
-    let part = (most / longest).min(1.0);
-    let mut there = moved(state, &step, part, terms);
-    there.determined = determined;
-    Some((there, step * part))
+    let mut part = (most / longest).min(1.0);
+    let before = held.energy(state, determined)? + besides.energy(None)?;
+    (0..HALVINGS).find_map(|_| {
+        let mut there = moved(state, &step, part, terms);
+        there.determined = determined;
+        let own = besides.energy(Some((&there, &step, part)))?;
+        let after = held.energy(&there, determined)? + own;
+        let found = (after <= before).then(|| (there, &step * part));
+        part /= 2.0;
+        found
+    })
 }
 
 /// How far the points are off, as a part of what is expected of them: the energy of the points a
@@ -269,27 +345,11 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
         },
     };
     for _ in 0..STEPS {
-        let noise = state.noise;
-        let matches = observed.matches(&state)?;
-        let residuals = observed.off(&matches, &state)?;
-        let scaled = |(point, r): (usize, &[f64; 2])| {
-            let noise = noise.of(point, &matches[point]);
-            [r[0] / noise[0], r[1] / noise[1]]
-        };
-        let weights: Vec<f64> = (residuals.iter().enumerate())
-            .map(|r| weight(scaled(r)))
-            .collect();
-        let points = normal(observed, &matches, &weights, noise, &state, terms.count())?;
-        let (step, determined) = step(terms, points, None, &state)?;
-        state.determined = determined;
         // With weights, outline and n_eff as they are.
-        let energy = |state: &State| {
-            let residuals = observed.off(&matches, state)?;
-            let each = residuals.iter().enumerate().map(scaled);
-            let squares = each.map(|r| r[0] * r[0] + r[1] * r[1]);
-            let points: f64 = squares.zip(&weights).map(|(square, w)| w * square).sum();
-            Some(points + terms.prior(state, determined))
-        };
+        let held = Held::new(observed, terms, &state)?;
+        let (step, determined) = step(terms, held.normal(&state)?, None, &state)?;
+        state.determined = determined;
+        let energy = |state: &State| held.squares(state, determined);
         let before = energy(&state)?;
         let mut part = 1.0;
         let better = (0..HALVINGS).find_map(|_| {
@@ -301,8 +361,8 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
         let most = step.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
         state = there;
         if terms.noise.is_none() {
-            let residuals = observed.off(&matches, &state)?;
-            state.noise = estimated(&residuals, &weights, &matches, determined, usual);
+            let residuals = observed.off(&held.matches, &state)?;
+            state.noise = estimated(&residuals, &held.weights, &held.matches, determined, usual);
         }
         if most < SETTLED {
             break;

@@ -115,12 +115,21 @@ impl Surface {
         coefficients: &[f64],
         expressions: &[(&Expression, f64)],
     ) -> Vec<DVec3> {
-        let each = self.mean.iter().enumerate().map(|(i, &mean)| {
+        let mut positions = self.motion(coefficients, expressions);
+        for (p, &mean) in positions.iter_mut().zip(&self.mean) {
+            *p += mean;
+        }
+        positions
+    }
+
+    /// By how much these move the vertices, mm.
+    pub fn motion(&self, coefficients: &[f64], expressions: &[(&Expression, f64)]) -> Vec<DVec3> {
+        let each = (0..self.mean.len()).map(|i| {
             let moved = self.rates(i).iter().zip(coefficients);
             let moved: DVec3 = moved.map(|(r, &c)| r.as_dvec3() * c).sum();
             let expressed = expressions.iter();
             let expressed: DVec3 = expressed.map(|(e, w)| self.expressed(i, e) * *w).sum();
-            mean + moved + expressed
+            moved + expressed
         });
         each.collect()
     }

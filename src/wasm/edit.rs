@@ -96,6 +96,13 @@ impl PhotoEdit {
         })
     }
 
+    /// Tells what is background, by pixels of the size that the photo was opened with.
+    pub fn set_background(&mut self, rgba: &[u8]) -> Result<(), JsError> {
+        let [width, height] = self.size;
+        let image = Image::new(width, height, rgba).map_err(error)?;
+        self.edit.set_background(&image).map_err(error)
+    }
+
     /// How the photo changes for another face and expression, as `PhotoField` of `index.d.ts`; null when
     /// it does not.
     pub fn field(&mut self, code: &str, weights: &[f64]) -> Result<JsValue, JsError> {

@@ -42,18 +42,26 @@ try {
   await page.getByRole('tab', { name: 'Photo' }).click();
   await page.getByRole('button', { name: 'An example' }).click();
   await page.waitForFunction(() => window.designer.photo?.mode === 'ready', null, { timeout: 120_000 });
-  const { fit, points, width, height, rgba } = await page.evaluate(async () => {
-    const { fit, points, width, height } = window.designer.photo;
+  const { fit, points, width, height, rgba, outline } = await page.evaluate(async () => {
+    const { fit, points, width, height, person } = window.designer.photo;
     const picture = await createImageBitmap(await (await fetch('astronaut.jpg')).blob());
     const context = new OffscreenCanvas(width, height).getContext('2d');
+    const drawn = () => context.getImageData(0, 0, width, height).data;
     context.drawImage(picture, 0, 0);
-    return { fit, points: [...points], width, height, rgba: [...context.getImageData(0, 0, width, height).data] };
+    const rgba = [...drawn()];
+    // How much of each pixel is the person's, as the page tells it.
+    context.fillStyle = 'white';
+    context.fillRect(0, 0, width, height);
+    context.drawImage(person.mask, person.x, person.y, person.side, person.side);
+    const outline = [...drawn()].filter((_, i) => i % 4 === 0);
+    return { fit, points: [...points], width, height, rgba, outline };
   });
 
   const model = await load(await file('public/model.phiz'));
   await model.loadExpressions(await file('public/expressions.phiz'));
-  const edit = await model.editPhoto({ width, height, fit });
   const photo = Uint8ClampedArray.from(rgba);
+  const withPerson = photo.map((value, i) => (i % 4 === 3 ? outline[i >> 2] : value));
+  const edit = await model.editPhoto({ width, height, fit, rgba: withPerson });
   const xs = points.filter((_, i) => i % 2 === 0);
   const ys = points.filter((_, i) => i % 2 === 1);
   const tall = Math.max(...ys) - Math.min(...ys);

@@ -140,6 +140,15 @@ describe('a photo', () => {
     assert.throws(() => edit.render(face, noise.subarray(4)), /bytes are no photo of 640 x 480/);
     edit.free();
     assert.throws(() => edit.field(face), /was freed/);
+
+    // Where alpha says that nobody is, less moves.
+    const outline = noise.map((byte, i) => (i % 4 < 3 ? byte : Math.floor(i / 4) % width < points[0] ? 0 : 255));
+    const inFront = await model.editPhoto({ ...SIZE, fit, rgba: outline });
+    const held = inFront.field(face);
+    const moving = ({ motion }) => motion.reduce((count, x) => count + Number(x !== 0), 0);
+    assert.ok(moving(held) < moving(field), `${moving(held)} of ${moving(field)} move`);
+    inFront.free();
+    await assert.rejects(model.editPhoto({ ...SIZE, fit, rgba: outline.subarray(4) }), /bytes are no photo of 640 x 480/);
     face.free();
   });
 

@@ -285,10 +285,11 @@ export class FaceModel implements ModelInfo {
 
   /**
    * Opens a photo for changing the face in it. Its size is that of the photo that was fitted; larger
-   * versions of the photo change by the same field.
-   * @throws Error with the reason when the face is not in the photo.
+   * versions of the photo change by the same field. With `rgba`, whose alpha is how much of a pixel is the
+   * person's, less of the background moves.
+   * @throws Error with the reason when the face is not in the photo, or `rgba` has another size.
    */
-  editPhoto(photo: { width: number; height: number; fit: PhotoFit }): Promise<PhotoEdit>;
+  editPhoto(photo: { width: number; height: number; fit: PhotoFit; rgba?: Uint8Array | Uint8ClampedArray }): Promise<PhotoEdit>;
 
   readonly controls: readonly Control[];
   readonly regions: readonly string[];

@@ -240,8 +240,8 @@ export class FaceModel {
     return fitter.fit(...size, pairs, focal, rgba, progress);
   }
 
-  /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit }} photo */
-  async editPhoto({ width, height, fit }) {
+  /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit, rgba?: Uint8Array | Uint8ClampedArray }} photo */
+  async editPhoto({ width, height, fit, rgba }) {
     const size = Uint32Array.of(pixels('width', width), pixels('height', height));
     const { camera, light, code, expression } = fit;
     const fitter = await this.#photoFitter();
@@ -261,6 +261,12 @@ export class FaceModel {
       code,
       weigh(expression),
     );
+    try {
+      if (rgba) raw.set_background(new Uint8Array(rgba.buffer, rgba.byteOffset, rgba.byteLength));
+    } catch (error) {
+      raw.free();
+      throw error;
+    }
     return new PhotoEdit(raw, weigh);
   }
 

@@ -25,6 +25,7 @@ export class PhotoEdit {
     code: string,
     weights: Float64Array,
   ): PhotoEdit;
+  set_background(rgba: Uint8Array): void;
   field(code: string, weights: Float64Array): import('phiz').PhotoField | null;
   render(rgba: Uint8Array | Uint8ClampedArray, code: string, weights: Float64Array): Uint8Array;
   texture(rgba: Uint8Array | Uint8ClampedArray, size: number): Uint8Array;

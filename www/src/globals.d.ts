@@ -1,5 +1,5 @@
-/** The folder of what finds faces, relative to the page: see facemesh.js. */
-declare const __FACE_MESH__: string;
+/** The folders of what finds faces and people, relative to the page: see mediapipe.js. */
+declare const __MEDIAPIPE__: { readonly faces: string; readonly person: string };
 
 interface Window {
   /** For automation. */

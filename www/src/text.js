@@ -262,6 +262,7 @@ export const text = {
     cancelled: 'Stopped.',
     reading: 'Opening the photo …',
     searching: 'Looking for faces …',
+    searchingPerson: 'Looking where the person ends …',
     fitting: 'Fitting the face …',
     empty: 'The file is empty.',
     unreadable: 'This is not a picture that your browser can show.',
@@ -307,6 +308,7 @@ export const text = {
     refused: (/** @type {string} */ why) => `${why.charAt(0).toUpperCase()}${why.slice(1).replace(/\.$/, '')}. Correct the points, or take another photo.`,
     quality: (/** @type {number} */ px, /** @type {number} */ mm) =>
       `The fitted face is off the points by ${px.toFixed(1)} pixels, ${mm.toFixed(1)} mm on the face.`,
+    noPerson: 'No outline of a person was found around it: all of the picture counts as theirs.',
     ready: 'The face is fitted. Shape it with the other tabs, and the photo follows.',
     change: 'The change',
     changeAbout: 'Features, meanings, expressions and mixing shape the photo too.',

@@ -42,6 +42,8 @@ const CELLS: f64 = 130.0;
 /// What is farther away from the skin that is known to move than this part of the face's longer side
 /// never moves. It is half a head's width.
 const REACH: f64 = 0.45;
+/// Of background, what is farther away from the person than this never moves.
+const BACKGROUND_REACH: f64 = 0.12;
 /// Skin is trusted where the cosine of the angle at which it is seen is above the first, wholly above the
 /// second.
 const FACING: [f64; 2] = [0.3, 0.5];
@@ -67,6 +69,8 @@ const STILL: f32 = 1e-3;
 #[derive(Debug, Clone)]
 pub struct Edit {
     model: FaceModel,
+    /// The photo's, px.
+    size: [u32; 2],
     /// The photo's.
     camera: Camera,
     /// One whose pixels are the cells.
@@ -177,8 +181,8 @@ impl Edit {
             let at = camera.project(positions[v as usize]);
             (low, high) = (low.min(at), high.max(at));
         }
-        let size = DVec2::new(f64::from(size[0]), f64::from(size[1]));
-        let grid = Grid::new(low, high, size)
+        let extent = DVec2::new(f64::from(size[0]), f64::from(size[1]));
+        let grid = Grid::new(low, high, extent)
             .ok_or_else(|| Error::Mismatch("no face is seen in the photo".into()))?;
         let own = grid.camera(camera);
         let raster = Raster::new(&own, [grid.columns, grid.rows], &positions, &triangles);
@@ -193,6 +197,7 @@ impl Edit {
             seen: positions.iter().map(|&p| own.project(p)).collect(),
             raster,
             model: model.clone(),
+            size,
             camera: *camera,
             own,
             light,
@@ -203,6 +208,36 @@ impl Edit {
             lips,
             grid,
         })
+    }
+
+    /// Tells what is background, by an image of the size that the photo was opened with: then only what is
+    /// near the person moves.
+    ///
+    /// # Errors
+    /// When the image has another size.
+    pub fn set_background(&mut self, image: &Image) -> Result<()> {
+        if [image.width, image.height] != self.size.map(|s| s as usize) {
+            return Err(Error::Mismatch(format!(
+                "the photo is {} x {} pixels, its image {} x {}",
+                self.size[0], self.size[1], image.width, image.height
+            )));
+        }
+        let Grid {
+            origin,
+            step,
+            columns,
+            rows,
+        } = self.grid;
+        let away = distances(columns, rows, |at| {
+            let cell = DVec2::new((at % columns) as f64, (at / columns) as f64);
+            image.pixel(origin + cell * step).is_some()
+        });
+        let reach = (5.0 * BACKGROUND_REACH * CELLS) as u16;
+        for (far, away) in self.far.iter_mut().zip(away) {
+            // Where there is nobody the image tells nothing.
+            *far |= away >= reach && away < FARTHEST;
+        }
+        Ok(())
     }
 
     /// How the photo changes when the face has another shape; `None` when it has not.

@@ -1,10 +1,10 @@
-// Finds faces, with MediaPipe's face mesh, off the page's thread. A classic worker: that library knows
-// `importScripts` and no modules.
+// Finds faces, with MediaPipe's face mesh, and what of a photo is a person, with its selfie segmentation,
+// off the page's thread. A classic worker: these libraries know `importScripts` and no modules.
 //
-// It is half ready for workers (it forgets its drawing context there), and whole in pages; so it is
-// shown as much of a page as it looks for: elements for a canvas and for scripts.
+// They are half ready for workers (they forget their drawing context there), and whole in pages; so they
+// are shown as much of a page as they look for: elements for a canvas and for scripts.
 //
-// It takes whatever it is sent for the next frame of a film and looks first where the last one had a
+// The face mesh takes whatever it is sent for the next frame of a film and looks first where the last one had a
 // face. Two black frames make it forget, so that a photo's points do not depend on the photo before.
 // `minDetectionConfidence` is not set anywhere: setting it aborts the module.
 
@@ -171,12 +171,43 @@ async function find(photo, progress) {
   return found.sort((a, b) => sizeOf(boxOf(b)) - sizeOf(boxOf(a)));
 }
 
-addEventListener('message', async ({ data: { folder, photo } }) => {
+/** The mask has so many px a side, whatever it is of. */
+const MASK = 256;
+
+/**
+ * How much of each pixel of a square of the photo is a person's: red, of 255.
+ * @param {string} folder where the library's files are
+ * @param {ImageBitmap} photo @param {Square} square
+ */
+async function mask(folder, photo, { x, y, side }) {
+  scope.importScripts(new URL('selfie_segmentation.js', folder).href);
+  const segmentation = new scope.SelfieSegmentation({ locateFile: (/** @type {string} */ file) => new URL(file, folder).href });
+  segmentation.setOptions({ modelSelection: 0, selfieMode: false });
+  /** @type {ImageBitmap | null} */
+  let found = null;
+  segmentation.onResults((/** @type {any} */ results) => (found = results.segmentationMask));
+  await segmentation.initialize();
+  const canvas = new OffscreenCanvas(MASK, MASK);
+  const context = canvas.getContext('2d', { willReadFrequently: true });
+  if (!context) throw new Error('no canvas');
+  context.imageSmoothingQuality = 'high';
+  const scale = MASK / side;
+  context.drawImage(photo, -x * scale, -y * scale, photo.width * scale, photo.height * scale);
+  await segmentation.send({ image: canvas });
+  if (!found) throw new Error('no mask');
+  return createImageBitmap(found);
+}
+
+addEventListener('message', async ({ data: { folder, photo, square } }) => {
   try {
+    if (square) {
+      const person = await mask(folder, photo, square);
+      return postMessage({ answer: person }, { transfer: [person] });
+    }
     await start(folder);
     const faces = await find(photo, (fraction) => postMessage({ progress: fraction }));
     photo.close();
-    postMessage({ faces });
+    postMessage({ answer: faces });
   } catch (error) {
     postMessage({ error: error instanceof Error ? error.message : String(error) });
   }

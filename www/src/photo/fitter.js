@@ -51,22 +51,36 @@ export function createFitter({ modelUrl, expressionsUrl }) {
 
   return {
     /**
-     * The pixels and points as the worker sees them.
+     * The pixels and points as the worker sees them; alpha is how much of a pixel is the person's, if that is
+     * known.
      * @param {{ bitmap: ImageBitmap, width: number, height: number, focal?: number }} photo
      * @param {Float64Array} points px of the photo
+     * @param {import('./faces.js').Person | null} person
      */
-    pixels({ bitmap, width, height, focal }, points) {
+    pixels({ bitmap, width, height, focal }, points, person) {
       const scale = Math.min(1, LONGEST / Math.max(width, height));
       const size = { width: Math.max(1, Math.round(scale * width)), height: Math.max(1, Math.round(scale * height)) };
       const canvas = new OffscreenCanvas(size.width, size.height);
       const context = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: true }));
       context.imageSmoothingQuality = 'high';
       context.drawImage(bitmap, 0, 0, size.width, size.height);
+      const { data: rgba } = context.getImageData(0, 0, size.width, size.height);
+      let red = null;
+      if (person) {
+        // Beside the square nobody knows: there all is the person's.
+        context.fillStyle = 'white';
+        context.fillRect(0, 0, size.width, size.height);
+        const side = scale * person.side;
+        context.drawImage(person.mask, scale * person.x, scale * person.y, side, side);
+        red = context.getImageData(0, 0, size.width, size.height).data;
+      }
+      // A photo's own transparency is none of a person's.
+      for (let i = 0; i < rgba.length; i += 4) rgba[i + 3] = red ? red[i] : 255;
       return {
         ...size,
         points: points.map((value) => value * scale),
         focal: focal && focal * scale,
-        rgba: context.getImageData(0, 0, size.width, size.height).data,
+        rgba,
         /** From the worker's px to the photo's. */
         scale: 1 / scale,
       };

@@ -9,7 +9,7 @@ import { createChoice } from './choose.js';
 import { createColours } from './colours.js';
 import { createComparison } from './compare.js';
 import { createCorrection } from './correct.js';
-import { findFaces, stopFinding } from './faces.js';
+import { findFaces, findPerson, stopFinding } from './faces.js';
 import { Cancelled, createFitter } from './fitter.js';
 import { createPlacing } from './place.js';
 import { boxOf, ibugOf, meanPoints } from './points.js';
@@ -52,6 +52,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   let onStage = null;
   /** 468 points each, px of the photo. @type {Float32Array[]} */
   let faces = [];
+  /** Who stands around the points of the last fit, `undefined` before it was asked. @type {import('./faces.js').Person | null | undefined} */
+  let person;
   /** The 68 points that were found, px of the photo. @type {Float64Array | null} */
   let detected = null;
   /** What was fitted, to which points. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, scale: number } | null} */
@@ -328,6 +330,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     photo = next;
     faces = [];
     detected = fitted = own = field = null;
+    forgetPerson();
     editable = false;
     comparison.reset();
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
@@ -366,11 +369,29 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     choice.focus();
   }
 
+  function forgetPerson() {
+    person?.mask.close();
+    person = undefined;
+  }
+
   /** One of the faces. @param {number} i */
   async function take(i) {
+    forgetPerson();
     detected = ibugOf(faces[i]);
     correction.open(photo, detected);
     await fit(detected);
+  }
+
+  /** Without a person all of the photo may be one. @param {import('./read.js').Photo} photo @param {Float64Array} points */
+  async function lookForPerson(photo, points) {
+    bar.removeAttribute('value');
+    say(text.photo.searchingPerson);
+    show('busy');
+    try {
+      return await findPerson(photo, points);
+    } catch {
+      return null;
+    }
   }
 
   /** @param {Float64Array} points px of the photo */
@@ -385,12 +406,17 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
       return show(mode === 'adjust' || mode === 'place' ? mode : 'none');
     }
     const from = mode === 'adjust' || mode === 'place' ? mode : 'none';
-    bar.value = 0;
-    say(text.photo.fitting);
     editable = false;
-    show('busy');
     try {
-      const pixels = fitter.pixels(photo, points);
+      if (person === undefined) {
+        const found = await lookForPerson(photo, points);
+        if (here !== visit) return found?.mask.close();
+        person = found;
+      }
+      const pixels = fitter.pixels(photo, points, person);
+      bar.value = 0;
+      say(text.photo.fitting);
+      show('busy');
       const [found] = await Promise.all([
         fitter.fit(pixels, (part) => here === visit && (bar.value = part)),
         expressions.any ? expressions.load() : undefined,
@@ -415,7 +441,9 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
       colours.forget();
       field = null;
       view.closeTo(around(points, 1));
-      quality.textContent = text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm);
+      const sentences = [text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm)];
+      if (!person) sentences.push(text.photo.noPerson);
+      quality.textContent = sentences.join(' ');
       say(text.photo.ready);
       show('ready');
       await follow();
@@ -447,6 +475,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   }
   function startPlacing() {
     if (!photo) return;
+    forgetPerson();
     const { width, height } = photo;
     detected = null;
     placing.open(meanPoints(model), width / 2, 0.45 * height, 0.5 * Math.min(width, height));
@@ -485,6 +514,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
         points: photo ? correction.points : null,
         fitted: fittedPoints(),
         fit: fitted?.fit ?? null,
+        person: person ?? null,
         field,
         worn: colours.worn,
       };

@@ -52,7 +52,7 @@ const TASKS = {
   async edit({ photo, fit }) {
     edit?.free();
     edit = null;
-    edit = (await (await model)?.editPhoto({ width: photo.width, height: photo.height, fit })) ?? null;
+    edit = (await (await model)?.editPhoto({ width: photo.width, height: photo.height, fit, rgba: pixels ?? undefined })) ?? null;
     return { answer: true };
   },
   async texture({ size }) {

@@ -1,28 +1,29 @@
-// The build's part in finding faces: `@mediapipe/face_mesh` as files of this site, in a folder of
-// their own that no page loads before a photo is there.
+// The build's part in finding faces and people in photos: MediaPipe's packages as files of this site, in
+// folders of their own that no page loads before a photo is there.
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { dirname, join } from 'node:path';
 
 const require = createRequire(import.meta.url);
-const source = dirname(require.resolve('@mediapipe/face_mesh/package.json'));
-/** @type {{ version: string }} */
-const { version } = require('@mediapipe/face_mesh/package.json');
 
-/** Files of one version never change: whoever has them need not ask again. */
-export const FACE_MESH = `face_mesh-${version}/`;
+/** What a page takes of a package. @param {string} name @param {string[]} files */
+function folderOf(name, files) {
+  const description = require.resolve(`@mediapipe/${name}/package.json`);
+  /** @type {{ version: string }} */
+  const { version } = require(description);
+  const modules = ['solution_simd_wasm_bin', 'solution_wasm_bin'].flatMap((build) => [`${name}_${build}.js`, `${name}_${build}.wasm`]);
+  // Files of one version never change: whoever has them need not ask again.
+  return { folder: `${name}-${version}/`, source: dirname(description), files: [`${name}.js`, `${name}.binarypb`, ...files, ...modules] };
+}
 
-const FILES = [
-  'face_mesh.js',
-  'face_mesh.binarypb',
-  'face_mesh_solution_packed_assets.data',
-  'face_mesh_solution_packed_assets_loader.js',
-  'face_mesh_solution_simd_wasm_bin.js',
-  'face_mesh_solution_simd_wasm_bin.wasm',
-  'face_mesh_solution_wasm_bin.js',
-  'face_mesh_solution_wasm_bin.wasm',
-];
+const FACES = folderOf('face_mesh', ['face_mesh_solution_packed_assets.data', 'face_mesh_solution_packed_assets_loader.js']);
+const PERSON = folderOf('selfie_segmentation', ['selfie_segmentation.tflite']);
+const PACKAGES = [FACES, PERSON];
 
+/** Where they are, relative to the page. */
+export const FOLDERS = { faces: FACES.folder, person: PERSON.folder };
+
+const EVALUATES = /new Function\(|new_\(Function|\beval\(/;
 const NOTICE = '/* Changed for phiz: embind makes its functions without evaluating strings. */\n';
 
 // Emscripten wrote these three with `new Function`, which the site's policy forbids. What stands here
@@ -71,32 +72,37 @@ function withoutEvaluation(script) {
     ['function craftInvokerFunction(', 'function heap32VectorToArray(', INVOKER],
     ['function __emval_get_method_caller(', 'function __emval_incref(', CALLER],
   ].reduce((now, [from, to, by]) => replace(now, from, to, by), script);
-  if (/new Function\(|new_\(Function|\beval\(/.test(changed)) throw new Error('@mediapipe/face_mesh still evaluates strings');
+  if (EVALUATES.test(changed)) throw new Error('@mediapipe/face_mesh still evaluates strings');
   return NOTICE + changed;
 }
 
-/** @param {string} name */
-function read(name) {
+/** @param {typeof FACES} of @param {string} name */
+function read({ source }, name) {
   const bytes = readFileSync(join(source, name));
-  return name.endsWith('wasm_bin.js') ? Buffer.from(withoutEvaluation(bytes.toString('utf8'))) : bytes;
+  if (!name.endsWith('wasm_bin.js')) return bytes;
+  const script = bytes.toString('utf8');
+  return EVALUATES.test(script) ? Buffer.from(withoutEvaluation(script)) : bytes;
 }
 
 /** @returns {import('vite').Plugin} */
-export function faceMesh() {
+export function mediapipe() {
+  const all = PACKAGES.flatMap((of) => of.files.map((name) => ({ path: of.folder + name, read: () => read(of, name) })));
   return {
-    name: 'face-mesh',
+    name: 'mediapipe',
     generateBundle() {
-      // The package says Apache-2.0 and comes without the text, which has to go along.
-      this.emitFile({ type: 'asset', fileName: `${FACE_MESH}LICENSE`, source: readFileSync(new URL('../LICENSE-APACHE', import.meta.url)) });
-      for (const name of FILES) this.emitFile({ type: 'asset', fileName: FACE_MESH + name, source: read(name) });
+      // The packages say Apache-2.0 and come without the text, which has to go along.
+      for (const { folder } of PACKAGES) {
+        this.emitFile({ type: 'asset', fileName: `${folder}LICENSE`, source: readFileSync(new URL('../LICENSE-APACHE', import.meta.url)) });
+      }
+      for (const file of all) this.emitFile({ type: 'asset', fileName: file.path, source: file.read() });
     },
     configureServer(server) {
       server.middlewares.use((request, response, next) => {
-        const name = FILES.find((file) => request.url?.split('?')[0].endsWith(`/${FACE_MESH}${file}`));
-        if (!name) return next();
+        const file = all.find(({ path }) => request.url?.split('?')[0].endsWith(`/${path}`));
+        if (!file) return next();
         const types = { js: 'text/javascript', wasm: 'application/wasm' };
-        response.setHeader('content-type', types[/** @type {'js'} */ (name.split('.').pop())] ?? 'application/octet-stream');
-        response.end(read(name));
+        response.setHeader('content-type', types[/** @type {'js'} */ (file.path.split('.').pop())] ?? 'application/octet-stream');
+        response.end(file.read());
       });
     },
   };
