@@ -4,6 +4,7 @@ import { differing, open, picture, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
+const group = (page) => page.getByRole('group', { name: 'What random faces shall be like' });
 const choice = (page, name) => group(page).getByRole('combobox', { name, exact: true });
 const draw = (page) => page.getByRole('button', { name: 'Draw a face' });
 const reading = (page, name) => page.evaluate((attribute) => window.designer.face.attribute(attribute), name);
