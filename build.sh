@@ -336,8 +336,13 @@ model() {
         --count 400 --seed 1 -o "$work/synthetic"
     "$fit" train --template "$work/plain.phiz" --faces "$work/synthetic" \
         -o www/public/synthetic.phiz
+    say "People with labels, whom neither model is learned from"
+    "$fit" population --template "$work/plain.phiz" --base-mesh "$PHIZ_BASE_MESH" \
+        --count 1200 --seed 2 -o "$work/labelled"
+    attributes "$fit" "$work" synthetic
     if [ -d "${ICT_FACEKIT:-}/FaceXModel" ]; then
         people "$fit" "$work"
+        attributes "$fit" "$work" model
     else
         say "The default model stays as it is: it is learned from people of ICT-FaceKit (MIT)."
         say "Get that, and set ICT_FACEKIT to the folder that holds its FaceXModel."
@@ -368,6 +373,12 @@ model() {
     quietly page-picture node tests/browser/picture.js
     quietly photo-pictures node tests/browser/photo-pictures.js
     sizes www/public/*.phiz
+}
+
+# attributes FIT WORK MODEL: what the labels tell of its faces, into www/public/MODEL.phiz.
+attributes() {
+    local fit=$1 work=$2 model=www/public/$3.phiz
+    "$fit" attributes --template "$work/plain.phiz" --faces "$work/labelled" "$model" -o "$model"
 }
 
 # people FIT WORK: the default model, from scans of people and nothing else but their landmarks. The

@@ -87,6 +87,13 @@ impl std::fmt::Display for Number {
     }
 }
 
+/// What is wanted of a value: from one limit to the other, in a unit.
+#[cold]
+#[inline(never)]
+pub(crate) fn range([least, most]: [f64; 2], unit: &str) -> String {
+    format!("from {} to {}{unit}", Number(least), Number(most))
+}
+
 /// A result whose error is an [`enum@Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 

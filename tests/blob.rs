@@ -6,7 +6,9 @@ mod common;
 
 use std::sync::LazyLock;
 
-use common::{edited_sheet, exercise, n, sheet, sheet_blob, sheet_model, text, with_header};
+use common::{
+    edited_sheet, exercise, labelled_sheet, n, sheet, sheet_blob, sheet_model, text, with_header,
+};
 use glam::Vec3;
 use phiz::anatomy::{Axis, Quantity};
 use phiz::blob::{VERSION, pack, seal, unpack};
@@ -124,6 +126,36 @@ fn damage_to_local_blocks_is_refused_or_harmless() {
         {
             exercise(&model);
         }
+    }
+}
+
+/// Attributes are sections of their own, after which a model is read as before there were any.
+#[test]
+fn unsound_attributes_are_refused_and_damage_to_them_is_harmless() {
+    let parts = labelled_sheet();
+    let blob = parts.write().unwrap();
+    let model = FaceModel::parse(&blob).unwrap();
+    assert_eq!(*model.parts(), parts);
+    exercise(&model);
+    let check = |what: &str, change: &dyn Fn(&mut phiz::model::Attribute)| {
+        let mut parts = labelled_sheet();
+        change(&mut parts.attributes[1]);
+        let read = parts.write().and_then(|bytes| FaceModel::parse(&bytes));
+        assert!(matches!(read, Err(Error::Blob(_))), "{what} was taken");
+    };
+    check("a name of another", &|a| a.name = "age".into());
+    check("limits that are no range", &|a| a.limits.reverse());
+    check("a limit that is none", &|a| a.limits[0] = f32::NAN);
+    check("a mean that is none", &|a| a.mean = f32::INFINITY);
+    check("a read-out of nothing", &|a| a.reading.fill(0.0));
+    check("a read-out of something else", &|a| a.reading[2] = 1e7);
+    check("too few weights", &|a| a.reading.truncate(5));
+    let at = blob.windows(3).rposition(|w| w == b"age").unwrap();
+    for place in at - 12..blob.len() {
+        let mut bytes = blob.clone();
+        bytes[place] ^= 1 << (place % 8);
+        seal(&mut bytes);
+        survive(&bytes);
     }
 }
 

@@ -186,8 +186,15 @@ impl BlobWriter {
             .push((name.to_owned(), PLANES, bytes.collect()));
     }
 
+    /// Adds a value as the header's are kept. Read with [`Blob::record`].
+    pub fn record(&mut self, name: &str, value: &impl record::Value) {
+        let mut bytes = Vec::new();
+        value.write(&mut bytes);
+        self.section(name, &bytes);
+    }
+
     /// The bytes of the blob.
-    pub fn finish(self) -> Vec<u8> {
+    pub fn finish(&self) -> Vec<u8> {
         let mut out = Vec::new();
         out.extend_from_slice(&MAGIC);
         VERSION.write(&mut out);
@@ -348,9 +355,9 @@ impl<'a> Blob<'a> {
         })
     }
 
-    /// The checksum of the contents: the identity of the model.
-    pub fn checksum(&self) -> u64 {
-        self.checksum
+    /// The checksum of the contents, shorter: the identity of the model.
+    pub fn fingerprint(&self) -> u32 {
+        (self.checksum ^ (self.checksum >> 32)) as u32
     }
 
     /// The header.
@@ -358,17 +365,32 @@ impl<'a> Blob<'a> {
     /// # Errors
     /// When it is cut short, goes on, or is not what `H` wants.
     pub fn header<H: record::Value>(&self) -> Result<H> {
-        let mut rest = self.header;
-        match H::read(&mut rest) {
-            Some(header) if rest.is_empty() => Ok(header),
-            _ => Err(Error::Blob("its header is not what it should be".into())),
+        record::whole(self.header)
+            .ok_or_else(|| Error::Blob("its header is not what it should be".into()))
+    }
+
+    /// A section written by [`BlobWriter::record`]; `None` when there is none of that name.
+    ///
+    /// # Errors
+    /// When it is not what `R` wants.
+    pub fn record<R: record::Value>(&self, name: &str) -> Result<Option<R>> {
+        let Some(row) = self.find(name) else {
+            return Ok(None);
+        };
+        match record::whole(row.bytes) {
+            Some(value) if row.code == u8::CODE => Ok(Some(value)),
+            _ => Err(Error::Blob(format!(
+                "section \"{name}\" is of another type"
+            ))),
         }
     }
 
+    fn find(&self, name: &str) -> Option<&Row<'a>> {
+        self.rows.iter().find(|row| row.name == name.as_bytes())
+    }
+
     fn row(&self, name: &str) -> Result<&Row<'a>> {
-        self.rows
-            .iter()
-            .find(|row| row.name == name.as_bytes())
+        self.find(name)
             .ok_or_else(|| Error::Blob(format!("section \"{name}\" is missing")))
     }
 

@@ -13,6 +13,11 @@ pub trait Value: Sized {
     fn read(bytes: &mut &[u8]) -> Option<Self>;
 }
 
+/// The value that bytes are, if they are one and nothing else.
+pub(super) fn whole<V: Value>(mut bytes: &[u8]) -> Option<V> {
+    V::read(&mut bytes).filter(|_| bytes.is_empty())
+}
+
 fn take<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
     let (first, rest) = bytes.split_first_chunk()?;
     *bytes = rest;

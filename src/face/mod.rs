@@ -12,8 +12,8 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::Random;
-use crate::error::Number;
-use crate::model::{FaceModel, LIMIT, Reach};
+use crate::error::range;
+use crate::model::{Attribute, FaceModel, LIMIT, Reach};
 use crate::{Error, Result};
 use anchor::{Anchor, Regions};
 
@@ -86,6 +86,8 @@ pub struct Randomize {
     pub spread: Option<f64>,
     /// The regions to change; all when absent.
     pub regions: Option<Vec<String>>,
+    /// What attributes of the face shall read, by their names; all others are left to chance.
+    pub attributes: Vec<(String, f64)>,
 }
 
 impl Face {
@@ -178,6 +180,15 @@ impl Face {
             None => control.read(&self.coefficients()),
         };
         Ok(f64::from(control.percentile(reading)))
+    }
+
+    /// Where the face stands on an attribute, in its unit. Edits by semantic controls do not count,
+    /// nor does what locks took back.
+    ///
+    /// # Errors
+    /// When no attribute has that name.
+    pub fn attribute(&self, name: &str) -> Result<f64> {
+        Ok(self.model.attribute(name)?.read(&self.sigmas()))
     }
 
     /// Moves a control to a percentile, 0..=1.
@@ -286,6 +297,11 @@ impl Face {
             });
         }
         let free = self.free(options.regions.as_deref())?;
+        let model = self.model.clone();
+        let mut asked: Vec<(&Attribute, f64)> = Vec::new();
+        for (name, value) in &options.attributes {
+            asked.push((model.asked(name, *value)?, *value));
+        }
         let seed = match options.seed {
             Some(seed) => seed,
             // 53 bits, so that the seed survives as a JavaScript number.
@@ -299,10 +315,13 @@ impl Face {
             .map(|_| random.normal() * spread)
             .collect();
         let gone = self.let_go(options.regions.as_deref())?;
-        let drawn = self.model.conditional_sample(&drawn, &self.sigmas(), &free);
+        let mut drawn = model.conditional_sample(&drawn, &self.sigmas(), &free);
+        free.iter()
+            .for_each(|&i| drawn[i] = probable::within(drawn[i]));
+        model.steer(&mut drawn, &free, &asked);
         let mut coefficients = self.coefficients();
         for &i in &free {
-            coefficients[i] = (drawn[i] as f32).clamp(-LIMIT, LIMIT);
+            coefficients[i] = drawn[i] as f32;
         }
         for i in self.edits(options.regions.as_deref())? {
             coefficients[i] = 0.0;
@@ -404,11 +423,7 @@ impl Face {
         if !(least..=most).contains(&alpha) {
             return Err(Error::Value {
                 what: "the blending distance",
-                wanted: format!(
-                    "from {} to {} mm",
-                    Number(least.into()),
-                    Number(most.into())
-                ),
+                wanted: range([least.into(), most.into()], " mm"),
                 got: f64::from(alpha),
             });
         }

@@ -1,12 +1,13 @@
 //! The most probable coefficients under constraints.
 //!
 //! Coefficients (in sigmas) are normal with mean 0 and the population's correlation R. Drawing a
-//! face around what is locked, and dragging a vertex, are both conditional distributions of it.
+//! face around what is locked, or with some attributes, and dragging a vertex are all conditional
+//! distributions of it.
 
 use glam::{DVec3, Vec3};
 use nalgebra::DMatrix;
 
-use crate::model::FaceModel;
+use crate::model::{Attribute, FaceModel, LIMIT, along};
 
 /// The product of two matrices, in one place of the code, column by column: nalgebra's own for matrices
 /// of any size has kernels that take as much of the module as drawing a face, and these are small.
@@ -32,6 +33,18 @@ fn select(matrix: &DMatrix<f64>, rows: &[usize], columns: &[usize]) -> DMatrix<f
     })
 }
 
+/// Attributes are met one after the other, so many times: what one undoes of another by their
+/// correlation r is left to r^2 each time, and what the limits of coefficients cut off is found
+/// elsewhere.
+const ROUNDS: usize = 40;
+
+/// A drawn coefficient within its limits.
+pub(super) fn within(sigmas: f64) -> f64 {
+    let limit = f64::from(LIMIT);
+    // Not `clamp`, as in `drag`.
+    sigmas.max(-limit).min(limit)
+}
+
 impl FaceModel {
     /// A draw from N(0, R) given the coefficients that are not `free`, from independent standard
     /// normal numbers (times a spread) in `white`. Matheron's rule: draw jointly, then correct the
@@ -52,7 +65,43 @@ impl FaceModel {
                 drawn[i] += correction;
             }
         }
+        held.iter().for_each(|&i| drawn[i] = present[i]);
         drawn
+    }
+
+    /// Changes the free coefficients of a draw by the least Mahalanobis length with which attributes
+    /// read what is asked (Kaczmarz's projections, in turns), each coefficient within its limits.
+    ///
+    /// With w the read-out and S the covariance of the free coefficients given the others, all of
+    /// the way is gone when all are free, and else the part (w . S w) / (w . R w) of it, as if
+    /// what the others tell of the attribute were yet unknown.
+    pub(crate) fn steer(&self, drawn: &mut [f64], free: &[usize], asked: &[(&Attribute, f64)]) {
+        if asked.is_empty() || free.is_empty() {
+            return;
+        }
+        let covariance = self.conditional_covariance(free);
+        let steps: Vec<_> = (asked.iter())
+            .map(|&(attribute, wanted)| {
+                let (_, whole) = along(&self.derived.correlation, &attribute.reading);
+                let weights: Vec<f32> = free.iter().map(|&i| attribute.reading[i]).collect();
+                let (along, own) = along(&covariance, &weights);
+                let reads = attribute.read(drawn);
+                (
+                    attribute,
+                    along,
+                    own,
+                    reads + (wanted - reads) * own / whole,
+                )
+            })
+            .collect();
+        for _ in 0..ROUNDS {
+            for (attribute, along, own, goal) in &steps {
+                let amount = (goal - attribute.read(drawn)) / own.max(1e-12);
+                for (&i, a) in free.iter().zip(along) {
+                    drawn[i] = within(drawn[i] + amount * a);
+                }
+            }
+        }
     }
 
     /// The change of the free coefficients of least Mahalanobis length, given that the others do

@@ -16,6 +16,7 @@
 //!   [`smooth`], [`surround`] and [`geodesic`] distances; [`measures`] and
 //!   [`describe`](mod@describe) put it into words, [`crease`] says how clean its seams are;
 //!   [`sparse`] learns a basis of local components, and [`semantic`] makes named controls of it;
+//!   [`attributes`] learns what the labels of a population tell of a model's faces;
 //! - evidence: [`validate`](mod@validate) writes the report on a population and its model;
 //! - pictures: a scan's image comes to the generic head as its [`texture`];
 //!   [`render`](mod@render) draws without a GPU, lengths in the colours of the [`colour_bar`],
@@ -23,6 +24,7 @@
 //! - [`files`] writes all of it whole or not at all.
 
 pub mod align;
+pub mod attributes;
 pub mod base_mesh;
 pub mod cage;
 pub mod colour;

@@ -78,7 +78,8 @@ pub fn of_template(template: &Template, folder: &Path) -> FitResult<()> {
 /// Modes of each feature that are drawn.
 const MODES: usize = 4;
 
-/// `modes-FEATURE.png` for each feature (a column a mode, at -3 sigma, the mean, +3 sigma) and
+/// `modes-FEATURE.png` for each feature (a column a mode, at -3 sigma, the mean, +3 sigma),
+/// `attributes.png` (as [`attributes`] says) and
 /// `faces.png` (random faces).
 ///
 /// # Errors
@@ -108,6 +109,7 @@ pub fn of_model(model: &FaceModel, folder: &Path) -> FitResult<()> {
         Image::grid(&rows, columns)?.save(&folder.join(format!("modes-{}.png", feature.name)))?;
     }
     semantic(model, folder)?;
+    attributes(model, folder)?;
     let faces = (1..=12)
         .map(|seed| {
             let mut face = model.face();
@@ -408,6 +410,31 @@ fn semantic(model: &FaceModel, folder: &Path) -> FitResult<()> {
     });
     let grown = grown.into_iter().collect::<FitResult<Vec<_>>>()?;
     Image::grid(&grown, 4)?.save(&folder.join("pinocchio.png"))
+}
+
+/// Each attribute at its two ends: the mean face of it from two sides, and two random faces.
+fn attributes(model: &FaceModel, folder: &Path) -> FitResult<()> {
+    let mut cells = Vec::new();
+    for attribute in &model.parts().attributes {
+        for value in attribute.limits.map(f64::from) {
+            for (seed, spread, yaw) in [(0, 0.0, 0.0), (0, 0.0, 50.0), (1, 1.0, 0.0), (2, 1.0, 0.0)]
+            {
+                let mut face = model.face();
+                face.randomize(&Randomize {
+                    seed: Some(seed),
+                    spread: Some(spread),
+                    attributes: vec![(attribute.name.clone(), value)],
+                    ..Default::default()
+                })?;
+                let camera = Camera::around(DVec3::new(0.0, -25.0, -50.0), 900.0, yaw, 2.0);
+                cells.push(draw(&face, &Options::new(160, 208, camera)));
+            }
+        }
+    }
+    if cells.is_empty() {
+        return Ok(());
+    }
+    Image::grid(&cells, 8)?.save(&folder.join("attributes.png"))
 }
 
 /// The measure of which a liar has ever more.

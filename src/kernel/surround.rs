@@ -32,14 +32,17 @@ impl Surrounding {
         let finer = modes.headroom();
         // All modes of a source side by side: those of a vertex are a sum of few such rows.
         let numbers = 3 * modes.count();
-        let mut places = surround.sources.clone();
-        places.sort_unstable();
-        places.dedup();
-        let rows: Vec<f32> = (places.iter())
-            .flat_map(|&place| (0..numbers).map(move |i| (i / 3, 3 * place as usize + i % 3)))
-            .map(|(k, number)| modes.get(k, number).into())
-            .collect();
-        let row_of = |source: u32| places.partition_point(|&p| p < source) * numbers;
+        let places = (surround.sources.iter()).fold(0, |most, &place| most.max(place as usize + 1));
+        // Where the row of each source starts, once it is there.
+        let mut starts = vec![usize::MAX; places];
+        let mut rows: Vec<f32> = Vec::new();
+        for place in surround.sources.iter().map(|&place| place as usize) {
+            if starts[place] == usize::MAX {
+                starts[place] = rows.len();
+                let row = (0..numbers).map(|i| modes.get(i / 3, 3 * place + i % 3));
+                rows.extend(row.map(f32::from));
+            }
+        }
         let mut targets = Vec::with_capacity(active.len());
         let mut followed = Vec::with_capacity(numbers * active.len());
         let mut sums = vec![0.0_f32; numbers];
@@ -51,7 +54,7 @@ impl Surrounding {
                 .zip(&surround.weights[each]);
             for (&source, &weight) in each {
                 let weight = f32::from(weight);
-                for (sum, x) in sums.iter_mut().zip(&rows[row_of(source)..]) {
+                for (sum, x) in sums.iter_mut().zip(&rows[starts[source as usize]..]) {
                     *sum += weight * x;
                 }
             }

@@ -22,6 +22,8 @@
 //! | `sigmas.b` | f32 | K | standard deviations, mm |
 //! | `targets.b` | planes | R | surround vertices, as `support.b` |
 //! | `distances.b` | planes | R | distance from the region, predicted over the targets, in units of [`DISTANCES`] |
+//! | `attributes` | u8 | any | absent without attributes: as in the header, the fingerprint (a u32, the two halves of the checksum in exclusive or) of the model without this section and the next, and a list of strings: name, description and unit of each of A attributes |
+//! | `read-outs` | f32 | A (4 + C) | of each attribute both limits, the mean, the explained part, and the read-out's change with each coefficient |
 //! | `rigid.b` | planes | 17 G | for each of the header's `rigid` parts that follow as one: the part, an index into `parts`; 8 places in the support; their weights, which sum to 65535 |
 //!
 //! A model without blocks is a head: one face, which a page shows while the rest loads.
@@ -43,6 +45,7 @@
 //!
 //! What other targets follow is not kept: [`Surround::new`] finds it again.
 
+mod attribute;
 mod block;
 mod control;
 mod header;
@@ -55,6 +58,8 @@ use glam::Vec3;
 use nalgebra::DMatrix;
 
 pub use crate::kernel::Modes;
+pub use attribute::Attribute;
+pub(crate) use attribute::along;
 pub use block::{Block, FALLOFF_REACH, falloff};
 pub use control::Control;
 pub use header::{About, Blending, Licence};
@@ -64,7 +69,7 @@ pub use surround::{Rigid, SOURCES, Surround};
 
 use crate::anatomy::{Landmark, Measure};
 use crate::blob::{Blob, BlobWriter, Kind};
-use crate::error::Number;
+use crate::error::{Number, range};
 use crate::kernel::{Facets, Patch};
 use crate::mesh::Topology;
 use crate::predict::Walk;
@@ -100,6 +105,8 @@ pub struct ModelParts {
     pub controls: Vec<Control>,
     /// Correlation of the population's coefficients ([`ModelParts::population`]), row by row.
     pub correlation: Vec<f32>,
+    /// What labels tell of a face; none when nobody labelled one.
+    pub attributes: Vec<Attribute>,
     /// Named points.
     pub landmarks: Vec<Landmark>,
     /// What can be measured.
@@ -143,17 +150,17 @@ impl FaceModel {
         #[cfg(not(target_arch = "wasm32"))]
         let bytes = &crate::blob::unpack(bytes)?;
         let blob = Blob::parse(bytes, Kind::Model)?;
-        let parts = ModelParts::read(&blob)?;
-        Self::new(parts, blob.checksum())
-    }
-
-    fn new(parts: ModelParts, checksum: u64) -> Result<Self> {
+        let mut parts = ModelParts::read(&blob)?;
         let population = parts.population();
         let correlation = DMatrix::from_row_iterator(
             population,
             population,
             parts.correlation.iter().map(|&r| f64::from(r)),
         );
+        let mut fingerprint = blob.fingerprint();
+        if let Some(read) = read_attributes(&blob, &correlation)? {
+            (fingerprint, parts.attributes) = read;
+        }
         let Some(cholesky) = correlation.clone().cholesky() else {
             return Err(Error::Blob(
                 "its correlation matrix is not positive definite".into(),
@@ -187,7 +194,7 @@ impl FaceModel {
                 median,
                 correlation,
                 cholesky: cholesky.l(),
-                fingerprint: (checksum ^ (checksum >> 32)) as u32,
+                fingerprint,
             }),
             parts: Arc::new(parts),
         })
@@ -219,6 +226,28 @@ impl FaceModel {
             kind: "control",
             name: name.to_owned(),
         })
+    }
+
+    pub(crate) fn attribute(&self, name: &str) -> Result<&Attribute> {
+        let found = self.parts.attributes.iter().find(|a| a.name == name);
+        found.ok_or_else(|| Error::Unknown {
+            kind: "attribute",
+            name: name.to_owned(),
+        })
+    }
+
+    /// An attribute of which a value may be asked for.
+    pub(crate) fn asked(&self, name: &str, value: f64) -> Result<&Attribute> {
+        let attribute = self.attribute(name)?;
+        let [least, most] = attribute.limits.map(f64::from);
+        match (least..=most).contains(&value) {
+            true => Ok(attribute),
+            false => Err(Error::Value {
+                what: "an attribute",
+                wanted: range([least, most], ""),
+                got: value,
+            }),
+        }
     }
 
     /// Which blocks a region is made of: the one of that name and its local ones.
@@ -333,6 +362,15 @@ impl ModelParts {
                 let rigid: Vec<i32> = rigid.map(|number| number as i32).collect();
                 blob.planes(&format!("rigid.{b}"), &rigid);
             }
+        }
+        if !self.attributes.is_empty() {
+            let plain = blob.finish();
+            let fingerprint = Blob::parse(&plain, Kind::Model)?.fingerprint();
+            let words = (self.attributes.iter())
+                .flat_map(|a| [&a.name, &a.description, &a.unit].map(String::clone));
+            blob.record("attributes", &(fingerprint, words.collect::<Vec<_>>()));
+            let numbers = self.attributes.iter().flat_map(Attribute::numbers);
+            blob.section("read-outs", &numbers.collect::<Vec<_>>());
         }
         Ok(blob.finish())
     }
@@ -476,6 +514,7 @@ impl ModelParts {
             blocks,
             controls,
             correlation,
+            attributes: Vec::new(),
             landmarks: header.landmarks,
             measures: header.measures,
             blending: header.blending,
@@ -631,6 +670,39 @@ fn read_rigid(blob: &Blob, name: &str, count: u32) -> Result<Vec<Rigid>> {
         weights: std::array::from_fn(|i| row[1 + SOURCES + i] as u16),
     });
     Ok(rigid.collect())
+}
+
+/// The attributes, if there are any, and the fingerprint of the model without them: they name its
+/// faces and change none, so that a face's code stays good when they are learned anew.
+fn read_attributes(
+    blob: &Blob,
+    correlation: &DMatrix<f64>,
+) -> Result<Option<(u32, Vec<Attribute>)>> {
+    let Some((fingerprint, words)) = blob.record::<(u32, Vec<String>)>("attributes")? else {
+        return Ok(None);
+    };
+    let each = 4 + correlation.nrows();
+    let numbers = blob.floats("read-outs", words.len() / 3 * each, 1e6)?;
+    let mut attributes: Vec<Attribute> = Vec::new();
+    for (words, numbers) in words.chunks_exact(3).zip(numbers.chunks_exact(each)) {
+        let attribute = Attribute {
+            name: words[0].clone(),
+            description: words[1].clone(),
+            unit: words[2].clone(),
+            limits: [numbers[0], numbers[1]],
+            mean: numbers[2],
+            explained: numbers[3],
+            reading: numbers[4..].to_vec(),
+        };
+        let twice = attributes.iter().any(|a| a.name == attribute.name);
+        let varies = along(correlation, &attribute.reading).1 >= 1e-12;
+        if twice || !varies || numbers[0] >= numbers[1] {
+            let name = attribute.name;
+            return Err(Error::Blob(format!("attribute \"{name}\" is not sound")));
+        }
+        attributes.push(attribute);
+    }
+    Ok(Some((fingerprint, attributes)))
 }
 
 /// How many there are of what controls name by number.

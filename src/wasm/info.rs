@@ -116,6 +116,15 @@ pub(super) fn info(parts: &ModelParts) -> JsValue {
             ("measure", measure.map_or(JsValue::NULL, |m| string(m))),
         ]));
     }
+    let attributes = array(&parts.attributes, |attribute| {
+        object(&[
+            ("name", string(&attribute.name)),
+            ("description", string(&attribute.description)),
+            ("unit", string(&attribute.unit)),
+            ("limits", pair(attribute.limits)),
+            ("explained", number(attribute.explained)),
+        ])
+    });
     object(&[
         ("about", about(&parts.about)),
         ("regions", regions.into()),
@@ -125,6 +134,7 @@ pub(super) fn info(parts: &ModelParts) -> JsValue {
         ("landmarks", array(&parts.landmarks, landmark)),
         ("measures", array(&parts.measures, measure)),
         ("controls", controls.into()),
+        ("attributes", attributes),
         ("blending", blending(parts.blending)),
     ])
 }

@@ -168,12 +168,19 @@ impl Face {
             .map_err(error)
     }
 
-    /// Draws from the population and gives the seed.
+    /// Where the face stands on an attribute, in its unit.
+    pub fn attribute(&self, name: &str) -> Result<f64, JsError> {
+        self.face.attribute(name).map_err(error)
+    }
+
+    /// Draws from the population, given some attributes and a value for each, and gives the seed.
     pub fn randomize(
         &mut self,
         seed: Option<f64>,
         spread: Option<f64>,
         regions: Option<Vec<String>>,
+        attributes: Vec<String>,
+        values: &[f32],
     ) -> Result<f64, JsError> {
         // Larger integers are not all numbers of JavaScript.
         let whole = |s: &f64| *s >= 0.0 && *s < 9_007_199_254_740_992.0 && s.trunc() == *s;
@@ -184,6 +191,10 @@ impl Face {
             seed: seed.map(|s| s as u64),
             spread,
             regions,
+            attributes: attributes
+                .into_iter()
+                .zip(values.iter().map(|&v| v.into()))
+                .collect(),
         };
         let seed = self.face.randomize(&options).map_err(error)?;
         Ok(seed as f64)

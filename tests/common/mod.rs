@@ -6,7 +6,9 @@ use glam::Vec3;
 use phiz::FaceModel;
 use phiz::anatomy::{Axis, Landmark, Measure, Part, Quantity};
 use phiz::mesh::Topology;
-use phiz::model::{About, Blending, Block, Control, Licence, ModelParts, Modes, Rigid, Surround};
+use phiz::model::{
+    About, Attribute, Blending, Block, Control, Licence, ModelParts, Modes, Rigid, Surround,
+};
 use phiz::quantise::{COORDINATES, CORRELATIONS, DISTANCES, FINEST_STEP, Quantised, TEXTURE};
 
 /// Columns and rows of the sheet's vertices, 10 mm apart:
@@ -157,6 +159,7 @@ pub fn sheet() -> ModelParts {
         blocks,
         controls,
         correlation,
+        attributes: vec![],
         landmarks: vec![
             Landmark {
                 name: "tip".into(),
@@ -180,6 +183,26 @@ pub fn sheet() -> ModelParts {
             alpha: 12.0,
             limits: [2.0, 40.0],
         },
+    }
+}
+
+/// The sheet with two labels that go together, as a nose's length and a head's height might.
+pub fn labelled_sheet() -> ModelParts {
+    let attribute = |name: &str, mean, weight: &dyn Fn(f32) -> f32| Attribute {
+        name: name.into(),
+        description: "made up for tests".into(),
+        unit: "years".into(),
+        limits: [mean - 20.0, mean + 20.0],
+        mean,
+        explained: 0.75,
+        reading: (0..COEFFICIENTS).map(|i| weight(i as f32)).collect(),
+    };
+    ModelParts {
+        attributes: vec![
+            attribute("age", 40.0, &|i| 4.0 - i),
+            attribute("height", -3.0, &|i| 1.0 + (2.0 * i).sin()),
+        ],
+        ..sheet()
     }
 }
 
@@ -339,6 +362,19 @@ pub fn exercise(model: &FaceModel) {
         }
     }
     finite(&face);
+    for attribute in &parts.attributes {
+        for value in attribute.limits.map(f64::from) {
+            face.randomize(&phiz::Randomize {
+                seed: Some(4),
+                attributes: vec![(attribute.name.clone(), value)],
+                ..Default::default()
+            })
+            .expect("its limits may be asked for");
+            finite(&face);
+            let reads = face.attribute(&attribute.name).expect("it is there");
+            assert!(reads.is_finite(), "it reads {reads}");
+        }
+    }
     let first = parts.blocks[0].name.clone();
     face.lock(&first).expect("the region is there");
     face.randomize(&phiz::Randomize {

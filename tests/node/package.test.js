@@ -84,6 +84,44 @@ for (const build of ['simd', 'scalar']) {
       assert.deepEqual(face.positions, before.positions);
     });
 
+    test('random faces read the attributes that they were asked for', () => {
+      const names = model.attributes.map(({ name }) => name);
+      assert.deepEqual(names, ['age', 'african', 'asian', 'caucasian', 'sex']);
+      const own = model.face();
+      for (const { name, unit, limits, description, explained } of model.attributes) {
+        assert.ok(unit.length > 0 && limits[0] < limits[1]);
+        assert.match(description, /synthetic/, 'it says of whom it was learned');
+        assert.ok(explained > 0.25 && explained < 1);
+        for (const value of limits) {
+          own.randomize({ seed: 4, attributes: { [name]: value } });
+          assert.ok(Math.abs(own.attribute(name) - value) <= 0.001 * (limits[1] - limits[0]), name);
+        }
+      }
+      const of = (options) => {
+        own.randomize({ seed: 9, ...options });
+        return own.code;
+      };
+      assert.equal(of({ attributes: {} }), of({}), 'nothing asked is as it was');
+      assert.notEqual(of({ attributes: { sex: 0.9 } }), of({ attributes: { sex: 0.1 } }));
+
+      own.randomize({ seed: 1 });
+      own.lock('nose');
+      const inside = [...model.regionOf.keys()].filter((v) => model.regionNames[model.regionOf[v]] === 'nose');
+      assert.ok(inside.length > 100);
+      const before = own.positions.slice();
+      own.randomize({ seed: 2, attributes: { age: 70, sex: 0.95 } });
+      const moved = (v) => farthest(own.positions.slice(3 * v, 3 * v + 3), before.slice(3 * v, 3 * v + 3));
+      assert.ok(inside.every((v) => moved(v) <= 1e-4), 'what is locked stays');
+      assert.ok(farthest(own.positions, before) > 1);
+      const { code } = own;
+      for (const attributes of [{ age: 200 }, { age: NaN }, { 'no such': 1 }]) {
+        assert.throws(() => own.randomize({ seed: 3, attributes }), /attribute/);
+      }
+      assert.throws(() => own.attribute('no such'), /no attribute/);
+      assert.equal(own.code, code);
+      own.free();
+    });
+
     test('expressions go over a face and leave it as it was', async () => {
       const mine = await load(bytes, { build });
       const own = mine.face();

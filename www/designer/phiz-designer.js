@@ -152,7 +152,7 @@ export class PhizDesigner extends HTMLElement {
     this.#need().face.reset(region);
     this.refresh();
   }
-  /** @param {{ seed?: number, spread?: number, regions?: string[] }} [options] */
+  /** @param {Parameters<import('phiz').Face['randomize']>[0]} [options] */
   randomize(options) {
     const seed = this.#need().face.randomize(options);
     this.refresh();

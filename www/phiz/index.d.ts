@@ -48,6 +48,23 @@ export interface Control {
   readonly measure: string | null;
 }
 
+/**
+ * What labels of some population tell of a face, such as age: a direction that was learned from the
+ * people of `description`, who need not be those of the model.
+ */
+export interface Attribute {
+  /** Its unique name, such as `age`. */
+  readonly name: string;
+  /** What it is, and as whom it was learned from. */
+  readonly description: string;
+  /** `years`, or `share` and `amount`, which run from 0 to 1. */
+  readonly unit: string;
+  /** The smallest and the largest value that may be asked for: those of the labels. */
+  readonly limits: readonly [number, number];
+  /** The part of the variance of labels that it explains in people whom it was not learned from. */
+  readonly explained: number;
+}
+
 /** What is known of a photo. */
 export interface PhotoPoints {
   /** px, whole. */
@@ -232,6 +249,8 @@ export interface About {
 /** What a blob says of itself. */
 export interface ModelInfo {
   readonly controls: readonly Control[];
+  /** What may be asked of random faces; none in a model without labels. */
+  readonly attributes: readonly Attribute[];
   /** The features that can be locked, blended, randomised and reset: `eyes`, `nose` ... */
   readonly regions: readonly string[];
   /** Finer names for parts of the surface: `left eye` ... */
@@ -292,6 +311,7 @@ export class FaceModel implements ModelInfo {
   editPhoto(photo: { width: number; height: number; fit: PhotoFit; rgba?: Uint8Array | Uint8ClampedArray }): Promise<PhotoEdit>;
 
   readonly controls: readonly Control[];
+  readonly attributes: readonly Attribute[];
   readonly regions: readonly string[];
   readonly regionNames: readonly string[];
   readonly regionGroups: readonly (number | null)[];
@@ -344,11 +364,24 @@ export class Face {
   /** Moves towards another face of the same model: t = 0 changes nothing, 1 takes it over. */
   blend(other: Face, t: number, options?: { regions?: string[] }): void;
   /**
-   * A random person of the population. `spread` 1 is the population's own variety. Locked
-   * regions stay.
-   * @returns the seed that was used; the same seed gives the same person again.
+   * Where the face stands on an attribute, in its unit. Edits by semantic controls do not count.
+   * @throws Error when no attribute has that name.
    */
-  randomize(options?: { seed?: number; spread?: number; regions?: string[] }): number;
+  attribute(name: string): number;
+  /**
+   * A random person of the population. `spread` 1 is the population's own variety. Locked
+   * regions stay. Of `attributes` those that are named read what is asked, to a thousandth of their
+   * limits, and all else is random as before; where regions stay, the others go their own part of
+   * the way there.
+   * @returns the seed that was used; the same seed gives the same person again.
+   * @throws Error for what is unknown, and for values beyond their limits.
+   */
+  randomize(options?: {
+    seed?: number;
+    spread?: number;
+    regions?: string[];
+    attributes?: Readonly<Record<string, number>>;
+  }): number;
   /**
    * Holds a region where and as it is, to 0.0001 mm, until it is unlocked: `randomize`, `blend`,
    * `drag` and `reset` leave its coefficients alone, and what others move there is taken back. Its

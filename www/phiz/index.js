@@ -320,6 +320,9 @@ export class FaceModel {
   get measures() {
     return this.#info.measures;
   }
+  get attributes() {
+    return this.#info.attributes;
+  }
   get about() {
     return this.#info.about;
   }
@@ -466,11 +469,16 @@ export class Face {
       if (source !== other) source.free();
     }
   }
-  /** @param {{ seed?: number, spread?: number, regions?: string[] }} [options] */
-  randomize({ seed, spread, regions, ...others } = {}) {
+  /** @param {string} name */
+  attribute(name) {
+    return this.#live.attribute(name);
+  }
+  /** @param {{ seed?: number, spread?: number, regions?: string[], attributes?: Record<string, number> }} [options] */
+  randomize({ seed, spread, regions, attributes = {}, ...others } = {}) {
     const [unknown] = Object.keys(others);
     if (unknown !== undefined) throw new Error(`randomize knows no option "${unknown}"`);
-    return this.#live.randomize(seed, spread, regions);
+    const asked = Object.keys(attributes);
+    return this.#live.randomize(seed, spread, regions, asked, Float32Array.from(asked, (name) => attributes[name]));
   }
   /** @param {string} region */
   lock(region) {

@@ -30,7 +30,14 @@ export class Face {
   get(control: string): number;
   reset(region?: string): void;
   blend(other: Face, t: number, regions?: string[]): void;
-  randomize(seed?: number, spread?: number, regions?: string[]): number;
+  attribute(name: string): number;
+  randomize(
+    seed: number | undefined,
+    spread: number | undefined,
+    regions: string[] | undefined,
+    attributes: string[],
+    values: Float32Array,
+  ): number;
   lock(region: string): void;
   unlock(region: string): void;
   locked(): string[];

@@ -158,7 +158,7 @@ export function createEditor(model, face) {
       });
     },
     /**
-     * @param {{ seed?: number, spread?: number, regions?: string[] }} options
+     * @param {Chance} options
      * @returns {number | undefined} the seed, unless the change was refused
      */
     randomise(options) {
@@ -213,3 +213,4 @@ export function createEditor(model, face) {
 }
 
 /** @typedef {ReturnType<typeof createEditor>} Editor */
+/** @typedef {NonNullable<Parameters<import('phiz').Face['randomize']>[0]>} Chance */

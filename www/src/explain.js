@@ -75,7 +75,8 @@ export function createExplanation({ face, model, onStep }) {
     about(name) {
       if (name === section) return;
       section = name;
-      words.replaceChildren(...(text.explain[name] ?? []).map((paragraph) => element('p', {}, paragraph)));
+      const labels = name === 'features' && model.attributes.length ? text.explainLabels : [];
+      words.replaceChildren(...[...(text.explain[name] ?? []), ...labels].map((paragraph) => element('p', {}, paragraph)));
     },
   };
 }

@@ -229,7 +229,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
       measures.root,
       sliders,
       more,
-      element('section', { class: 'part' }, element('h3', {}, text.randomFaces), random.amount),
+      random.root,
       element('details', { class: 'advanced' }, element('summary', {}, text.advanced), limits.box(), alpha.root, random.again),
     ),
   );

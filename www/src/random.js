@@ -1,14 +1,16 @@
 import { element } from './element.js';
 import { createSlider } from './slider.js';
 import { text } from './text.js';
+import { createWishes } from './wishes.js';
 
 /**
- * Random faces: how unusual they are, and the seed that gives one again.
+ * Random faces: what they shall be like, how unusual they are, and the seed that gives one again.
  * @param {import('./editor.js').Editor} editor
  * @param {(sentence: string) => void} say
  */
 export function createRandom(editor, say) {
   let spread = 1;
+  const wishes = createWishes(editor.model);
   const amount = createSlider({
     name: text.spread,
     label: text.spread,
@@ -55,8 +57,8 @@ export function createRandom(editor, say) {
 
   /** @param {string[]} [regions] @param {number} [withSeed] */
   function randomise(regions, withSeed) {
-    /** @type {{ seed?: number, spread?: number, regions?: string[] }} */
-    const options = { spread };
+    /** @type {import('./editor.js').Chance} */
+    const options = { spread, attributes: wishes.attributes };
     if (regions) options.regions = regions;
     if (withSeed !== undefined) options.seed = withSeed;
     const used = editor.randomise(options);
@@ -66,5 +68,14 @@ export function createRandom(editor, say) {
     say(locked ? text.randomisedRest(used) : text.randomised(used));
   }
 
-  return { amount: amount.root, again, randomise };
+  const root = element('section', { class: 'part' }, element('h3', {}, text.randomFaces));
+  if (wishes.root) {
+    // The toolbar has a button of this kind; on a phone it is far from here.
+    const draw = element('button', { type: 'button', class: 'button', onclick: () => randomise() }, text.wishes.draw);
+    root.append(wishes.root, amount.root, draw);
+  } else {
+    root.append(amount.root);
+  }
+
+  return { root, again, randomise };
 }

@@ -44,9 +44,24 @@ export const text = {
   sigmas: (/** @type {number} */ deviations) => `${deviations < 0 ? '−' : '+'}${Math.abs(deviations).toFixed(1)} σ, beyond people`,
   typedSigmas: (/** @type {string} */ name) => `${name} in standard deviations`,
   seed: 'Seed',
-  seedAbout: 'The same seed gives the same random face again.',
+  seedAbout: 'With the same choices, the same seed gives the same random face again.',
   useSeed: 'Use',
   randomFaces: 'Random faces',
+  wishes: {
+    title: 'What random faces shall be like',
+    any: 'Any',
+    names: /** @type {Record<string, string>} */ ({ sex: 'Sex', age: 'Age', ethnicity: 'Ethnicity', weight: 'Weight' }),
+    ethnicities: /** @type {Record<string, string>} */ ({ african: 'African', asian: 'Asian', caucasian: 'Caucasian' }),
+    years: (/** @type {number} */ years) => `About ${years}`,
+    levels: /** @type {Record<string, readonly string[]>} */ ({
+      sex: ['Female', 'Between', 'Male'],
+      weight: ['Thin', 'Average', 'Heavy'],
+      other: ['Little', 'Middling', 'Much'],
+    }),
+    about: 'Directions learned from drawn, labelled heads: what an artist means by these words. They tell nothing about real people.',
+    clear: 'Any of all',
+    draw: 'Draw a face',
+  },
   spread: 'How unusual',
   spreadAbout: 'At × 1 random faces differ as people do; below, they keep close to the average.',
   unusual: (/** @type {number} */ spread) =>
@@ -373,6 +388,11 @@ export const text = {
       'All of it is computed here. No picture leaves this device.',
     ],
   }),
+  /** Where the model has labels. */
+  explainLabels: [
+    'Random faces can be asked for by what labels tell. Nobody in this model was asked for any of these. They were learned from synthetic heads, which an artist’s shapes were mixed into and which are labelled with the mixture: for each label, the mean way in which a head changes with it.',
+    'So “Male, about 60” is what that artist’s shapes make of it, on top of all that varies otherwise. It is a start for a description, not what such people look like, and it cannot tell who anybody is.',
+  ],
   explainMoved: (/** @type {string} */ name, /** @type {string} */ rank, /** @type {number} */ inTen) =>
     `You moved ${name} to the ${rank} percentile: about ${inTen} of 10 people have less of it.`,
   explainEnd: (/** @type {string} */ name) => `You moved ${name} to where almost nobody is, or beyond.`,

@@ -17,7 +17,7 @@ pub struct HeadArgs {
     output: PathBuf,
 }
 
-/// Writes a model without blocks and controls, whose one face is the median person of the other: a
+/// Writes a model without blocks, controls and attributes, whose one face is the median person of the other: a
 /// seventh of the bytes, for a page to show while the rest is on its way.
 pub fn run(args: &HeadArgs) -> FitResult<()> {
     let model = super::read_model(&args.model)?;
@@ -26,6 +26,7 @@ pub fn run(args: &HeadArgs) -> FitResult<()> {
     parts.blocks.clear();
     parts.controls.clear();
     parts.correlation.clear();
+    parts.attributes.clear();
     let bytes = pack(&parts.write()?)?;
     write_atomically(&args.output, &bytes)?;
     println!(

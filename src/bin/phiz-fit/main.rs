@@ -1,5 +1,6 @@
 //! `phiz-fit`: the offline program.
 
+mod attributes;
 mod basis;
 mod evaluate;
 mod expressions;
@@ -55,6 +56,8 @@ enum Verb {
     Photograph(photograph::PhotographArgs),
     /// Align, learn and bake: from registered faces to a model.
     Train(TrainArgs),
+    /// Learn from labelled faces what labels tell of a model's faces, and put it into the model.
+    Attributes(attributes::AttributesArgs),
     /// Measure what a population is like and how well a model of it describes other faces.
     Validate(validate::ValidateArgs),
     /// Learn a sparse basis of local components from registered faces.
@@ -193,6 +196,7 @@ fn main() -> ExitCode {
         Verb::Photograph(args) => photograph::run(&args),
         Verb::Simulate(args) => simulate::run(&args),
         Verb::Train(args) => train(&args),
+        Verb::Attributes(args) => attributes::run(&args),
         Verb::Validate(args) => validate::run(&args),
         Verb::Basis(args) => basis::run(&args),
         Verb::Expressions(args) => expressions::run(&args),

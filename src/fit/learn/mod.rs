@@ -323,6 +323,7 @@ impl<'a> Learner<'a> {
             controls: controls(&blocks, &coefficients),
             blocks,
             correlation: correlation(&coefficients),
+            attributes: Vec::new(),
             landmarks,
             measures,
             blending: self.blending,

@@ -25,11 +25,24 @@ impl<'a> Subspace<'a> {
     /// # Errors
     /// When a mode is a sum of others on these vertices.
     pub fn new(modes: &'a [Vec<DVec3>], vertices: &'a [u32]) -> FitResult<Self> {
+        Self::penalised(modes, vertices, Mat::zeros(modes.len(), modes.len()))
+    }
+
+    /// As [`Subspace::new`], but least is the sum of squares and c' P c of the coefficients c and
+    /// the `penalty` P (mm^2).
+    ///
+    /// # Errors
+    /// When a mode that is not penalised is a sum of others on these vertices.
+    pub fn penalised(
+        modes: &'a [Vec<DVec3>],
+        vertices: &'a [u32],
+        penalty: Mat<f64>,
+    ) -> FitResult<Self> {
         let mut normal = gram(3 * vertices.len(), |rows| columns(modes, vertices, rows));
         // A ten-thousand-millionth keeps modes that are nearly alike apart from rounding.
         let trace: f64 = (0..modes.len()).map(|i| normal[(i, i)]).sum();
         (0..modes.len()).for_each(|i| normal[(i, i)] += 1e-10 * trace / modes.len() as f64);
-        let factor = normal
+        let factor = (normal + penalty)
             .llt(Side::Lower)
             .map_err(|_| FitError::Input("modes that are sums of each other".into()))?;
         Ok(Self {

@@ -1,0 +1,72 @@
+//! `phiz-fit attributes`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use phiz::FaceModel;
+use phiz::blob::pack;
+use phiz::fit::attributes::{Labels, learn};
+use phiz::fit::files::write_atomically;
+use phiz::fit::{FitResult, ply};
+use phiz::model::Attribute;
+
+#[derive(Args)]
+pub struct AttributesArgs {
+    /// The generic head.
+    #[arg(long, value_name = "FILE")]
+    template: PathBuf,
+    /// The folder of labelled registered faces (PLY) with their `labels.json`.
+    #[arg(long, value_name = "DIR")]
+    faces: PathBuf,
+    /// The model, of these people or of others.
+    model: PathBuf,
+    /// The file to write: the model, with these attributes and no others.
+    #[arg(short, value_name = "FILE")]
+    output: PathBuf,
+}
+
+pub fn run(args: &AttributesArgs) -> FitResult<()> {
+    let template = super::read_template(&args.template)?;
+    let model = super::read_model(&args.model)?;
+    let (names, faces): (Vec<_>, Vec<_>) =
+        super::step("reading faces", || ply::read_faces(&args.faces, &template))?
+            .into_iter()
+            .unzip();
+    let labels = Labels::read(&args.faces.join("labels.json"), &names)?;
+    let source = super::about(&args.faces)?.title;
+    let learned = super::step("learning", || {
+        learn(&template, &model, &faces, &labels, &source)
+    })?;
+    println!(
+        "{} people, of whose skin the model leaves {:.2} mm RMS; held out:",
+        faces.len(),
+        learned.left
+    );
+    let mut parts = model.parts().clone();
+    parts.attributes = learned.attributes().cloned().collect();
+    for told in &learned.told {
+        let Attribute {
+            name,
+            unit,
+            limits: [least, most],
+            ..
+        } = &told.attribute;
+        println!(
+            "{name:10} {:4.1} % of the variance explained, {:.2} {unit} off in {least:.2} to \
+             {most:.2}; a standard deviation is {:.2} sigmas{}",
+            100.0 * told.attribute.explained,
+            told.error,
+            told.length,
+            match parts.attributes.contains(&told.attribute) {
+                true => "",
+                false => "; not told by these faces, left out",
+            }
+        );
+    }
+    let bytes = pack(&parts.write()?)?;
+    FaceModel::parse(&bytes)?;
+    write_atomically(&args.output, &bytes)?;
+    println!("{}: {} bytes", args.output.display(), bytes.len());
+    Ok(())
+}
