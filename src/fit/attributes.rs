@@ -201,13 +201,12 @@ pub fn learn(
         let told = readouts.into_iter().zip(labels).zip(sums);
         let told = told.map(|((readout, (name, values)), [missed, guessed, total])| {
             let (unit, means) = meaning(name);
-            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-            let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let limits = round_limits(values);
             let attribute = Attribute {
                 name: name.clone(),
                 description: format!("{means}, as {source} have it"),
                 unit: unit.into(),
-                limits: [least as f32, most as f32],
+                limits: limits.map(|limit| limit as f32),
                 mean: readout.centre as f32,
                 explained: (1.0 - guessed / total).clamp(0.0, 1.0) as f32,
                 reading: readout.weights.iter().map(|&w| w as f32).collect(),
@@ -397,10 +396,31 @@ fn residual(coefficients: &[Vec<f64>], besides: &[Vec<f64>]) -> FitResult<Vec<Ve
         .collect())
 }
 
+/// The least and the greatest of some labels, outwards to a tenth of their range's power of ten: a sex
+/// of 1 and an age of 18 may be asked for where labels reach 0.9999 and 18.03.
+fn round_limits(values: &[f64]) -> [f64; 2] {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    // Of equal labels nothing is learned.
+    let tens = (most - least).max(f64::MIN_POSITIVE).log10().floor();
+    let parts = 10_f64.powi(1 - tens as i32);
+    [
+        (least * parts).floor() / parts,
+        (most * parts).ceil() / parts,
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Random;
+
+    #[test]
+    fn limits_are_round_and_hold_all_labels() {
+        assert_eq!(round_limits(&[0.00008, 0.3, 0.99991]), [0.0, 1.0]);
+        assert_eq!(round_limits(&[18.03, 52.0, 89.9]), [18.0, 90.0]);
+        assert_eq!(round_limits(&[-0.52, 0.5]), [-0.6, 0.5]);
+    }
 
     #[test]
     fn people_of_a_label_read_it_and_a_change_of_one_share_is_one_of_the_others() {
@@ -446,8 +466,8 @@ mod tests {
                 assert!((moved - wanted).abs() < 0.2, "{l}, {other}: {moved}");
             }
         }
-        for f in 0..people {
-            let sum: f64 = shares.iter().map(|r| r.read(&coefficients[f])).sum();
+        for one in &coefficients {
+            let sum: f64 = shares.iter().map(|r| r.read(one)).sum();
             // Exact but for the rounding of solves.
             assert!((sum - 1.0).abs() < 1e-6, "shares sum to {sum}");
         }
