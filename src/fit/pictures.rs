@@ -79,7 +79,7 @@ pub fn of_template(template: &Template, folder: &Path) -> FitResult<()> {
 const MODES: usize = 4;
 
 /// `modes-FEATURE.png` for each feature (a column a mode, at -3 sigma, the mean, +3 sigma),
-/// `attributes.png` (as [`attributes`] says) and
+/// `attributes.png` (heads at both ends of each attribute) and
 /// `faces.png` (random faces).
 ///
 /// # Errors
