@@ -696,7 +696,8 @@ fn read_attributes(
         };
         let twice = attributes.iter().any(|a| a.name == attribute.name);
         let varies = along(correlation, &attribute.reading).1 >= 1e-12;
-        if twice || !varies || numbers[0] >= numbers[1] {
+        let is_part = (0.0..=1.0).contains(&attribute.explained);
+        if twice || !varies || !is_part || numbers[0] >= numbers[1] {
             let name = attribute.name;
             return Err(Error::Blob(format!("attribute \"{name}\" is not sound")));
         }

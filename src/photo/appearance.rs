@@ -242,7 +242,8 @@ impl Comparison<'_> {
             if pixels.is_none() {
                 pixels = Pixels::new(image, corners);
             }
-            for _ in 0..steps {
+            let end = done + steps;
+            while done < end {
                 let positions = self.positions(&state, &shown);
                 let looks = self.looks(pixels.as_ref()?, &state, &visible, &positions);
                 if looks.len() < FEWEST {
@@ -260,11 +261,16 @@ impl Comparison<'_> {
                 let pixels = pixels.as_ref()?;
                 let known = self.known(level, pixels, (&looks, &positions), rows, own, &shown)?;
                 let found = solver::step_with(self.observed, self.terms, &state, &known, LONGEST);
-                let Some((there, step)) = found else { break };
-                let after = known.skin(&step);
-                state = there;
-                *own = after;
-                done += 1;
+                done = match found {
+                    Some((there, step)) => {
+                        let after = known.skin(&step);
+                        state = there;
+                        *own = after;
+                        done + 1
+                    }
+                    // Nothing is better than this at this level.
+                    None => end,
+                };
                 told(done as f64 / all as f64);
             }
         }

@@ -171,6 +171,43 @@ describe('expressions', () => {
     await context.close();
   });
 
+  test('it blinks by itself, on the screen alone, and not where less motion is asked for', async () => {
+    for (const reducedMotion of /** @type {const} */ (['no-preference', 'reduce'])) {
+      const { context, page, complaints } = await open(browser, site, { reducedMotion });
+      await openPanel(page);
+      await page.evaluate(() => {
+        // Blinks follow each other, and what is told to the head is kept.
+        Math.random = () => 0;
+        const { face } = window.designer;
+        const descriptor = Object.getOwnPropertyDescriptor(Object.getPrototypeOf(face), 'expression');
+        window.lids = [];
+        Object.defineProperty(face, 'expression', {
+          get: () => descriptor.get.call(face),
+          set(value) {
+            window.lids.push(value.eyeBlinkLeft ?? 0);
+            descriptor.set.call(face, value);
+          },
+        });
+      });
+      const before = await page.evaluate(() => ({ code: window.designer.face.code, positions: [...window.designer.face.positions], hash: location.hash }));
+      const alone = page.getByRole('checkbox', { name: 'Blinks by itself' });
+      await alone.focus();
+      await page.keyboard.press('Space');
+      await page.waitForTimeout(4000);
+      const lids = await page.evaluate(() => window.lids);
+      if (reducedMotion === 'reduce') assert.deepEqual(lids, []);
+      // A slow machine draws few frames of one.
+      else assert.ok(Math.max(...lids) > 0.3, `${lids.length} frames, ${Math.max(...lids)}`);
+      await alone.uncheck();
+      const after = await page.evaluate(() => ({ code: window.designer.face.code, positions: [...window.designer.face.positions], hash: location.hash }));
+      assert.deepEqual(after, before);
+      assert.deepEqual(await shown(page), {});
+      assert.ok(await page.getByRole('button', { name: 'Undo', exact: true }).isDisabled());
+      assert.deepEqual(complaints, []);
+      await context.close();
+    }
+  });
+
   test('when the file does not come, the panel says so and tries again', async () => {
     const { context, page } = await open(browser, site, { serviceWorkers: 'block' });
     await page.route('**/expressions.phiz', (route) => route.abort());

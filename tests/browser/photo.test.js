@@ -23,8 +23,8 @@ const { browser, site } = await siteAndBrowser();
 /** @param {import('playwright-core').Page} page */
 const stateOf = (page) => 
   page.evaluate(() => {
-    const { mode, width, height, faces, points, fitted, fit, field } = window.designer.photo;
-    return { mode, width, height, faces: faces.map((face) => [...face]), points: points && [...points], fitted: fitted && [...fitted], fit, changed: field !== null };
+    const { mode, width, height, faces, points, fitted, fit, field, person } = window.designer.photo;
+    return { mode, width, height, faces: faces.map((face) => [...face]), points: points && [...points], fitted: fitted && [...fitted], fit, changed: field !== null, person: person && { x: person.x, y: person.y, side: person.side } };
   });
 /** Waits for the end of what is being done to a photo. @param {import('playwright-core').Page} page */
 async function done(page) {
@@ -191,7 +191,7 @@ describe('a face in a photo', () => {
     });
     await page.getByRole('button', { name: 'An example' }).click();
     const state = await done(page);
-    // The fit's steps, of which there are six; some may come in one turn of the page.
+    // The fit's steps, of which there are seven; some may come in one turn of the page.
     const steps = (await values.jsonValue()).filter((value) => value > 0);
     assert.ok(steps.length >= 2 && steps.at(-1) === 1, `${steps}`);
     assert.ok(steps.every((value, i) => i === 0 || value > steps[i - 1]), `${steps}`);
@@ -208,6 +208,9 @@ describe('a face in a photo', () => {
     const eyes = Math.hypot(state.points[72] - state.points[90], state.points[73] - state.points[91]);
     assert.ok(apart(state.points, state.fitted) < 0.05 * eyes, `the fit's drawing is ${apart(state.points, state.fitted)} px off the points`);
     assert.equal(state.fit.quality.refusal, null);
+    // She has hair over her forehead; her skin tells the shape all the same.
+    assert.ok(state.fit.appearance?.rms < 0.15, `${JSON.stringify(state.fit.appearance)}`);
+    assert.ok(state.person, 'where she ends is seen');
     const own = await page.evaluate(() => ({ code: window.designer.face.code, expression: window.designer.face.expression }));
     assert.notEqual(own.code, start);
     assert.ok((own.expression.mouthSmileLeft ?? 0) > 0.2 && (own.expression.mouthSmileRight ?? 0) > 0.2, 'she smiles');

@@ -83,7 +83,8 @@ export interface PhotoPoints {
   focal?: number;
   /**
    * The pixels, as `ImageData.data` has them: sRGB and alpha, row by row from the upper left corner.
-   * With them the shape is told better, and the light too.
+   * With them the shape is told better, and the light too. Where alpha is below 128 the pixel is taken for
+   * background, not the person, and is not looked at.
    */
   rgba?: Uint8Array | Uint8ClampedArray;
   /**

@@ -147,7 +147,7 @@ export async function createDesigner(model, stage, chosen) {
     // Some of the faces that are shown small may have one.
     portraits.retake();
   });
-  const expressions = createExpressions(editor, file);
+  const expressions = createExpressions(editor, file, display);
   const meanings = createMeanings(editor, { distributions, limits });
   const compare = createCompare(editor, { library, display, stage: stage.root });
   const saved = createSaved(editor, { library, portraits, expressions: file, say: toast.say });

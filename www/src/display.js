@@ -69,6 +69,24 @@ export function createDisplay({ face, head, scene, onScale }) {
       plain = uncoloured && other !== null;
       refresh();
     },
+    /**
+     * The face's lids are shut so far at least, 0 to 1, in what is shown and nowhere else. Not when another
+     * face is shown, or is beside it.
+     * @param {number} amount @returns {boolean} whether they are
+     */
+    shut(amount) {
+      if (instead || split || reference) return false;
+      const own = face.expression;
+      const { eyeBlinkLeft = 0, eyeBlinkRight = 0 } = own;
+      if (amount > 0) face.expression = { ...own, eyeBlinkLeft: Math.max(eyeBlinkLeft, amount), eyeBlinkRight: Math.max(eyeBlinkRight, amount) };
+      try {
+        head.update(face);
+      } finally {
+        if (amount > 0) face.expression = own;
+      }
+      scene.shapeChanged();
+      return true;
+    },
     /** Draws what is shown at once, for whoever copies the picture. */
     draw: () => scene.redraw(),
     /**

@@ -1,4 +1,5 @@
 import './expressions.css';
+import { createBlinking } from './blinking.js';
 import { element } from './element.js';
 import { createGaze } from './gaze.js';
 import { icon } from './icons.js';
@@ -39,8 +40,9 @@ function rowsOf(names) {
  *
  * @param {import('./editor.js').Editor} editor
  * @param {{ load: () => Promise<void> }} file
+ * @param {import('./display.js').Display} display
  */
-export function createExpressions(editor, file) {
+export function createExpressions(editor, file, display) {
   const { model, face } = editor;
   let visible = false;
   let linked = true;
@@ -82,6 +84,8 @@ export function createExpressions(editor, file) {
       if (linked) editor.express(evened());
     },
   });
+  const blinking = createBlinking(display);
+  const alone = element('input', { type: 'checkbox', id: 'expressions-blinking', onchange: () => blinking.set(alone.checked) });
   const body = element('div', {});
 
   /** The expression with both sides as strong as the stronger. */
@@ -180,14 +184,14 @@ export function createExpressions(editor, file) {
     try {
       await file.load();
       state.textContent = '';
-      together.disabled = blink.disabled = false;
+      together.disabled = alone.disabled = blink.disabled = false;
       if (!built) build();
     } catch (error) {
       state.textContent = text.noExpressions(error instanceof Error ? error.message : String(error));
       retry.hidden = false;
     }
   }
-  together.disabled = blink.disabled = neutral.disabled = true;
+  together.disabled = alone.disabled = blink.disabled = neutral.disabled = true;
   editor.onShape(refresh);
   editor.onStep(refresh);
 
@@ -200,6 +204,7 @@ export function createExpressions(editor, file) {
         { class: 'scroll' },
         element('div', { class: 'row' }, neutral, blink),
         element('label', { class: 'check' }, together, text.bothSides),
+        element('label', { class: 'check', title: text.blinkingAbout }, alone, text.blinking),
         state,
         retry,
         body,

@@ -198,6 +198,8 @@ export const text = {
   clearMeasure: (/** @type {string} */ name) => `Undo what ${name} did`,
   neutral: 'Neutral',
   blink: 'Eyes shut',
+  blinking: 'Blinks by itself',
+  blinkingAbout: 'Only on the screen: what is saved or shared does not blink. Not where less motion is asked for.',
   bothSides: 'Left and right together',
   gaze: 'Gaze',
   gazeAbout: 'Drag the pupil, or use the arrow keys: the eyes look there. A double-click looks ahead.',
