@@ -196,8 +196,8 @@ describe('expressions', () => {
       await page.waitForTimeout(4000);
       const lids = await page.evaluate(() => window.lids);
       if (reducedMotion === 'reduce') assert.deepEqual(lids, []);
-      // A slow machine draws few frames of one.
-      else assert.ok(Math.max(...lids) > 0.3, `${lids.length} frames, ${Math.max(...lids)}`);
+      // A slow machine draws few frames of one, and one that is shut.
+      else assert.ok(Math.max(...lids) > 0.99, `${lids.length} frames, ${Math.max(...lids)}`);
       await alone.uncheck();
       const after = await page.evaluate(() => ({ code: window.designer.face.code, positions: [...window.designer.face.positions], hash: location.hash }));
       assert.deepEqual(after, before);

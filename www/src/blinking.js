@@ -30,8 +30,14 @@ export function createBlinking(display) {
     timer = window.setTimeout(blink, least + (most - least) * Math.random());
   }
   function blink() {
-    const start = performance.now();
+    let start = performance.now();
+    let closed = false;
     const step = (/** @type {number} */ now) => {
+      // Where frames are few, one of them has the lids shut all the same.
+      if (!closed && now - start >= FALL) {
+        closed = true;
+        start = now - FALL;
+      }
       const over = now - start >= FALL + RISE;
       // What holds the lids, such as a comparison, ends this one.
       const shown = display.shut(over ? 0 : shutAt(now - start));
