@@ -105,7 +105,7 @@ describe('the page', () => {
     assert.ok(groups.length >= 5, groups.join());
     for (const group of groups) {
       await page.locator(`.tab[data-group="${group}"]`).click();
-      const more = page.locator('.quiet');
+      const more = page.getByRole('button', { name: /^Show \d+ more$/ });
       if (await more.isVisible()) await more.click();
       const expected = await page.evaluate(
         (g) => window.designer.model.controls.filter((c) => c.group === g && !c.measure).map((c) => c.name),
