@@ -61,7 +61,7 @@ emval_registeredMethods[signatureName]=returnId;return returnId}`;
 function replace(script, from, to, by) {
   const start = script.indexOf(from);
   const end = script.indexOf(to, start);
-  if (start < 0 || end < 0 || script.indexOf(from, start + 1) >= 0) throw new Error(`@mediapipe/face_mesh is not as expected: ${from}`);
+  if (start < 0 || end < 0 || script.indexOf(from, start + 1) >= 0) throw new Error(`MediaPipe's script is not as expected: ${from}`);
   return script.slice(0, start) + by + script.slice(end);
 }
 
@@ -72,7 +72,7 @@ function withoutEvaluation(script) {
     ['function craftInvokerFunction(', 'function heap32VectorToArray(', INVOKER],
     ['function __emval_get_method_caller(', 'function __emval_incref(', CALLER],
   ].reduce((now, [from, to, by]) => replace(now, from, to, by), script);
-  if (EVALUATES.test(changed)) throw new Error('@mediapipe/face_mesh still evaluates strings');
+  if (EVALUATES.test(changed)) throw new Error("MediaPipe's script still evaluates strings");
   return NOTICE + changed;
 }
 

@@ -49,6 +49,17 @@ impl<'a> Image<'a> {
         })
     }
 
+    /// Whether these are the pixels of a photo of this size.
+    pub(super) fn check_size(&self, [width, height]: [u32; 2]) -> Result<()> {
+        match [self.width, self.height] == [width as usize, height as usize] {
+            true => Ok(()),
+            false => Err(Error::Mismatch(format!(
+                "the photo is {width} x {height} pixels, its image {} x {}",
+                self.width, self.height
+            ))),
+        }
+    }
+
     /// Whether a pixel of the image is the person's.
     pub(super) fn is_person(&self, [x, y]: [usize; 2]) -> bool {
         self.rgba[4 * (y * self.width + x) + 3] >= 128

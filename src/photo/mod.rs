@@ -257,13 +257,7 @@ impl Fitter {
         image: &Image,
         told: &mut dyn FnMut(f64),
     ) -> Result<Fit> {
-        let (width, height) = (image.width, image.height);
-        if (width, height) != (photo.width as usize, photo.height as usize) {
-            return Err(Error::Mismatch(format!(
-                "the photo is {} x {} pixels, its image {width} x {height}",
-                photo.width, photo.height
-            )));
-        }
+        image.check_size([photo.width, photo.height])?;
         let seen = checked(photo)?;
         let observed = self.observed(&self.points, &seen);
         let (state, terms) = self.solve(photo, &observed)?;

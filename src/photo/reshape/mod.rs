@@ -216,12 +216,7 @@ impl Edit {
     /// # Errors
     /// When the image has another size.
     pub fn set_background(&mut self, image: &Image) -> Result<()> {
-        if [image.width, image.height] != self.size.map(|s| s as usize) {
-            return Err(Error::Mismatch(format!(
-                "the photo is {} x {} pixels, its image {} x {}",
-                self.size[0], self.size[1], image.width, image.height
-            )));
-        }
+        image.check_size(self.size)?;
         let Grid {
             origin,
             step,
