@@ -25,7 +25,7 @@ after(async () => {
 async function visit(path, options) {
   const context = await browser.newContext({ viewport: { width: 900, height: 620 }, reducedMotion: 'reduce', ...options });
   const page = await context.newPage();
-  page.setDefaultTimeout(30_000);
+  page.setDefaultTimeout(60_000);
   /** @type {string[]} */
   const complaints = [];
   page.on('console', (message) => {
@@ -52,7 +52,7 @@ async function slide(slider, value) {
 describe('<phiz-designer>', () => {
   test('in a plain page: sliders, events, methods', async () => {
     const { context, page, complaints } = await visit('examples/plain/');
-    await page.getByRole('button', { name: 'Someone else' }).click({ timeout: 30_000 });
+    await page.getByRole('button', { name: 'Someone else' }).click({ timeout: 60_000 });
     const canvas = page.locator('phiz-designer canvas');
     const code = () => page.locator('#code').evaluate((output) => output.value);
     const first = await code();
@@ -93,7 +93,7 @@ describe('<phiz-designer>', () => {
 
   test('attributes: theme, controls, none of them, a phone', async () => {
     const { context, page, complaints } = await visit('examples/plain/', { viewport: { width: 360, height: 740 }, hasTouch: true });
-    await page.waitForFunction(() => document.querySelector('phiz-designer').model, null, { timeout: 30_000 });
+    await page.waitForFunction(() => document.querySelector('phiz-designer').model, null, { timeout: 60_000 });
     const designer = page.locator('phiz-designer');
     const sizes = await page.evaluate(() => {
       const root = document.querySelector('phiz-designer').shadowRoot;
@@ -213,7 +213,7 @@ describe('examples', () => {
 
   test('three.js: a slider moves a part of the mesh', async () => {
     const { context, page, complaints } = await visit('examples/three/');
-    await page.waitForSelector('html[data-ready]', { state: 'attached', timeout: 30_000 });
+    await page.waitForSelector('html[data-ready]', { state: 'attached', timeout: 60_000 });
     const canvas = page.locator('canvas');
     const before = await look(canvas, 'example-three');
     await page.getByRole('slider', { name: 'Nose 1' }).fill('0.99');
@@ -230,7 +230,7 @@ describe('examples', () => {
 
   test('crowd: a hundred faces follow one slider, a frame each', async () => {
     const { context, page, complaints } = await visit('examples/crowd/');
-    await page.waitForSelector('html[data-ready]', { state: 'attached', timeout: 30_000 });
+    await page.waitForSelector('html[data-ready]', { state: 'attached', timeout: 60_000 });
     const canvas = page.locator('canvas');
     const before = await look(canvas, 'example-crowd');
     /** @type {number[]} */

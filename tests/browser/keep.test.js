@@ -176,7 +176,7 @@ describe('nothing is lost', () => {
       page.evaluate(() => Object.fromEntries(Object.entries(window.designer.face.expression).map(([name, weight]) => [name, Math.round(100 * weight)])));
     const smile = { mouthSmileLeft: 80, mouthSmileRight: 80 };
     await page.getByRole('tab', { name: 'Expressions' }).click();
-    await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor({ timeout: 30_000 });
+    await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor({ timeout: 60_000 });
     await moveSlider(page, 'Smile mouthSmile', 0.8);
     const code = await codeOf(page);
     await page.getByRole('tab', { name: 'Faces' }).click();

@@ -22,10 +22,10 @@ after(async () => {
 
 /** Until the worker has everything and the page is its own. @param {import('playwright-core').Page} page */
 const kept = (page) =>
-  page.waitForFunction(() => navigator.serviceWorker.controller?.state === 'activated', null, { timeout: 30_000 });
+  page.waitForFunction(() => navigator.serviceWorker.controller?.state === 'activated', null, { timeout: 60_000 });
 
 const ready = (/** @type {import('playwright-core').Page} */ page) =>
-  page.waitForFunction(() => document.documentElement.dataset.ready === 'true', null, { timeout: 30_000 });
+  page.waitForFunction(() => document.documentElement.dataset.ready === 'true', null, { timeout: 60_000 });
 
 describe('offline', () => {
   test('after one visit the page works with the server gone, under a sub-path', async () => {
@@ -107,7 +107,7 @@ describe('offline', () => {
       await page.reload();
       await ready(page);
       assert.equal(await page.title(), 'phiz: face designer', 'the old version is whole until it is given up');
-      await page.getByText('A new version of phiz is here.').waitFor({ timeout: 30_000 });
+      await page.getByText('A new version of phiz is here.').waitFor({ timeout: 60_000 });
       await Promise.all([page.waitForEvent('load'), page.getByRole('button', { name: 'Take it' }).click()]);
       await ready(page);
       assert.equal(await page.title(), 'phiz, the next');
@@ -197,7 +197,7 @@ describe('a strict content security policy', () => {
       page.on('console', (message) => message.type() === 'error' && complaints.push(message.text()));
       page.on('pageerror', (error) => complaints.push(error.message));
       await page.goto(site.url + path);
-      await page.waitForFunction(done, null, { timeout: 30_000 });
+      await page.waitForFunction(done, null, { timeout: 60_000 });
       if (path === '') {
         await page.getByRole('button', { name: 'Take the face with you' }).click();
         const dialog = page.getByRole('dialog');

@@ -395,7 +395,7 @@ describe('a face in a photo', () => {
 
     // 50 megapixels are kept, and a long search can be stopped.
     await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'large.png', mimeType: 'image/png', buffer: greyPng(8660, 5774) });
-    await page.getByText('Looking for faces').waitFor({ timeout: 30_000 });
+    await page.getByText('Looking for faces').waitFor({ timeout: 60_000 });
     const large = await stateOf(page);
     assert.deepEqual([large.width, large.height], [8660, 5774]);
     await page.getByRole('button', { name: 'Cancel' }).click();

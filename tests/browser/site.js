@@ -119,6 +119,8 @@ export async function open(browser, site, { hash = '', ...options } = {}) {
     colorScheme: 'light',
     ...options,
   });
+  // Of actions that wait for the page: a busy machine takes its time.
+  context.setDefaultTimeout(60_000);
   const page = await context.newPage();
   /** @type {string[]} */
   const complaints = [];

@@ -169,7 +169,7 @@ export function createMorph(editor, { library, display, canvas }) {
     leave();
   }
   const asGif = element('button', { type: 'button', class: 'button', onclick: () => film('gif') }, icon('save'), text.asGif);
-  const asVideo = element('button', { type: 'button', class: 'button', hidden: typeof MediaRecorder !== 'function', onclick: () => film('video') }, icon('save'), text.asVideo);
+  const asVideo = element('button', { type: 'button', class: 'button', hidden: typeof VideoEncoder !== 'function' && typeof MediaRecorder !== 'function', onclick: () => film('video') }, icon('save'), text.asVideo);
 
   function refresh() {
     scrub.show(percent);
