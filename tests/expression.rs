@@ -51,16 +51,52 @@ fn a_face_at_rest_is_the_face() {
     performance.perform(&face).unwrap();
     assert!(performance.is_at_rest());
     assert_eq!(performance.positions(), face.positions());
-    // The same sums over the same triangles.
-    for (a, b) in performance.normals().iter().zip(face.normals()) {
-        assert!(a.distance(*b) < 1e-6);
-    }
+    assert_eq!(performance.normals(), face.normals());
     performance.set("jawOpen", 1.0).unwrap();
     performance.perform(&face).unwrap();
     assert_ne!(performance.positions(), face.positions());
     performance.rest();
     performance.perform(&face).unwrap();
     assert_eq!(performance.positions(), face.positions());
+}
+
+/// Parts that are computed again must be what the whole would be, and whoever copies only what changed
+/// must not miss anything.
+#[test]
+fn what_changed_is_in_the_range_and_a_part_is_as_the_whole() {
+    let mut face = person(4);
+    let n = face.positions().len();
+    let mut performance = Performance::new(&EXPRESSIONS);
+    let mut copy = (vec![Vec3::ZERO; n], vec![Vec3::ZERO; n]);
+    let mut widths = Vec::new();
+    for step in 0..12_u32 {
+        let weight = 0.2 + 0.05 * f64::from(step);
+        match step {
+            0..4 => performance.set("mouthSmileLeft", weight).unwrap(),
+            4..6 => face.set("chin 1", weight).unwrap(),
+            6..8 => performance.set("eyeLookUpLeft", weight).unwrap(),
+            8 => performance.rest(),
+            9 => face.set("nose 1", weight).unwrap(),
+            10 => performance.set("jawOpen", weight).unwrap(),
+            _ => {}
+        }
+        performance.perform(&face).unwrap();
+        let range = performance.changed();
+        widths.push(range.len());
+        let range = range.start as usize..range.end as usize;
+        copy.0[range.clone()].copy_from_slice(&performance.positions()[range.clone()]);
+        copy.1[range.clone()].copy_from_slice(&performance.normals()[range]);
+        let mut whole = Performance::new(&EXPRESSIONS);
+        for (expression, &weight) in EXPRESSIONS.list().iter().zip(performance.weights()) {
+            whole.set(&expression.name, weight.into()).unwrap();
+        }
+        whole.perform(&face).unwrap();
+        assert_eq!(copy.0, whole.positions(), "step {step}");
+        assert_eq!(copy.1, whole.normals(), "step {step}");
+    }
+    assert_eq!(widths[0], n, "all of what is seen first");
+    assert!((1..n).contains(&widths[1]), "{widths:?}");
+    assert_eq!(widths[11], widths[10], "nothing was done: what it was");
 }
 
 /// On the mean head an expression is what its file says; lids are moved out of eyeballs, so only

@@ -10,9 +10,8 @@
 //! shape of the lid; what moves it by centimetres, as a jaw, follows that of the jaw and not the
 //! curls of a lip, which would be made larger with it.
 
-use glam::{DMat3, DVec3, Mat3, Vec3};
+use glam::{DMat3, DVec3, Mat3, Mat3A, Vec3, Vec3A};
 
-use super::Expression;
 use crate::model::FaceModel;
 
 /// How far around a vertex the face is asked, mm: for small displacements and for large ones. An
@@ -39,33 +38,21 @@ struct Node {
 #[derive(Debug)]
 pub struct Carrier {
     nodes: Vec<Node>,
-    /// The vertices that any expression moves, increasing.
-    vertices: Vec<u32>,
-    /// The nodes around each of them, with weights that sum to 1.
+    /// The nodes around each vertex that any expression moves, with weights that sum to 1.
     around: Vec<[(u32, f32); NEAR]>,
     /// Some vertices of the skin, with their places on the mean about their middle.
     scale: Vec<(u32, Vec3)>,
 }
 
 impl Carrier {
-    /// For some expressions, with maps of a reach (mm).
+    /// For the vertices `moved` (increasing), with maps of a reach (mm).
     // Not inlined, as what only reading needs: the module is downloaded before it runs.
     #[inline(never)]
-    pub fn new(model: &FaceModel, expressions: &[Expression], reach: f32) -> Self {
-        let parts = model.parts();
-        let mean = &parts.mean;
-        let mut moved = vec![false; mean.len()];
-        for expression in expressions {
-            for &v in &expression.support {
-                moved[v as usize] = true;
-            }
-        }
-        let vertices: Vec<u32> = (0..mean.len() as u32)
-            .filter(|&v| moved[v as usize])
-            .collect();
+    pub fn new(model: &FaceModel, moved: &[u32], reach: f32) -> Self {
+        let mean = &model.parts().mean;
         let skin = model.parts().topology.part_vertices("skin");
         let mut centres: Vec<Vec3> = Vec::new();
-        for &v in skin.iter().filter(|v| moved[**v as usize]) {
+        for &v in skin.iter().filter(|v| moved.binary_search(v).is_ok()) {
             let p = mean[v as usize];
             let far = |c: &Vec3| c.distance(p) > SPACING * reach;
             if centres.iter().all(far) {
@@ -79,7 +66,7 @@ impl Carrier {
             .iter()
             .map(|&c| Node::new(c, reach, mean, &skin))
             .collect();
-        let around = vertices
+        let around = moved
             .iter()
             .map(|&v| nearest(mean[v as usize], &centres))
             .collect();
@@ -88,7 +75,6 @@ impl Carrier {
             some.iter().map(|&v| mean[v as usize]).sum::<Vec3>() / some.len().max(1) as f32;
         Self {
             nodes,
-            vertices,
             around,
             scale: some
                 .iter()
@@ -97,9 +83,8 @@ impl Carrier {
         }
     }
 
-    /// The linear map at every vertex that any expression moves, on a face; that of others stays as
-    /// it is in `out`.
-    pub fn maps(&self, face: &[Vec3], out: &mut [Mat3]) {
+    /// The linear map at each node, on a face.
+    pub fn at_nodes(&self, face: &[Vec3]) -> Vec<Mat3A> {
         // The face is in the pose of the mean, so what is left of a similarity is its scale.
         let (mut along, mut square) = (0.0, 0.0);
         for &(v, p) in &self.scale {
@@ -107,27 +92,27 @@ impl Carrier {
             square += p.length_squared();
         }
         let scale = if square > 0.0 { along / square } else { 1.0 };
-        let maps: Vec<Mat3> = self
-            .nodes
-            .iter()
-            .map(|node| {
-                let mut map = node.held * scale;
-                for &(v, pull) in &node.pulls {
-                    let p = face[v as usize];
-                    map.x_axis += p * pull.x;
-                    map.y_axis += p * pull.y;
-                    map.z_axis += p * pull.z;
-                }
-                map
-            })
-            .collect();
-        for (&v, around) in self.vertices.iter().zip(&self.around) {
-            let mut map = Mat3::ZERO;
-            for &(node, weight) in around {
-                map += maps[node as usize] * weight;
+        let of = |node: &Node| {
+            let mut map = Mat3A::from(node.held) * scale;
+            for &(v, pull) in &node.pulls {
+                let p = Vec3A::from(face[v as usize]);
+                map.x_axis += p * pull.x;
+                map.y_axis += p * pull.y;
+                map.z_axis += p * pull.z;
             }
-            out[v as usize] = map;
+            map
+        };
+        self.nodes.iter().map(of).collect()
+    }
+
+    /// A displacement of the mean head at the vertex `moved[place]`, on the face of the maps at nodes.
+    #[inline(never)]
+    pub fn carry(&self, at_nodes: &[Mat3A], place: usize, displacement: Vec3A) -> Vec3A {
+        let mut carried = Vec3A::ZERO;
+        for &(node, weight) in &self.around[place] {
+            carried += at_nodes[node as usize] * (displacement * weight);
         }
+        carried
     }
 }
 

@@ -2,7 +2,6 @@
 
 use glam::{DMat3, DVec3, Quat, Vec3};
 
-use super::Expression;
 use crate::model::FaceModel;
 
 /// Vertices of the skin that are nearer than this to an eyeball, mm, are kept outside of it: as far
@@ -16,8 +15,10 @@ const CLEAR: f32 = 0.25;
 pub struct Eye {
     /// 0 the subject's left, 1 the right.
     side: usize,
-    ball: Vec<u32>,
-    lids: Vec<u32>,
+    /// What turns.
+    pub ball: Vec<u32>,
+    /// What is kept out of it.
+    pub lids: Vec<u32>,
 }
 
 struct Sphere {
@@ -26,22 +27,16 @@ struct Sphere {
 }
 
 impl Eye {
-    /// The eyes of a model that has them.
-    pub fn both(model: &FaceModel, expressions: &[Expression]) -> Vec<Self> {
+    /// The eyes of a model that has them; `moved` are the vertices that expressions move, increasing.
+    pub fn both(model: &FaceModel, moved: &[u32]) -> Vec<Self> {
         let mean = &model.parts().mean;
-        let mut moved = vec![false; mean.len()];
-        for expression in expressions {
-            for &v in &expression.support {
-                moved[v as usize] = true;
-            }
-        }
         let skin = model.parts().topology.part_vertices("skin");
         let eye = |(side, part)| {
             let ball = model.parts().topology.part_vertices(part);
             let sphere = sphere(mean, &ball)?;
             let near = |v: &u32| {
                 let p = mean[*v as usize];
-                moved[*v as usize] && p.distance(sphere.centre) < sphere.radius + NEAR
+                moved.binary_search(v).is_ok() && p.distance(sphere.centre) < sphere.radius + NEAR
             };
             let lids = skin.iter().copied().filter(near).collect();
             Some(Self { side, ball, lids })

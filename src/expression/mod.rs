@@ -207,11 +207,25 @@ pub struct Expressions {
 /// What is computed once from the expressions and the mean head.
 #[derive(Debug)]
 struct Derived {
+    /// The vertices that any expression moves, increasing.
+    moved: Vec<u32>,
+    /// The place of a vertex among them; of one that none moves, anything.
+    places: Vec<u32>,
     /// For small displacements and for large ones.
     carriers: [Carrier; 2],
     /// How much of each expression is carried as large.
     large: Vec<f32>,
     eyes: Vec<Eye>,
+}
+
+impl Derived {
+    /// How much of an expression is carried as small (0) or large (1).
+    fn part(&self, expression: usize, scale: usize) -> f32 {
+        match scale {
+            0 => 1.0 - self.large[expression],
+            _ => self.large[expression],
+        }
+    }
 }
 
 impl Expressions {
@@ -226,15 +240,28 @@ impl Expressions {
         let bytes = &crate::blob::unpack(bytes)?;
         let blob = Blob::parse(bytes, Kind::Expressions)?;
         let list = read(&blob, model)?;
+        let mut moved = vec![false; model.parts().mean.len()];
+        for &v in list.iter().flat_map(|expression| &expression.support) {
+            moved[v as usize] = true;
+        }
+        let mut places = vec![0; moved.len()];
+        let moved: Vec<u32> = (0..moved.len() as u32)
+            .filter(|&v| moved[v as usize])
+            .collect();
+        for (&v, place) in moved.iter().zip(0..) {
+            places[v as usize] = place;
+        }
         let derived = Derived {
-            carriers: carry::REACHES.map(|reach| Carrier::new(model, &list, reach)),
+            carriers: carry::REACHES.map(|reach| Carrier::new(model, &moved, reach)),
             large: (list.iter())
                 .map(|expression| {
                     let lengths = expression.displacements.iter().map(|d| d.length());
                     carry::large_part(lengths.fold(0.0, f32::max))
                 })
                 .collect(),
-            eyes: Eye::both(model, &list),
+            eyes: Eye::both(model, &moved),
+            moved,
+            places,
         };
         Ok(Self {
             list: Arc::new(list),

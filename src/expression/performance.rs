@@ -1,9 +1,12 @@
 //! A face with an expression on it.
 
-use glam::{Mat3, Vec3};
+use std::ops::Range;
 
-use super::{Expression, Expressions};
+use glam::{Mat3A, Vec3, Vec3A};
+
+use super::Expressions;
 use crate::anatomy::Landmark;
+use crate::kernel::Patch;
 use crate::{Error, Face, Result};
 
 /// By how much at most closing lids are helped or held back.
@@ -13,15 +16,43 @@ const GAINS: [f32; 2] = [0.3, 2.0];
 const SHUT: f32 = -0.3;
 
 /// Expressions in use: weights, and the face that they were last put on.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Performance {
     expressions: Expressions,
     weights: Vec<f32>,
-    /// The face that is shown, with the weights.
-    shown: Option<(String, Vec<f32>)>,
+    /// The face that is shown, as its revision, with the weights.
+    shown: Option<(u64, Vec<f32>)>,
+    /// How the face of a revision carries displacements.
+    maps: Option<(u64, Maps)>,
+    /// Which expressions were shown last, and what of the mesh turns with them, once it is known that
+    /// they are shown more than once: finding that out takes longer than all normals.
+    turns: (Vec<bool>, Option<Patch>),
+    skin: Skin,
+    /// What was shown before.
+    before: Skin,
+    changed: Range<u32>,
+}
+
+/// Positions and unit normals.
+#[derive(Debug, Default)]
+struct Skin {
     /// One more than there are vertices, as of normals; see [`crate::kernel::Patch::normals`].
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
+}
+
+/// The linear maps of displacements on a face, at the nodes of the small and the large scale.
+#[derive(Debug)]
+pub(crate) struct Maps([Vec<Mat3A>; 2]);
+
+/// A copy has the weights, and has not been put on a face yet.
+impl Clone for Performance {
+    fn clone(&self) -> Self {
+        Self {
+            weights: self.weights.clone(),
+            ..Self::new(&self.expressions)
+        }
+    }
 }
 
 impl Performance {
@@ -31,8 +62,11 @@ impl Performance {
             weights: vec![0.0; expressions.list.len()],
             expressions: expressions.clone(),
             shown: None,
-            positions: Vec::new(),
-            normals: Vec::new(),
+            maps: None,
+            turns: (Vec::new(), None),
+            skin: Skin::default(),
+            before: Skin::default(),
+            changed: 0..0,
         }
     }
 
@@ -79,7 +113,6 @@ impl Performance {
     /// When the face is of another mesh.
     pub fn perform(&mut self, face: &Face) -> Result<()> {
         let neutral = face.positions();
-        let parts = face.model().parts();
         let most = self
             .expressions
             .list
@@ -90,101 +123,177 @@ impl Performance {
                 "these expressions are for another head than the model's".into(),
             ));
         }
-        let wanted = (face.code(), self.weights.clone());
-        if self.shown.as_ref() == Some(&wanted) {
+        let shown = self.shown.as_ref();
+        if shown.is_some_and(|(face_of, weights)| {
+            *face_of == face.revision() && *weights == self.weights
+        }) {
             return Ok(());
         }
-        let weights = &self.weights;
-        self.positions.clear();
-        self.positions.extend_from_slice(neutral);
-        self.positions.push(Vec3::ZERO);
-        let landmarks = &parts.landmarks;
-        (self.expressions).carry(weights, landmarks, neutral, &mut self.positions);
+        std::mem::swap(&mut self.skin, &mut self.before);
+        let Skin { positions, normals } = &mut self.skin;
+        for (own, of_face) in [(&mut *positions, neutral), (&mut *normals, face.normals())] {
+            own.clear();
+            own.extend_from_slice(of_face);
+            // A face that keeps no normals has none to begin with.
+            own.resize(neutral.len() + 1, Vec3::ZERO);
+        }
+        if !self.is_at_rest() {
+            self.move_skin(face);
+        }
+        self.changed = match self.shown {
+            Some(_) => self.skin.differs(&self.before),
+            None => 0..neutral.len() as u32,
+        };
+        self.shown = Some((face.revision(), self.weights.clone()));
+        Ok(())
+    }
+
+    /// Moves the skin of a face at rest.
+    fn move_skin(&mut self, face: &Face) {
+        let (neutral, parts) = (face.positions(), face.model().parts());
         let derived = &self.expressions.derived;
+        let Skin { positions, normals } = &mut self.skin;
+        if self
+            .maps
+            .as_ref()
+            .is_none_or(|maps| maps.0 != face.revision())
+        {
+            self.maps = Some((face.revision(), self.expressions.maps(neutral)));
+        }
+        if let Some((_, maps)) = &self.maps {
+            (self.expressions).carry(maps, &self.weights, &parts.landmarks, neutral, positions);
+        }
         let mut turns = [Vec3::ZERO; 2];
-        for (expression, &weight) in self.expressions.list.iter().zip(weights) {
+        for (expression, &weight) in self.expressions.list.iter().zip(&self.weights) {
             turns[0] += expression.turns[0] * weight;
             turns[1] += expression.turns[1] * weight;
         }
         for eye in &derived.eyes {
-            eye.settle(neutral, turns, &mut self.positions);
+            eye.settle(neutral, turns, positions);
         }
-        self.normals.resize(neutral.len() + 1, Vec3::ZERO);
-        face.model()
-            .derived
-            .whole
-            .normals(&self.positions, &mut self.normals);
-        self.shown = Some(wanted);
-        Ok(())
+        let mesh = &face.model().derived;
+        let active: Vec<bool> = self.weights.iter().map(|&weight| weight > 0.0).collect();
+        let (last, patch) = &mut self.turns;
+        if *last != active || face.normals().is_empty() {
+            (*last, *patch) = (active, None);
+            return mesh.whole.normals(positions, normals);
+        }
+        let patch = patch.get_or_insert_with(|| {
+            let mut moved: Vec<&[u32]> = Vec::new();
+            for (expression, &weight) in self.expressions.list.iter().zip(&self.weights) {
+                if weight > 0.0 {
+                    moved.push(&expression.support);
+                }
+            }
+            for eye in &derived.eyes {
+                moved.extend([&eye.ball[..], &eye.lids]);
+            }
+            mesh.facets.patch(&moved, neutral.len())
+        });
+        patch.normals(positions, normals);
     }
 
     /// Vertex positions of the face that was last performed, mm.
     pub fn positions(&self) -> &[Vec3] {
-        &self.positions[..self.positions.len().saturating_sub(1)]
+        &self.skin.positions[..self.skin.positions.len().saturating_sub(1)]
     }
 
     /// Unit vertex normals of it.
     pub fn normals(&self) -> &[Vec3] {
-        &self.normals[..self.normals.len().saturating_sub(1)]
+        &self.skin.normals[..self.skin.normals.len().saturating_sub(1)]
+    }
+
+    /// The smallest range of vertices outside of which it has the positions and normals of what was
+    /// performed before that.
+    pub fn changed(&self) -> Range<u32> {
+        self.changed.clone()
+    }
+}
+
+impl Skin {
+    /// The range of vertices in which two of one mesh differ; empty at 0 when they do not.
+    fn differs(&self, other: &Self) -> Range<u32> {
+        let same = |v: usize| {
+            self.positions[v] == other.positions[v] && self.normals[v] == other.normals[v]
+        };
+        let Some(first) = (0..self.positions.len()).find(|&v| !same(v)) else {
+            return 0..0;
+        };
+        let last = (first..self.positions.len()).rfind(|&v| !same(v));
+        first as u32..last.unwrap_or(first) as u32 + 1
     }
 }
 
 impl Expressions {
-    /// Moves the skin of a face at rest (all vertices, mm, in the pose of the mean head) by expressions
-    /// with weights, but for what eyeballs do to lids.
+    /// How a face at rest (all vertices, mm, in the pose of the mean head) carries displacements.
+    pub(crate) fn maps(&self, neutral: &[Vec3]) -> Maps {
+        Maps((self.derived.carriers.each_ref()).map(|carrier| carrier.at_nodes(neutral)))
+    }
+
+    /// Moves the skin of a face at rest (all vertices, mm) and its maps by expressions with weights, but
+    /// for what eyeballs do to lids.
     pub(crate) fn carry(
         &self,
+        maps: &Maps,
         weights: &[f32],
         landmarks: &[Landmark],
         neutral: &[Vec3],
         positions: &mut [Vec3],
     ) {
-        let [small, large] = [0, 1].map(|scale| {
-            let mut maps = vec![Mat3::ZERO; neutral.len()];
-            self.derived.carriers[scale].maps(neutral, &mut maps);
-            maps
-        });
-        let mut moved = neutral.to_vec();
+        let derived = &self.derived;
+        // Of the mean head, at the small scale and at the large one.
+        let mut moves = vec![[Vec3A::ZERO; 2]; derived.moved.len()];
         for (e, (expression, &weight)) in self.list.iter().zip(weights).enumerate() {
             if weight <= 0.0 {
                 continue;
             }
-            let part = self.derived.large[e];
-            let each = || {
-                let each = expression.support.iter().zip(&expression.displacements);
-                each.map(|(&v, &d)| {
-                    let v = v as usize;
-                    (v, small[v] * (d * (1.0 - part)) + large[v] * (d * part))
-                })
-            };
-            let mut gain = 1.0;
-            if !expression.meets.is_empty() {
-                for (v, d) in each() {
-                    moved[v] += d;
-                }
-                let open = gap(expression, landmarks, neutral);
-                let left = gap(expression, landmarks, &moved);
-                // One that is hardly open has nothing to close.
-                let needed = (open - SHUT) / (open - left).max(0.1);
-                gain = needed.clamp(GAINS[0], GAINS[1]);
-                for (v, _) in each() {
-                    moved[v] = neutral[v];
-                }
+            let amount = weight * self.gain(e, maps, landmarks, neutral);
+            let [small, large] = [0, 1].map(|scale| amount * derived.part(e, scale));
+            for (&v, &d) in expression.support.iter().zip(&expression.displacements) {
+                let both = &mut moves[derived.places[v as usize] as usize];
+                both[0] += Vec3A::from(d) * small;
+                both[1] += Vec3A::from(d) * large;
             }
-            for (v, d) in each() {
-                positions[v] += d * (weight * gain);
+        }
+        for (scale, carrier) in derived.carriers.iter().enumerate() {
+            for (place, &v) in derived.moved.iter().enumerate() {
+                let d = moves[place][scale];
+                if d != Vec3A::ZERO {
+                    positions[v as usize] += Vec3::from(carrier.carry(&maps.0[scale], place, d));
+                }
             }
         }
     }
-}
 
-/// How far the pairs of landmarks of an expression are apart along y, mm, on average; 0 without
-/// pairs.
-fn gap(expression: &Expression, landmarks: &[Landmark], positions: &[Vec3]) -> f32 {
-    let apart = |&[a, b]: &[u32; 2]| {
-        let at = |l: u32| landmarks[l as usize].position(positions).y;
-        at(a) - at(b)
-    };
-    let pairs = expression.meets.len().max(1) as f32;
-    expression.meets.iter().map(apart).sum::<f32>() / pairs
+    /// By how much an expression is helped or held back on a face: lids close as far as they are open.
+    fn gain(&self, e: usize, maps: &Maps, landmarks: &[Landmark], neutral: &[Vec3]) -> f32 {
+        let (expression, derived) = (&self.list[e], &self.derived);
+        if expression.meets.is_empty() {
+            return 1.0;
+        }
+        let [mut open, mut left] = [0.0; 2];
+        for (&landmark, sign) in expression
+            .meets
+            .as_flattened()
+            .iter()
+            .zip([1.0, -1.0].iter().cycle())
+        {
+            for &(v, weight) in &landmarks[landmark as usize].stencil {
+                let mut y = neutral[v as usize].y;
+                let weight = sign * weight as f32 / expression.meets.len() as f32;
+                open += weight * y;
+                if let Ok(at) = expression.support.binary_search(&v) {
+                    let d = Vec3A::from(expression.displacements[at]);
+                    let place = derived.places[v as usize] as usize;
+                    for (scale, carrier) in derived.carriers.iter().enumerate() {
+                        let part = derived.part(e, scale);
+                        y += carrier.carry(&maps.0[scale], place, d * part).y;
+                    }
+                }
+                left += weight * y;
+            }
+        }
+        // One that is hardly open has nothing to close.
+        ((open - SHUT) / (open - left).max(0.1)).clamp(GAINS[0], GAINS[1])
+    }
 }

@@ -1,6 +1,7 @@
 //! From coefficients to positions and normals.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
 use wide::f64x4;
@@ -120,6 +121,8 @@ impl Face {
 
     /// Notes that what there is is what is shown.
     fn is_shown(&mut self) {
+        static REVISIONS: AtomicU64 = AtomicU64::new(1);
+        self.revision = REVISIONS.fetch_add(1, Ordering::Relaxed);
         self.shown.clone_from(&self.state);
         for anchor in &mut self.anchors {
             anchor.shown.clone_from(&anchor.state);

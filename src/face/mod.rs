@@ -75,6 +75,8 @@ pub struct Face {
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     changed: Range<u32>,
+    /// Which computation they are of; faces that share one are alike.
+    revision: u64,
 }
 
 /// What [`Face::randomize`] may be told.
@@ -106,6 +108,7 @@ impl Face {
             positions: vec![Vec3::ZERO; padded],
             normals: vec![Vec3::ZERO; padded],
             changed: 0..0,
+            revision: 0,
             model: model.clone(),
         };
         face.evaluate_all();
@@ -138,6 +141,12 @@ impl Face {
     /// nor normal.
     pub fn changed(&self) -> Range<u32> {
         self.changed.clone()
+    }
+
+    /// A number that another face, or this one after a change, does not have: two that have it are of
+    /// the same positions and normals.
+    pub(crate) fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// The coefficients in sigmas, block after block.

@@ -110,8 +110,9 @@ impl<'a> Mood<'a> {
         let mut moved = face.clone();
         let as_f32: Vec<f32> = weights.iter().map(|&w| w as f32).collect();
         let landmarks = &self.model.parts().landmarks;
+        let maps = self.expressions.maps(&face);
         self.expressions
-            .carry(&as_f32, landmarks, &face, &mut moved);
+            .carry(&maps, &as_f32, landmarks, &face, &mut moved);
         let back = align.rotation.transpose();
         let moves: Vec<DVec3> = (binding.vertices.iter())
             .map(|&v| back * (moved[v as usize] - face[v as usize]).as_dvec3())

@@ -78,9 +78,11 @@ impl Facets {
     }
 
     /// What a move of the vertices `moved` of `count` touches.
-    pub fn patch(&self, moved: impl Iterator<Item = u32>, count: usize) -> Patch {
+    pub fn patch(&self, moved: &[&[u32]], count: usize) -> Patch {
         let mut touched = vec![false; count];
-        moved.for_each(|v| touched[v as usize] = true);
+        for &v in moved.iter().copied().flatten() {
+            touched[v as usize] = true;
+        }
         let mut turned = vec![false; count];
         // A triangle turns when a corner of it moves. Of a pair only one may; that the other's corner
         // is computed again as well does not change it.
@@ -298,10 +300,12 @@ mod tests {
                 assert!(plain.distance(*fast) < 2e-6, "{plain}, {fast}");
             }
         };
-        facets.patch(0..81, 81).normals(&positions, &mut normals);
+        facets
+            .patch(&[&(0..81).collect::<Vec<_>>()], 81)
+            .normals(&positions, &mut normals);
         check(&normals, &positions);
         // A part of it, after a move of some.
-        let patch = facets.patch([40, 41, 8].into_iter(), 81);
+        let patch = facets.patch(&[&[40, 41], &[8]], 81);
         [40, 41, 8]
             .iter()
             .for_each(|&v: &usize| positions[v].z += 1.0);
@@ -316,7 +320,9 @@ mod tests {
     fn what_has_no_area_has_no_normal() {
         let facets = facets(3, &[[0, 1, 2]]);
         let mut normals = vec![Vec3::ONE; 4];
-        facets.patch(0..3, 3).normals(&[Vec3::X; 4], &mut normals);
+        facets
+            .patch(&[&[0, 1, 2]], 3)
+            .normals(&[Vec3::X; 4], &mut normals);
         assert_eq!(normals[..3], [Vec3::ZERO; 3]);
     }
 }

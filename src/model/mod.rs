@@ -171,7 +171,7 @@ impl FaceModel {
             &parts.topology.vertex_triangles(),
         );
         let every = parts.mean.len();
-        let whole = facets.patch(0..every as u32, every);
+        let whole = facets.patch(&[&Vec::from_iter(0..every as u32)], every);
         let mut median = vec![0.0_f32; parts.coefficients()];
         for control in parts.controls.iter().filter(|c| c.measure.is_none()) {
             let amount = (control.median() - control.read(&median)) / control.gain();

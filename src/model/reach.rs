@@ -38,9 +38,11 @@ impl Reach {
     /// distance that someone passes through never are.
     pub fn patch(&self, block: usize, parts: &ModelParts, facets: &Facets) -> &Patch {
         self.patches[block].get_or_init(|| {
-            let support = parts.blocks[block].support.iter();
-            let moved = support.chain(&self.surroundings[block].targets).copied();
-            facets.patch(moved, parts.mean.len())
+            let (support, targets) = (
+                &parts.blocks[block].support,
+                &self.surroundings[block].targets,
+            );
+            facets.patch(&[support, targets], parts.mean.len())
         })
     }
 }

@@ -11,6 +11,8 @@ mod info;
 #[global_allocator]
 static ALLOCATOR: rlsf::SmallGlobalTlsf = rlsf::SmallGlobalTlsf::new();
 
+use std::ops::Range;
+
 use glam::Vec3;
 use wasm_bindgen::prelude::*;
 
@@ -127,15 +129,19 @@ impl From<crate::Face> for Face {
 }
 
 impl Face {
-    /// What is shown when it is not the face at rest, up to date.
+    /// The face with its expressions, up to date; none when there never were any.
     fn performed(&mut self) -> Result<Option<&Performance>, JsError> {
-        match &mut self.performance {
-            Some(performance) if !performance.is_at_rest() => {
-                performance.perform(&self.face).map_err(error)?;
-                Ok(Some(performance))
-            }
-            _ => Ok(None),
+        if let Some(performance) = &mut self.performance {
+            performance.perform(&self.face).map_err(error)?;
         }
+        Ok(self.performance.as_ref())
+    }
+
+    /// What the last change touched; of a face that has had expressions, in what is different from
+    /// what was shown before.
+    fn changed(&mut self) -> Result<Range<u32>, JsError> {
+        let shown = self.performed()?.map(Performance::changed);
+        Ok(shown.unwrap_or(self.face.changed()))
     }
 }
 
@@ -324,20 +330,13 @@ impl Face {
     }
 
     /// The first vertex that the last change touched.
-    pub fn changed_first(&self) -> u32 {
-        // An expression depends on all of a face.
-        match self.performance {
-            Some(_) => 0,
-            None => self.face.changed().start,
-        }
+    pub fn changed_first(&mut self) -> Result<u32, JsError> {
+        Ok(self.changed()?.start)
     }
 
     /// One past the last vertex that the last change touched.
-    pub fn changed_end(&self) -> u32 {
-        match self.performance {
-            Some(_) => self.face.positions().len() as u32,
-            None => self.face.changed().end,
-        }
+    pub fn changed_end(&mut self) -> Result<u32, JsError> {
+        Ok(self.changed()?.end)
     }
 
     /// A copy with its own coefficients, locks and vertices.

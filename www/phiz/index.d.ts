@@ -442,7 +442,10 @@ export class Face {
   readonly positions: Float32Array;
   /** Unit normals, as `positions`. */
   readonly normals: Float32Array;
-  /** `[first, end)`: the vertices that the last call moved or turned. */
+  /**
+   * `[first, end)`: the vertices that the last call moved or turned. Of a face that has had expressions
+   * those that differ from what they were when positions, normals or this were last asked for.
+   */
   readonly changed: [number, number];
 
   /** A face of its own with the same state. */

@@ -164,7 +164,7 @@ export async function createDesigner(model, stage, chosen) {
   });
   const explanation = createExplanation(editor);
   const panel = createPanel(text.panel, explanation.about, [
-    { name: 'features', title: text.modes.features, root: features.root },
+    { name: 'features', title: text.modes.features, root: features.root, shown: features.shown },
     ...(meanings.any ? [{ name: 'meanings', title: text.modes.meanings, ...meanings }] : []),
     ...(file.any ? [{ name: 'expressions', title: text.modes.expressions, ...expressions }] : []),
     { name: 'mix', title: text.modes.mix, ...mix },

@@ -149,7 +149,7 @@ export function createEditor(model, face) {
     moveExpression(weights) {
       history.begin();
       face.expression = wholePercents({ ...face.expression, ...weights });
-      shapeChanged();
+      shapeChanged(face.changed);
     },
     /** One step: these expressions and no others. @param {Record<string, number>} weights 0 to 1 */
     express(weights) {

@@ -172,7 +172,9 @@ export function createFeatures(editor, { distributions, limits, random, preview 
     finish: () => editor.finish('move alpha'),
   });
 
+  let visible = true;
   function refresh() {
+    if (!visible) return;
     rows.forEach(({ slider, distribution }, i) => {
       const value = distribution.of(face);
       slider.show(value);
@@ -240,6 +242,11 @@ export function createFeatures(editor, { distributions, limits, random, preview 
 
   return {
     root,
+    /** @param {boolean} now */
+    shown(now) {
+      visible = now;
+      refresh();
+    },
     choose,
     get chosen() {
       return chosen;

@@ -56,6 +56,12 @@ export function createSlider(spec) {
   /** @type {{ pointer: number, grip: number, x: number, moving: boolean } | null} */
   let drag = null;
   let held = false;
+  // What is shown, the nearest to it that the input takes, and its words.
+  let shown = NaN;
+  let rounded = NaN;
+  let said = '';
+  /** @type {number | null} */
+  let ghost = null;
 
   function hold() {
     if (held) return;
@@ -242,8 +248,12 @@ export function createSlider(spec) {
      * @param {number} present
      */
     show(present) {
-      if (!(drag && input.valueAsNumber === present)) input.valueAsNumber = present;
       const words = spec.words(present);
+      // Most sliders stay where they are while one moves.
+      if (present === shown && words === said && input.valueAsNumber === rounded) return;
+      [shown, said] = [present, words];
+      if (!(drag && input.valueAsNumber === present)) input.valueAsNumber = present;
+      rounded = input.valueAsNumber;
       const at = place(present);
       track.style.setProperty('--at', String(at));
       const rest = place(spec.neutral);
@@ -262,6 +272,8 @@ export function createSlider(spec) {
      * @param {number | null} before
      */
     ghost(before) {
+      if (before === null && ghost === null) return;
+      ghost = before;
       track.classList.toggle('has-ghost', before !== null);
       if (before !== null) track.style.setProperty('--ghost', String(place(before)));
     },
