@@ -41,6 +41,9 @@ impl Face {
         if 2 * changes > everything {
             return self.evaluate_all();
         }
+        if self.sums.is_empty() {
+            self.sum(true);
+        }
         let mut out = Sums {
             sums: &mut self.sums,
             positions: &mut self.positions,
@@ -76,7 +79,21 @@ impl Face {
 
     /// Computes positions and normals from the mean on.
     pub(super) fn evaluate_all(&mut self) {
+        let kept = !self.sums.is_empty();
+        self.sum(false);
+        if !kept {
+            self.sums = Vec::new();
+        }
+        self.is_shown();
+        self.changed = self.all();
+        let whole = &self.model.derived.whole;
+        whole.normals(&self.positions, &mut self.normals);
+    }
+
+    /// Sums all positions, of what is shown or of what shall be.
+    fn sum(&mut self, shown: bool) {
         let model = self.model.clone();
+        self.sums.resize(model.parts().mean.len(), [0.0; 3]);
         let all = self.sums.iter_mut().zip(&mut self.positions);
         for ((sum, position), mean) in all.zip(&model.parts().mean) {
             *position = *mean;
@@ -89,17 +106,16 @@ impl Face {
         for (b, block) in model.parts().blocks.iter().enumerate() {
             let own = block.coefficients();
             for (modes, vertices) in self.reach.movers(b, block) {
-                out.add(modes, vertices, &self.state[own.clone()]);
+                let state = if shown { &self.shown } else { &self.state };
+                out.add(modes, vertices, &state[own.clone()]);
                 for anchor in &self.anchors {
-                    let state = &anchor.state[own.clone()];
+                    let state = if shown { &anchor.shown } else { &anchor.state };
+                    let state = &state[own.clone()];
                     let nothing = vec![0; state.len()];
                     out.add_shares(modes, vertices, [&nothing, state], &anchor.weights);
                 }
             }
         }
-        self.is_shown();
-        self.changed = self.all();
-        (model.derived.whole).normals(&self.positions, &mut self.normals);
     }
 
     /// How a vertex moves with each coefficient: mm a sigma.
@@ -120,7 +136,7 @@ impl Face {
     }
 
     /// Notes that what there is is what is shown.
-    fn is_shown(&mut self) {
+    pub(super) fn is_shown(&mut self) {
         static REVISIONS: AtomicU64 = AtomicU64::new(1);
         self.revision = REVISIONS.fetch_add(1, Ordering::Relaxed);
         self.shown.clone_from(&self.state);

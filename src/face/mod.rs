@@ -69,7 +69,8 @@ pub struct Face {
     /// How far each vertex stays while some regions are locked.
     masks: Vec<(Regions, Arc<[f32]>)>,
     reach: Arc<Reach>,
-    /// Positions as they are summed, mm; see [`crate::kernel`].
+    /// Positions as they are summed, mm; see [`crate::kernel`]. Empty until a change is added to them:
+    /// a face that is only drawn, one of a crowd, takes half of the memory.
     sums: Vec<[f64; 3]>,
     /// One more than there are vertices, as of normals; see [`crate::kernel::Patch::normals`].
     positions: Vec<Vec3>,
@@ -104,14 +105,22 @@ impl Face {
             anchors: Vec::new(),
             masks: Vec::new(),
             reach: model.derived.reach.clone(),
-            sums: vec![[0.0; 3]; padded - 1],
+            sums: Vec::new(),
             positions: vec![Vec3::ZERO; padded],
             normals: vec![Vec3::ZERO; padded],
             changed: 0..0,
             revision: 0,
             model: model.clone(),
         };
-        face.evaluate_all();
+        // The first is computed, others are copies.
+        let [positions, normals] = model.derived.start.get_or_init(|| {
+            face.evaluate_all();
+            [face.positions.clone(), face.normals.clone()]
+        });
+        face.positions.clone_from(positions);
+        face.normals.clone_from(normals);
+        face.changed = face.all();
+        face.is_shown();
         face
     }
 

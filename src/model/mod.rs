@@ -52,7 +52,7 @@ mod header;
 mod reach;
 mod surround;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::Vec3;
 use nalgebra::DMatrix;
@@ -126,6 +126,8 @@ pub(crate) struct Derived {
     pub reach: Arc<Reach>,
     /// The coefficients of the face on which every control reads 0.5.
     pub median: Vec<i32>,
+    /// Its positions and normals, once there is a face.
+    pub start: OnceLock<[Vec<Vec3>; 2]>,
     /// The correlation and its lower Cholesky factor.
     pub correlation: DMatrix<f64>,
     pub cholesky: DMatrix<f64>,
@@ -192,6 +194,7 @@ impl FaceModel {
                 facets,
                 whole,
                 median,
+                start: OnceLock::new(),
                 correlation,
                 cholesky: cholesky.l(),
                 fingerprint,
