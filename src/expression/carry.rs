@@ -84,6 +84,7 @@ impl Carrier {
     }
 
     /// The linear map at each node, on a face.
+    #[inline(never)]
     pub fn at_nodes(&self, face: &[Vec3]) -> Vec<Mat3A> {
         // The face is in the pose of the mean, so what is left of a similarity is its scale.
         let (mut along, mut square) = (0.0, 0.0);

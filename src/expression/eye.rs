@@ -15,10 +15,8 @@ const CLEAR: f32 = 0.25;
 pub struct Eye {
     /// 0 the subject's left, 1 the right.
     side: usize,
-    /// What turns.
-    pub ball: Vec<u32>,
-    /// What is kept out of it.
-    pub lids: Vec<u32>,
+    ball: Vec<u32>,
+    lids: Vec<u32>,
 }
 
 struct Sphere {
@@ -49,6 +47,7 @@ impl Eye {
 
     /// Turns the ball by the sum of turns, and moves lids out of it. `neutral` is the face
     /// without expression.
+    #[inline(never)]
     pub fn settle(&self, neutral: &[Vec3], turns: [Vec3; 2], positions: &mut [Vec3]) {
         let Some(sphere) = sphere(neutral, &self.ball) else {
             return;

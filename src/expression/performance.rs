@@ -6,7 +6,6 @@ use glam::{Mat3A, Vec3, Vec3A};
 
 use super::Expressions;
 use crate::anatomy::Landmark;
-use crate::kernel::Patch;
 use crate::{Error, Face, Result};
 
 /// By how much at most closing lids are helped or held back.
@@ -24,9 +23,6 @@ pub struct Performance {
     shown: Option<(u64, Vec<f32>)>,
     /// How the face of a revision carries displacements.
     maps: Option<(u64, Maps)>,
-    /// Which expressions were shown last, and what of the mesh turns with them, once it is known that
-    /// they are shown more than once: finding that out takes longer than all normals.
-    turns: (Vec<bool>, Option<Patch>),
     skin: Skin,
     /// What was shown before.
     before: Skin,
@@ -63,7 +59,6 @@ impl Performance {
             expressions: expressions.clone(),
             shown: None,
             maps: None,
-            turns: (Vec::new(), None),
             skin: Skin::default(),
             before: Skin::default(),
             changed: 0..0,
@@ -130,13 +125,9 @@ impl Performance {
             return Ok(());
         }
         std::mem::swap(&mut self.skin, &mut self.before);
-        let Skin { positions, normals } = &mut self.skin;
-        for (own, of_face) in [(&mut *positions, neutral), (&mut *normals, face.normals())] {
-            own.clear();
-            own.extend_from_slice(of_face);
-            // A face that keeps no normals has none to begin with.
-            own.resize(neutral.len() + 1, Vec3::ZERO);
-        }
+        copy(neutral, &mut self.skin.positions, neutral.len());
+        // A face that keeps no normals has none to begin with.
+        copy(face.normals(), &mut self.skin.normals, neutral.len());
         if !self.is_at_rest() {
             self.move_skin(face);
         }
@@ -171,26 +162,8 @@ impl Performance {
         for eye in &derived.eyes {
             eye.settle(neutral, turns, positions);
         }
-        let mesh = &face.model().derived;
-        let active: Vec<bool> = self.weights.iter().map(|&weight| weight > 0.0).collect();
-        let (last, patch) = &mut self.turns;
-        if *last != active || face.normals().is_empty() {
-            (*last, *patch) = (active, None);
-            return mesh.whole.normals(positions, normals);
-        }
-        let patch = patch.get_or_insert_with(|| {
-            let mut moved: Vec<&[u32]> = Vec::new();
-            for (expression, &weight) in self.expressions.list.iter().zip(&self.weights) {
-                if weight > 0.0 {
-                    moved.push(&expression.support);
-                }
-            }
-            for eye in &derived.eyes {
-                moved.extend([&eye.ball[..], &eye.lids]);
-            }
-            mesh.facets.patch(&moved, neutral.len())
-        });
-        patch.normals(positions, normals);
+        let whole = &face.model().derived.whole;
+        whole.normals(positions, normals);
     }
 
     /// Vertex positions of the face that was last performed, mm.
@@ -208,6 +181,14 @@ impl Performance {
     pub fn changed(&self) -> Range<u32> {
         self.changed.clone()
     }
+}
+
+/// Makes a copy of numbers of up to `count` vertices, with zeros after them, one vertex more in all.
+#[inline(never)]
+fn copy(from: &[Vec3], to: &mut Vec<Vec3>, count: usize) {
+    to.clear();
+    to.extend_from_slice(from);
+    to.resize(count + 1, Vec3::ZERO);
 }
 
 impl Skin {
