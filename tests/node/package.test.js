@@ -147,6 +147,16 @@ for (const build of ['simd', 'scalar']) {
       const twin = own.clone();
       assert.deepEqual(twin.positions, open);
 
+      // What a weight moves is told, from what was asked for last.
+      own.express('jawOpen', 0.5);
+      const [first, end] = own.changed;
+      assert.ok(0 <= first && first < end && end <= mine.vertexCount && end - first < mine.vertexCount);
+      const outside = (_, i) => i < 3 * first || i >= 3 * end;
+      assert.deepEqual(own.positions.filter(outside), open.filter(outside));
+      assert.deepEqual(own.normals.filter(outside), normals.filter(outside));
+      own.express('jawOpen', 0.75);
+      assert.deepEqual(own.positions, open);
+
       // The expression stays on a face that changes; a vertex is dragged to where it is seen.
       own.randomize({ seed: 6 });
       assert.deepEqual(own.expression, { jawOpen: 0.75 });
