@@ -444,6 +444,29 @@ bench_offline() {
     say "The offline half beside its peers"
     "$venv/bin/python" tests/bench/offline.py "$program" www/public/model.phiz \
         target/bench/offline.json
+    bench_trainer
+}
+# bench_trainer: the trainer's two long works beside their peers, small. The scripts are for more people
+# and iterations, and for their bars, which are not judged here.
+bench_trainer() {
+    local fit=$ROOT/target/release/phiz-fit work=$ROOT/target/bench/trainer
+    rm -f target/peers/sparse.json target/peers/registration.json
+    need_base_mesh
+    quietly phiz-fit cargo build --release --locked --features fit --bin phiz-fit
+    mkdir -p "$work"
+    "$fit" template --plain --base-mesh "$PHIZ_BASE_MESH" -o "$work/plain.phiz"
+    "$fit" sample www/public/synthetic.phiz --count 60 -o "$work/faces"
+    say "A sparse basis beside numpy's"
+    tests/peers/sparse.sh --template "$work/plain.phiz" --faces "$work/faces" --count 60 \
+        --components 20 --iterations 2 --repeats 1 || say "It ended with an error: bars are missed, or it failed"
+    if [ ! -d "${ICT_FACEKIT:-}/FaceXModel" ]; then
+        say "Without ICT_FACEKIT no scans are simulated, and the registration's peers are skipped"
+        return
+    fi
+    "$fit" template --base-mesh "$PHIZ_BASE_MESH" -o "$work/template.phiz"
+    say "Registration beside trimesh's"
+    tests/peers/registration.sh --template "$work/template.phiz" --count 1 --settings clean ||
+        say "It ended with an error: bars are missed, or it failed"
 }
 
 bench_peers() {

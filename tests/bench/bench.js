@@ -101,7 +101,9 @@ for (const [name, { ms, draws }] of Object.entries(dragged)) console.log(`  ${na
 const target = new URL('../../target/', import.meta.url);
 await mkdir(target, { recursive: true });
 // Made just before, where there is Python.
-const offline = await file('target/bench/offline.json').then(JSON.parse, () => null);
-const all = { cpu: cpus()[0].model, nodeVersion: process.version, three, node, chromium, first, dragged, offline };
+const made = (/** @type {string} */ path) => file(path).then(JSON.parse, () => null);
+const offline = await made('target/bench/offline.json');
+const trainer = { sparse: await made('target/peers/sparse.json'), registration: await made('target/peers/registration.json') };
+const all = { cpu: cpus()[0].model, nodeVersion: process.version, three, node, chromium, first, dragged, offline, trainer };
 await writeFile(new URL('bench.json', target), `${JSON.stringify(all, null, 2)}\n`);
 say('target/bench.json');
