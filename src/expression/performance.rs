@@ -131,9 +131,11 @@ impl Performance {
         if !self.is_at_rest() {
             self.move_skin(face);
         }
-        self.changed = match self.shown {
-            Some(_) => self.skin.differs(&self.before),
-            None => 0..neutral.len() as u32,
+        // What was shown before may have been another head.
+        let before = self.before.positions.len();
+        self.changed = match before == self.skin.positions.len() {
+            true => self.skin.differs(&self.before),
+            false => 0..neutral.len() as u32,
         };
         self.shown = Some((face.revision(), self.weights.clone()));
         Ok(())
