@@ -110,9 +110,11 @@ export async function siteAndBrowser() {
  * Opens the page in a fresh profile and watches what it says and asks for.
  * @param {import('playwright-core').Browser} browser
  * @param {Awaited<ReturnType<typeof serve>>} site
- * @param {import('playwright-core').BrowserContextOptions & { hash?: string }} [options]
+ * @param {import('playwright-core').BrowserContextOptions & {
+ *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown> }} [options] `prepare` is
+ *   called before the page is there
  */
-export async function open(browser, site, { hash = '', ...options } = {}) {
+export async function open(browser, site, { hash = '', prepare, ...options } = {}) {
   const context = await browser.newContext({
     viewport: { width: 1000, height: 640 },
     reducedMotion: 'reduce',
@@ -131,6 +133,7 @@ export async function open(browser, site, { hash = '', ...options } = {}) {
   });
   page.on('pageerror', (error) => complaints.push(error.stack ?? error.message));
   page.on('request', (request) => requests.push(request.url()));
+  await prepare?.(page);
   await page.goto(site.url + hash);
   await page.waitForFunction(
     () => document.documentElement.dataset.ready === 'true' || document.querySelector('[role=alert]'),
