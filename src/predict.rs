@@ -166,15 +166,22 @@ impl Walk {
     pub fn restore(&self, residuals: &[i32], axes: usize) -> Vec<i32> {
         let mut values = vec![0; residuals.len()];
         let mut guess = vec![0; axes];
-        for (at, &vertex) in self.order.iter().enumerate() {
-            self.predict(at, &values, &mut guess);
-            let missed = residuals.iter().skip(at).step_by(self.order.len());
-            let own = &mut values[vertex as usize * axes..];
-            for ((value, guess), missed) in own.iter_mut().zip(&guess).zip(missed) {
-                *value = guess.wrapping_add(*missed);
-            }
+        for at in 0..self.order.len() {
+            self.restore_one(at, residuals, &mut values, &mut guess);
         }
         values
+    }
+
+    /// Restores the numbers of the vertex at place `at` of the order.
+    // Not inlined, as what is done for each vertex: see `read_part` of the blob.
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    fn restore_one(&self, at: usize, residuals: &[i32], values: &mut [i32], guess: &mut [i32]) {
+        self.predict(at, values, guess);
+        let missed = residuals.iter().skip(at).step_by(self.order.len());
+        let own = &mut values[self.order[at] as usize * guess.len()..];
+        for ((value, guess), missed) in own.iter_mut().zip(guess).zip(missed) {
+            *value = guess.wrapping_add(*missed);
+        }
     }
 }
 

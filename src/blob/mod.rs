@@ -255,6 +255,24 @@ pub struct Blob<'a> {
     checksum: u64,
 }
 
+/// Numbers of planes that are read in one call.
+const PART: usize = 2048;
+
+/// Reads some of `length` numbers in planes, from number `first` on; they are 0 before.
+// Not inlined, as all that is done for each of many parts of a model: an engine runs the fast code of a
+// function from its next call on, and a model is read once.
+#[cfg_attr(target_arch = "wasm32", inline(never))]
+fn read_part(planes: &[u8], length: usize, first: usize, numbers: &mut [i32]) {
+    for (plane, p) in planes.chunks_exact(length.max(1)).zip(0..) {
+        for (number, &byte) in numbers.iter_mut().zip(&plane[first..]) {
+            *number |= i32::from(byte) << (8 * p);
+        }
+    }
+    for number in numbers {
+        *number = (*number as u32 >> 1) as i32 ^ -(*number & 1);
+    }
+}
+
 fn word(bytes: &[u8], at: usize) -> u32 {
     u32::read(&bytes[at..at + 4])
 }
@@ -436,15 +454,9 @@ impl<'a> Blob<'a> {
                 "section \"{name}\" is not {length} numbers in planes"
             )));
         }
-        let (lowest, higher) = row.bytes.split_at(length);
-        let mut numbers: Vec<i32> = lowest.iter().map(|&byte| byte.into()).collect();
-        for (plane, p) in higher.chunks_exact(length.max(1)).zip(1..) {
-            for (number, &byte) in numbers.iter_mut().zip(plane) {
-                *number |= i32::from(byte) << (8 * p);
-            }
-        }
-        for number in &mut numbers {
-            *number = (*number as u32 >> 1) as i32 ^ -(*number & 1);
+        let mut numbers = vec![0; length];
+        for (part, first) in numbers.chunks_mut(PART).zip((0..).step_by(PART)) {
+            read_part(row.bytes, length, first, part);
         }
         Ok(numbers)
     }

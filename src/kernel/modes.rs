@@ -62,21 +62,7 @@ impl Modes {
         let mut tiles = vec![[0_i16; 8]; numbers.div_ceil(TILE) * row];
         let mut most = vec![0_u16; 3 * modes];
         for (v, own) in by_vertex.chunks_exact((3 * modes).max(1)).enumerate() {
-            for (most, number) in most.iter_mut().zip(own) {
-                *most = (*most).max(number.unsigned_abs());
-            }
-            for axis in 0..3 {
-                let i = 3 * v + axis;
-                let tile = &mut tiles[i / TILE * row + i % TILE / 4..];
-                let lane = i % 4 * 2;
-                let mut both = own.chunks_exact(6);
-                for (eight, both) in tile.iter_mut().step_by(4).zip(both.by_ref()) {
-                    (eight[lane], eight[lane + 1]) = (both[axis], both[3 + axis]);
-                }
-                if let Some(&last) = both.remainder().get(axis) {
-                    tile[row - 4][lane] = last;
-                }
-            }
+            lay(v, own, row, &mut tiles, &mut most);
         }
         let largest: Vec<u32> = (most.chunks(3))
             .map(|most| most.iter().fold(0, |a, &b| a.max(b.into())))
@@ -265,6 +251,27 @@ impl Modes {
 }
 
 const NOTHING: [i16x8; 4] = [i16x8::ZERO; 4];
+
+/// Puts the numbers of vertex `v` into tiles of `row` eights each, and notes the largest magnitudes.
+// Not inlined, as what is done for each vertex: see `read_part` of the blob.
+#[cfg_attr(target_arch = "wasm32", inline(never))]
+fn lay(v: usize, own: &[i16], row: usize, tiles: &mut [[i16; 8]], most: &mut [u16]) {
+    for (most, number) in most.iter_mut().zip(own) {
+        *most = (*most).max(number.unsigned_abs());
+    }
+    for axis in 0..3 {
+        let i = 3 * v + axis;
+        let tile = &mut tiles[i / TILE * row + i % TILE / 4..];
+        let lane = i % 4 * 2;
+        let mut both = own.chunks_exact(6);
+        for (eight, both) in tile.iter_mut().step_by(4).zip(both.by_ref()) {
+            (eight[lane], eight[lane + 1]) = (both[axis], both[3 + axis]);
+        }
+        if let Some(&last) = both.remainder().get(axis) {
+            tile[row - 4][lane] = last;
+        }
+    }
+}
 
 /// Products of a tile's pairs of modes with sets of weights, summed over the pairs.
 #[inline(always)]

@@ -17,6 +17,28 @@ pub(crate) struct Surrounding {
     pub modes: Modes,
 }
 
+/// Appends how all modes move the support vertex at `place`.
+// Not inlined, as what is done for each vertex: see `read_part` of the blob.
+#[cfg_attr(target_arch = "wasm32", inline(never))]
+fn extend(rows: &mut Vec<f32>, modes: &Modes, place: usize) {
+    let row = (0..3 * modes.count()).map(|i| modes.get(i / 3, 3 * place + i % 3));
+    rows.extend(row.map(f32::from));
+}
+
+/// Adds as many numbers, times a weight.
+#[cfg_attr(target_arch = "wasm32", inline(never))]
+fn add(sums: &mut [f32], weight: f32, numbers: &[f32]) {
+    for (sum, x) in sums.iter_mut().zip(numbers) {
+        *sum += weight * x;
+    }
+}
+
+/// Appends the sums, scaled and rounded.
+#[cfg_attr(target_arch = "wasm32", inline(never))]
+fn append(followed: &mut Vec<i16>, sums: &[f32], scale: f32) {
+    followed.extend((sums.iter()).map(|sum| (sum * scale).round_ties_even() as i16));
+}
+
 impl Surrounding {
     /// Of a block's modes and its surround; empty without one.
     pub fn new(modes: &Modes, surround: Option<&Surround>, alpha: f32) -> Self {
@@ -39,8 +61,7 @@ impl Surrounding {
         for place in surround.sources.iter().map(|&place| place as usize) {
             if starts[place] == usize::MAX {
                 starts[place] = rows.len();
-                let row = (0..numbers).map(|i| modes.get(i / 3, 3 * place + i % 3));
-                rows.extend(row.map(f32::from));
+                extend(&mut rows, modes, place);
             }
         }
         let mut targets = Vec::with_capacity(active.len());
@@ -48,19 +69,13 @@ impl Surrounding {
         let mut sums = vec![0.0_f32; numbers];
         for &t in &active {
             sums.fill(0.0);
-            let each = t * SOURCES..(t + 1) * SOURCES;
-            let each = surround.sources[each.clone()]
-                .iter()
-                .zip(&surround.weights[each]);
-            for (&source, &weight) in each {
-                let weight = f32::from(weight);
-                for (sum, x) in sums.iter_mut().zip(&rows[starts[source as usize]..]) {
-                    *sum += weight * x;
-                }
+            for i in t * SOURCES..(t + 1) * SOURCES {
+                let row = &rows[starts[surround.sources[i] as usize]..];
+                add(&mut sums, surround.weights[i].into(), row);
             }
             let scale = fades[t] / 65_535.0 * (1 << finer) as f32;
             let start = followed.len();
-            followed.extend((sums.iter()).map(|sum| (sum * scale).round_ties_even() as i16));
+            append(&mut followed, &sums, scale);
             // Towards its end the fall-off leaves nothing to follow.
             match followed[start..].iter().any(|&x| x != 0) {
                 true => targets.push(surround.targets[t]),
