@@ -458,7 +458,7 @@ bench_trainer() {
     "$fit" sample www/public/synthetic.phiz --count 60 -o "$work/faces"
     say "A sparse basis beside numpy's"
     tests/peers/sparse.sh --template "$work/plain.phiz" --faces "$work/faces" --count 60 \
-        --components 20 --iterations 2 --repeats 1 || say "It ended with an error: bars are missed, or it failed"
+        --components 20 --iterations 5 --repeats 1 || say "It ended with an error: bars are missed, or it failed"
     if [ ! -d "${ICT_FACEKIT:-}/FaceXModel" ]; then
         say "Without ICT_FACEKIT no scans are simulated, and the registration's peers are skipped"
         return
