@@ -14,6 +14,15 @@
 const MOST_FRAMES = 1500;
 
 /**
+ * How many pixels a film is wide and high: video encoders take even sizes only.
+ * @param {Pick<Film, 'canvas' | 'width'>} film @returns {[number, number]}
+ */
+export function sizeOf({ canvas, width = 480 }) {
+  const even = (/** @type {number} */ x) => 2 * Math.max(1, Math.round(x / 2));
+  return [even(width), even((width * canvas.height) / canvas.width)];
+}
+
+/**
  * The frames of a film, one after the other: each is on the given context's canvas when its turn
  * comes. Between frames the page gets to run.
  *
@@ -26,11 +35,8 @@ export async function eachFrame({ canvas, draw, seconds, fps = 25, width = 480, 
     throw new RangeError(`a film has 2 to ${MOST_FRAMES} frames, not ${count}`);
   }
   if (!(width >= 16 && width <= 4096)) throw new RangeError(`a film is 16 to 4096 pixels wide, not ${width}`);
-  // Video encoders take even sizes only.
-  const even = (/** @type {number} */ x) => 2 * Math.max(1, Math.round(x / 2));
   const copy = document.createElement('canvas');
-  copy.width = even(width);
-  copy.height = even((width * canvas.height) / canvas.width);
+  [copy.width, copy.height] = sizeOf({ canvas, width });
   const context = copy.getContext('2d', { willReadFrequently: true });
   if (!context) throw new Error('this browser gives no 2D canvas');
   context.imageSmoothingQuality = 'high';

@@ -1,6 +1,6 @@
 import { ArrayBufferTarget, Muxer } from 'webm-muxer';
 
-import { eachFrame } from './frames.js';
+import { eachFrame, sizeOf } from './frames.js';
 
 /** What an encoder is asked for by, the better first. VP9 of level 6.1: its frames have up to 4096 pixels a side. */
 const ENCODED = [
@@ -24,25 +24,41 @@ const QUEUE = 8;
 
 /**
  * A film as a video: encoded frame by frame, each at its own time, as fast as the machine can. Where
- * there is no encoder it is recorded while it plays.
+ * there is no encoder, or none for WebM, it is recorded while it plays.
  *
  * @param {VideoFilm} film
  * @returns {Promise<Blob>} of type `video/webm`, or `video/mp4` where there is no other
  */
 export async function video(film) {
-  return typeof VideoEncoder === 'function' ? encoded(film) : recorded(film);
+  const found = await encoding(film);
+  return found ? encoded(film, found) : recorded(film);
 }
 
-/** @param {VideoFilm} film */
-async function encoded(film) {
-  const { fps = 25, bitsPerSecond = 6_000_000, signal } = film;
+/**
+ * How this browser encodes a film; null when it does not.
+ * @param {VideoFilm} film
+ */
+async function encoding({ fps = 25, bitsPerSecond = 6_000_000, ...film }) {
+  if (typeof VideoEncoder !== 'function') return null;
+  const [width, height] = sizeOf(film);
+  for (const { codec, id } of ENCODED) {
+    const wanted = { codec, width, height, bitrate: bitsPerSecond, framerate: fps };
+    const { supported, config } = await VideoEncoder.isConfigSupported(wanted);
+    if (supported && config) return { id, config };
+  }
+  return null;
+}
+
+/** @param {VideoFilm} film @param {{ id: string, config: VideoEncoderConfig }} encoding */
+async function encoded(film, { id, config }) {
+  const { fps = 25, signal } = film;
+  const { width, height } = config;
   const target = new ArrayBufferTarget();
-  /** @type {Muxer<ArrayBufferTarget> | null} */
-  let muxer = null;
+  const muxer = new Muxer({ target, video: { codec: id, width, height, frameRate: fps } });
   /** @type {unknown} */
   let failure = null;
   const encoder = new VideoEncoder({
-    output: (chunk, meta) => muxer?.addVideoChunk(chunk, meta),
+    output: (chunk, meta) => muxer.addVideoChunk(chunk, meta),
     error: (error) => (failure = error),
   });
   const take = (/** @type {HTMLCanvasElement} */ canvas, /** @type {number} */ frame) => {
@@ -51,13 +67,8 @@ async function encoded(film) {
     picture.close();
   };
   try {
+    encoder.configure(config);
     await eachFrame(film, async ({ canvas }, frame, count) => {
-      if (frame === 0) {
-        const { width, height } = canvas;
-        const { id, config } = await configuration({ width, height, bitrate: bitsPerSecond, framerate: fps });
-        muxer = new Muxer({ target, video: { codec: id, width, height, frameRate: fps } });
-        encoder.configure(config);
-      }
       take(canvas, frame);
       // The file says when frames begin, and the last would be gone as soon as it comes.
       if (frame === count - 1) take(canvas, count);
@@ -66,7 +77,7 @@ async function encoded(film) {
     });
     await encoder.flush();
     signal?.throwIfAborted();
-    /** @type {Muxer<ArrayBufferTarget> | null} */ (muxer)?.finalize();
+    muxer.finalize();
   } catch (error) {
     // What the encoder said of itself tells more than that it is closed.
     throw failure ?? error;
@@ -74,15 +85,6 @@ async function encoded(film) {
     if (encoder.state !== 'closed') encoder.close();
   }
   return new Blob([target.buffer], { type: 'video/webm' });
-}
-
-/** @param {Omit<VideoEncoderConfig, 'codec'>} frames */
-async function configuration(frames) {
-  for (const { codec, id } of ENCODED) {
-    const { supported, config } = await VideoEncoder.isConfigSupported({ ...frames, codec });
-    if (supported && config) return { id, config };
-  }
-  throw new Error(`this browser encodes no video of ${frames.width} x ${frames.height} pixels`);
 }
 
 /**
