@@ -13,6 +13,7 @@ export default defineConfig({
   base: './',
   publicDir: false,
   resolve: { alias: packageAlias },
+  worker: { format: 'es' },
   build: {
     target: 'es2022',
     outDir: 'dist/designer',

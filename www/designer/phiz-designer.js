@@ -1,12 +1,12 @@
 // <phiz-designer>: the face and its sliders as one element, for any page.
 
 import { load } from 'phiz';
+import { layGroundwork } from '../src/aside.js';
 import { backdropUniforms, paintBackdrop } from '../src/backdrop.js';
 import { element } from '../src/element.js';
-import { createHead } from '../src/head.js';
 import { portrait } from '../src/portrait.js';
-import { createScene } from '../src/scene.js';
 import { ordinal, text } from '../src/text.js';
+import { createView } from '../src/view.js';
 import css from './phiz-designer.css?inline';
 
 // Sheets that are made here pass a content security policy that forbids inline styles.
@@ -53,7 +53,8 @@ function chosenControls(model, asked) {
 
 /**
  * What shows a face, whosever it is.
- * @typedef {{ head: ReturnType<typeof createHead>, scene: ReturnType<typeof createScene> }} Drawn
+ * @typedef {{ head: ReturnType<View['complete']>, scene: View['scene'] }} Drawn
+ * @typedef {ReturnType<typeof createView>} View
  */
 
 /**
@@ -61,8 +62,8 @@ function chosenControls(model, asked) {
  * @typedef {object} Live
  * @property {import('phiz').FaceModel} model
  * @property {import('phiz').Face} face
- * @property {ReturnType<typeof createHead>} head
- * @property {ReturnType<typeof createScene>} scene
+ * @property {Drawn['head']} head
+ * @property {Drawn['scene']} scene
  * @property {Map<string, { input: HTMLInputElement, output: HTMLOutputElement }>} sliders
  */
 
@@ -206,6 +207,7 @@ export class PhizDesigner extends HTMLElement {
   async #restart() {
     const start = ++this.#start;
     this.#stop();
+    delete this.dataset.face;
     this.#paint();
     const src = this.getAttribute('src');
     if (src === null) return;
@@ -215,49 +217,64 @@ export class PhizDesigner extends HTMLElement {
     const early = asked !== null && !this.getAttribute('code');
     /** @type {import('phiz').FaceModel | undefined} */
     let model;
-    /** @type {Drawn | undefined} */
-    let drawn;
+    /** @type {Drawn['scene'] | undefined} */
+    let scene;
+    const whole = (/** @type {string} */ name) => download(new URL(name, document.baseURI).href);
+    /** Shows a model's median face, quickly and then wholly; the model is needed no longer. */
+    const draw = async (/** @type {import('phiz').FaceModel} */ shown) => {
+      const groundwork = layGroundwork();
+      const view = createView(shown, this.#stage());
+      scene = view.scene;
+      this.#furnish(scene);
+      if (early) this.#tell('face');
+      const work = groundwork.of(view.rest);
+      // The head is on the screen before the model takes the line.
+      await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
+      // What loads it says why it cannot.
+      if (early) whole(src).catch(() => {});
+      const laid = await work;
+      if (start !== this.#start) return null;
+      const head = view.complete(laid);
+      this.dataset.face = 'complete';
+      return { head, scene };
+    };
     try {
-      const whole = (/** @type {string} */ name) => download(new URL(name, document.baseURI).href);
+      /** @type {Drawn | null} */
+      let drawn = null;
       if (early) {
         model = await load(await whole(asked));
-        if (start !== this.#start) return model.free();
-        drawn = this.#draw(model);
+        if (start === this.#start) drawn = await draw(model);
         model.free();
         model = undefined;
-        this.#tell('face');
-        // The head is on the screen before the model takes the line and the processor.
-        await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
+        if (start !== this.#start) return scene?.renderer.forceContextLoss();
       }
       model = await load(await whole(src));
-      if (start !== this.#start) {
-        drawn?.scene.renderer.forceContextLoss();
+      if (start === this.#start) drawn ??= await draw(model);
+      if (start !== this.#start || !drawn) {
+        scene?.renderer.forceContextLoss();
         return model.free();
       }
-      this.#show(model, drawn ?? this.#draw(model));
+      this.#show(model, drawn);
       if (!early) this.#tell('face');
       this.#tell('ready');
     } catch (error) {
       model?.free();
-      drawn?.scene.renderer.forceContextLoss();
+      scene?.renderer.forceContextLoss();
       if (start === this.#start) this.#fail(error);
     }
   }
 
-  /**
-   * The stage with a model's median face; the model is needed no longer than this takes.
-   * @param {import('phiz').FaceModel} model
-   * @returns {Drawn}
-   */
-  #draw(model) {
-    const face = model.face();
-    const head = createHead(model, face);
-    face.free();
+  /** The canvas, in its place. */
+  #stage() {
     const canvas = element('canvas', { tabindex: 0, role: 'img', part: 'canvas', 'aria-label': text.stage });
     this.#panel.replaceChildren();
     this.#frame.replaceChildren(canvas, this.#panel);
-    const scene = createScene(canvas, head.subject);
-    scene.scene.add(head.group);
+    return canvas;
+  }
+
+  /** @param {Drawn['scene']} scene */
+  #furnish(scene) {
+    const canvas = scene.renderer.domElement;
     scene.beforeFrame.add(() => this.#ownBackdrop(scene));
     canvas.addEventListener('dblclick', () => scene.view('front'));
     canvas.addEventListener('keydown', (event) => {
@@ -267,7 +284,6 @@ export class PhizDesigner extends HTMLElement {
       scene.turn(turn[0], turn[1]);
     });
     canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
-    return { head, scene };
   }
 
   /** @param {import('phiz').FaceModel} model @param {Drawn} drawn */
@@ -307,7 +323,7 @@ export class PhizDesigner extends HTMLElement {
   }
 
   /** Elements on one page share the wall's colours and size; each sets its own before it draws. */
-  #ownBackdrop(/** @type {ReturnType<typeof createScene>} */ scene) {
+  #ownBackdrop(/** @type {Drawn['scene']} */ scene) {
     paintBackdrop(this.#theme());
     scene.renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
   }

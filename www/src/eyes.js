@@ -10,6 +10,7 @@ import {
   Vector3,
 } from 'three';
 import { chance } from './chance.js';
+import { sharpen } from './textures.js';
 
 // The model gives an eyeball's place and size; the drawn eye is a smoother one at that place: a
 // sphere with a cornea, and an iris seen through it by refraction. All lengths below are in
@@ -68,7 +69,7 @@ function createGlobe() {
 
 /** An iris: two layers of fibres, the collarette, the dark ring of the limbus, the pupil. */
 function paintIris() {
-  const size = 1024;
+  const size = 512;
   const canvas = document.createElement('canvas');
   canvas.width = canvas.height = size;
   const draw = canvas.getContext('2d');
@@ -93,7 +94,7 @@ function paintIris() {
     const bright = random();
     draw.globalAlpha = 0.1 + 0.28 * random();
     draw.strokeStyle = bright > 0.5 ? (inner ? '#b98a55' : '#a08a63') : '#1f150c';
-    draw.lineWidth = 1 + 2.6 * random();
+    draw.lineWidth = (1 + 2.6 * random()) / 2;
     draw.beginPath();
     draw.moveTo(Math.cos(angle) * from, Math.sin(angle) * from);
     draw.quadraticCurveTo(
@@ -119,7 +120,7 @@ function paintIris() {
   draw.fillRect(-r, -r, size, size);
   const map = new CanvasTexture(canvas);
   map.colorSpace = SRGBColorSpace;
-  map.anisotropy = 8;
+  sharpen(map, 8);
   return map;
 }
 

@@ -1,10 +1,10 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DataTexture, DynamicDrawUsage, Group, LinearFilter, LinearMipmapLinearFilter, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
+import { paintBrows } from './brows.js';
 import { createEyes } from './eyes.js';
 import { createLashes } from './lashes.js';
-import { ambientOcclusion, smoothed } from './occlusion.js';
-import { paintBrows, paintFace } from './paint.js';
-import { createPores } from './pores.js';
+import { smoothed } from './occlusion.js';
 import { createSkin } from './skin.js';
+import { createMap, createTile } from './textures.js';
 
 /**
  * The vertices on edges that only one triangle has.
@@ -55,20 +55,49 @@ export function framing(model, rest) {
 }
 
 /**
+ * What a head is drawn from, copied: views on the module's memory die with the next call.
+ * @param {import('phiz').FaceModel} model
+ * @param {import('phiz').Face} face
+ * @returns {import('./groundwork.js').Rest}
+ */
+export function atRest(model, face) {
+  const positions = face.positions.slice();
+  const corners = model.uvVertices;
+  /** @type {import('./paint.js').Points} */
+  const landmarks = new Map();
+  for (const { name, stencil } of model.landmarks) {
+    const point = weighted(positions, stencil, new Vector3());
+    landmarks.set(name, [point.x, point.y, point.z]);
+  }
+  return { positions, normals: face.normals.slice(), triangles: model.triangles.map((corner) => corners[corner]), landmarks };
+}
+
+/**
+ * @param {ArrayLike<number>} positions @param {readonly (readonly [number, number])[]} stencil
+ * @param {Vector3} out
+ */
+function weighted(positions, stencil, out) {
+  out.set(0, 0, 0);
+  for (const [vertex, weight] of stencil) {
+    out.x += weight * positions[3 * vertex];
+    out.y += weight * positions[3 * vertex + 1];
+    out.z += weight * positions[3 * vertex + 2];
+  }
+  return out;
+}
+
+/**
  * The head: geometry from the model's topology and a face's vertices.
  *
  * @param {import('phiz').FaceModel} model
- * @param {import('phiz').Face} face
+ * @param {import('./groundwork.js').Rest} face at rest
+ * @param {import('./groundwork.js').Groundwork} groundwork of it
  */
-export function createHead(model, face) {
+export function createHead(model, { positions: rest, normals: restNormals, landmarks: at }, groundwork) {
   const vertexCount = model.vertexCount;
   const corners = model.uvVertices;
   const regionOf = model.regionOf;
   const cornerCount = corners.length;
-
-  // Views on wasm memory die with the next call: the face at rest is copied.
-  const rest = face.positions.slice();
-  const restNormals = face.normals.slice();
 
   const eyeball = (/** @type {{ name: string }} */ part) => /eyeball/.test(part.name);
   const indices = [];
@@ -82,7 +111,6 @@ export function createHead(model, face) {
   }
   const index = Uint32Array.from(indices);
   const skinTriangles = index.map((corner) => corners[corner]);
-  const allTriangles = model.triangles.map((corner) => corners[corner]);
 
   /** @type {Map<string, readonly (readonly [number, number])[]>} */
   const stencils = new Map(model.landmarks.map((landmark) => [landmark.name, landmark.stencil]));
@@ -91,36 +119,26 @@ export function createHead(model, face) {
    */
   function landmark(positions, name, out) {
     const stencil = stencils.get(name);
-    if (!stencil) return null;
-    out.set(0, 0, 0);
-    for (const [vertex, weight] of stencil) {
-      out.x += weight * positions[3 * vertex];
-      out.y += weight * positions[3 * vertex + 1];
-      out.z += weight * positions[3 * vertex + 2];
-    }
-    return out;
-  }
-  /** @type {import('./paint.js').Points} */
-  const at = new Map();
-  for (const { name } of model.landmarks) {
-    const point = landmark(rest, name, new Vector3());
-    if (point) at.set(name, [point.x, point.y, point.z]);
+    return stencil ? weighted(positions, stencil, out) : null;
   }
 
   const { bounds, subject, fade } = framing(model, rest);
 
   const geometry = new BufferGeometry();
   geometry.setIndex(new BufferAttribute(index, 1));
-  /** @param {(vertex: number, k: number) => number} value @param {number} size */
-  const perCorner = (value, size) => {
-    const array = new Float32Array(cornerCount * size);
+  /** @param {Float32Array} values three a vertex */
+  const perCorner = (values) => {
+    const array = new Float32Array(3 * cornerCount);
     for (let i = 0; i < cornerCount; i++) {
-      for (let k = 0; k < size; k++) array[size * i + k] = value(corners[i], k);
+      const o = 3 * corners[i];
+      array[3 * i] = values[o];
+      array[3 * i + 1] = values[o + 1];
+      array[3 * i + 2] = values[o + 2];
     }
-    return new BufferAttribute(array, size);
+    return new BufferAttribute(array, 3);
   };
-  const position = perCorner((v, k) => rest[3 * v + k], 3);
-  const normal = perCorner((v, k) => restNormals[3 * v + k], 3);
+  const position = perCorner(rest);
+  const normal = perCorner(restNormals);
   const mark = new BufferAttribute(new Float32Array(2 * cornerCount), 2);
   for (const live of [position, normal, mark]) live.setUsage(DynamicDrawUsage);
   geometry.setAttribute('position', position);
@@ -129,10 +147,9 @@ export function createHead(model, face) {
   geometry.setAttribute('uv', new BufferAttribute(model.uvs.slice(), 2));
   const heat = new BufferAttribute(new Float32Array(3 * cornerCount), 3).setUsage(DynamicDrawUsage);
   geometry.setAttribute('heat', heat);
-  geometry.setAttribute('rest', perCorner((v, k) => rest[3 * v + k], 3));
-  geometry.setAttribute('restNormal', perCorner((v, k) => restNormals[3 * v + k], 3));
+  geometry.setAttribute('rest', perCorner(rest));
+  geometry.setAttribute('restNormal', perCorner(restNormals));
 
-  const open = ambientOcclusion(rest, restNormals, allTriangles);
   const chin = at.get('ibug_08') ?? [0, bounds.min.y, 0];
   const nose = at.get('ibug_30') ?? [0, 0, bounds.max.z];
   const earX = 0.83 * bounds.max.x;
@@ -140,13 +157,14 @@ export function createHead(model, face) {
   const [fadeEnd, fadeStart] = fade;
   // The neck runs out into the backdrop before its cut edge, wherever that is.
   const edge = openEdge(skinTriangles).filter((v) => rest[3 * v + 1] < chin[1] + 30);
-  const shade = perCorner((v, k) => {
+  const shade = new Float32Array(3 * vertexCount);
+  for (let v = 0; v < vertexCount; v++) {
     const [x, y, z] = [rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]];
-    if (k === 0) return open[v];
-    if (k === 1) {
+    shade[3 * v] = groundwork.open[v];
+    if (z < nose[2] - 70) {
       const height = Math.max(0, 1 - Math.abs(y - (brow[1] + nose[1]) / 2 + 4) / 48);
       const beside = Math.min(1, Math.max(0, (Math.abs(x) - earX * 0.92) / 8));
-      return z < nose[2] - 70 ? Math.min(1, height * 2.2) * beside : 0;
+      shade[3 * v + 1] = Math.min(1, height * 2.2) * beside;
     }
     const t = Math.min(1, Math.max(0, (y - fadeEnd) / (fadeStart - fadeEnd)));
     let nearest = Infinity;
@@ -157,9 +175,9 @@ export function createHead(model, face) {
       }
     }
     const s = Math.min(1, Math.max(0, (Math.sqrt(nearest) - 3) / 36));
-    return t * t * (3 - 2 * t) * s * s * (3 - 2 * s);
-  }, 3);
-  geometry.setAttribute('shade', shade);
+    shade[3 * v + 2] = t * t * (3 - 2 * t) * s * s * (3 - 2 * s);
+  }
+  geometry.setAttribute('shade', perCorner(shade));
   geometry.boundingSphere = new Sphere(
     bounds.getCenter(new Vector3()),
     0.6 * bounds.getSize(new Vector3()).length(),
@@ -175,11 +193,11 @@ export function createHead(model, face) {
   });
   const tone = new Color().setRGB(red, green, blue, SRGBColorSpace);
 
-  const pores = createPores();
+  const pores = createTile(groundwork.pores);
   const skin = createSkin({
     tone,
     pores,
-    face: paintFace(at),
+    face: { map: createMap(groundwork.paint.map), frame: groundwork.paint.frame },
     brows: paintBrows(at),
     depth: nose[2] - 82,
   });
@@ -197,10 +215,11 @@ export function createHead(model, face) {
     })),
     pores,
   );
-  const lashes = createLashes(skinTriangles, rest, (name) => {
+  const vertexOf = (/** @type {string} */ name) => {
     const stencil = stencils.get(name) ?? [[0, 1]];
     return stencil.reduce((best, entry) => (entry[1] > best[1] ? entry : best))[0];
-  });
+  };
+  const lashes = createLashes(skinTriangles, rest, vertexOf);
   eyes.update(rest);
   lashes.update(rest, eyes.centres);
 

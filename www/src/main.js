@@ -1,3 +1,4 @@
+import { layGroundwork } from './aside.js';
 import { Failure, showFailure } from './failure.js';
 import { prepare } from 'phiz';
 import { checkBrowser, loadHead, loadModel, showLoading } from './loading.js';
@@ -12,6 +13,7 @@ async function start() {
   // three.js and the module come in and are compiled while the head does and is.
   const drawing = import('./stage.js');
   prepare().catch(() => {}); // What loads a model says why it cannot.
+  const groundwork = layGroundwork();
   const head = chosen.head && (await loadHead(chosen.head));
   const { createStage } = await drawing;
   let stage = head && createStage(head);
@@ -22,16 +24,14 @@ async function start() {
   // A failure is said where it is waited for.
   coming.catch(() => {});
   if (stage) {
-    // The requests are on their way before the work begins.
-    await painted();
-    stage.complete();
+    stage.complete(await groundwork.of(stage.rest));
     head?.free();
     await painted();
   }
   const model = await coming;
   if (!stage) {
     stage = createStage(model);
-    stage.complete();
+    stage.complete(await groundwork.of(stage.rest));
   }
   const { createDesigner } = await designing;
   await createDesigner(model, stage, chosen);

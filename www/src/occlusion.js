@@ -2,7 +2,8 @@
 // into a depth buffer from many sides. Nostrils, eye sockets, ears and lips get their depth from
 // this. It is computed once, on the median face: a slider changes it less than the eye can see.
 
-const DIRECTIONS = 64;
+/** Each with its opposite, which sees the same lines from the other end. */
+const DIRECTIONS = 32;
 const SIZE = 224;
 
 /**
@@ -16,7 +17,8 @@ export function ambientOcclusion(positions, normals, triangles) {
   const seen = new Float32Array(count);
   const possible = new Float32Array(count);
   const flat = new Float32Array(positions.length);
-  const depth = new Float32Array(SIZE * SIZE);
+  const before = new Float32Array(SIZE * SIZE);
+  const behind = new Float32Array(SIZE * SIZE);
   let reach = 0;
   const centre = [0, 0, 0];
   for (let i = 0; i < positions.length; i++) centre[i % 3] += positions[i] / count;
@@ -33,8 +35,8 @@ export function ambientOcclusion(positions, normals, triangles) {
   const scale = (SIZE - 4) / (2 * reach);
 
   for (let k = 0; k < DIRECTIONS; k++) {
-    // Points of a Fibonacci spiral are spread evenly over the sphere.
-    const z = 1 - (2 * k + 1) / DIRECTIONS;
+    // Points of a Fibonacci spiral are spread evenly over the half sphere.
+    const z = 1 - (k + 0.5) / DIRECTIONS;
     const radius = Math.sqrt(1 - z * z);
     const turn = k * 2.399963229728653;
     const d = [radius * Math.cos(turn), radius * Math.sin(turn), z];
@@ -49,20 +51,23 @@ export function ambientOcclusion(positions, normals, triangles) {
       flat[i + 1] = (x * v[0] + y * v[1] + w * v[2]) * scale + SIZE / 2;
       flat[i + 2] = x * d[0] + y * d[1] + w * d[2];
     }
-    depth.fill(-Infinity);
+    before.fill(-Infinity);
+    behind.fill(-Infinity);
     for (let t = 0; t < triangles.length; t += 3) {
-      fill(depth, flat, 3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]);
+      fill(before, behind, flat, 3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]);
     }
     for (let i = 0; i < count; i++) {
       const o = 3 * i;
-      const cosine = normals[o] * d[0] + normals[o + 1] * d[1] + normals[o + 2] * d[2];
+      const along = normals[o] * d[0] + normals[o + 1] * d[1] + normals[o + 2] * d[2];
+      const cosine = Math.abs(along);
       if (cosine <= 0.05) continue;
       possible[i] += cosine;
       // Step off the surface by a pixel and a half, so that it does not hide itself.
       const off = 1.5 / scale;
       const x = flat[o] + off * scale * dot3(normals, o, u);
       const y = flat[o + 1] + off * scale * dot3(normals, o, v);
-      const here = flat[o + 2] + off * cosine;
+      const depth = along > 0 ? before : behind;
+      const here = (along > 0 ? flat[o + 2] : -flat[o + 2]) + off * cosine;
       const pixel = (y | 0) * SIZE + (x | 0);
       if (depth[pixel] <= here + 0.6 / scale) seen[i] += cosine;
     }
@@ -83,7 +88,9 @@ export function smoothed(values, triangles, rounds) {
     const sum = new Float32Array(from.length);
     const weight = new Float32Array(from.length);
     for (let t = 0; t < triangles.length; t += 3) {
-      const [a, b, c] = [triangles[t], triangles[t + 1], triangles[t + 2]];
+      const a = triangles[t];
+      const b = triangles[t + 1];
+      const c = triangles[t + 2];
       const mean = (from[a] + from[b] + from[c]) / 3;
       sum[a] += mean;
       sum[b] += mean;
@@ -114,25 +121,29 @@ function normalised(v) {
 }
 
 /**
- * Draws one triangle into the depth buffer; larger is nearer. One that is seen from behind has
- * something before it.
- * @param {Float32Array} depth
+ * Draws one triangle into the depth buffer of the side that it faces; larger is nearer. What faces away
+ * has something before it.
+ * @param {Float32Array} before @param {Float32Array} behind
  * @param {Float32Array} p
  * @param {number} a @param {number} b @param {number} c
  */
-function fill(depth, p, a, b, c) {
+function fill(before, behind, p, a, b, c) {
   const ax = p[a], ay = p[a + 1], bx = p[b], by = p[b + 1], cx = p[c], cy = p[c + 1];
   const area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
-  if (area <= 0) return;
-  const x0 = Math.max(0, Math.floor(ax < bx ? (ax < cx ? ax : cx) : bx < cx ? bx : cx));
-  const x1 = Math.min(SIZE - 1, Math.ceil(ax > bx ? (ax > cx ? ax : cx) : bx > cx ? bx : cx));
-  const y0 = Math.max(0, Math.floor(ay < by ? (ay < cy ? ay : cy) : by < cy ? by : cy));
-  const y1 = Math.min(SIZE - 1, Math.ceil(ay > by ? (ay > cy ? ay : cy) : by > cy ? by : cy));
+  if (area === 0) return;
+  const depth = area > 0 ? before : behind;
+  const side = area > 0 ? 1 : -1;
+  // Only the pixels whose middles may be inside.
+  const x0 = Math.max(0, Math.ceil((ax < bx ? (ax < cx ? ax : cx) : bx < cx ? bx : cx) - 0.5));
+  const x1 = Math.min(SIZE - 1, Math.floor((ax > bx ? (ax > cx ? ax : cx) : bx > cx ? bx : cx) - 0.5));
+  const y0 = Math.max(0, Math.ceil((ay < by ? (ay < cy ? ay : cy) : by < cy ? by : cy) - 0.5));
+  const y1 = Math.min(SIZE - 1, Math.floor((ay > by ? (ay > cy ? ay : cy) : by > cy ? by : cy) - 0.5));
+  if (x0 > x1 || y0 > y1) return;
   // Weights of the corners, which change by as much from each pixel to the next.
   const ua = (by - cy) / area;
   const ub = (cy - ay) / area;
   const px = x0 + 0.5;
-  const za = p[a + 2], zb = p[b + 2], zc = p[c + 2];
+  const za = side * p[a + 2], zb = side * p[b + 2], zc = side * p[c + 2];
   for (let y = y0; y <= y1; y++) {
     const py = y + 0.5;
     let wa = ((bx - px) * (cy - py) - (by - py) * (cx - px)) / area;

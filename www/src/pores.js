@@ -1,4 +1,3 @@
-import { DataTexture, LinearFilter, LinearMipmapLinearFilter, RepeatWrapping, RGBAFormat } from 'three';
 import { chance } from './chance.js';
 
 const SIZE = 512;
@@ -7,36 +6,50 @@ const CELLS = 34;
 /**
  * A tile of skin relief: red and green hold the slope, blue the height, alpha a coarse mottling.
  * Pores are dents at the points of a jittered grid, joined by the shallow furrows between them.
+ * @returns {import('./textures.js').Pixels}
  */
-export function createPores() {
+export function poreRelief() {
   const random = chance(7);
-  const points = Array.from({ length: CELLS * CELLS }, () => [
-    0.15 + 0.7 * random(),
-    0.15 + 0.7 * random(),
-    0.35 + 0.65 * random(),
-  ]);
+  // Across, up, depth.
+  const points = new Float64Array(3 * CELLS * CELLS);
+  for (let i = 0; i < points.length; i += 3) {
+    points[i] = 0.15 + 0.7 * random();
+    points[i + 1] = 0.15 + 0.7 * random();
+    points[i + 2] = 0.35 + 0.65 * random();
+  }
   const height = new Float32Array(SIZE * SIZE);
+  // Of the cell that a texel is in and of the eight around it.
+  const near = new Float64Array(27);
   for (let y = 0; y < SIZE; y++) {
-    for (let x = 0; x < SIZE; x++) {
+    const gy = (y / SIZE) * CELLS;
+    const cy = Math.floor(gy);
+    for (let x = 0, cell = -1; x < SIZE; x++) {
       const gx = (x / SIZE) * CELLS;
-      const gy = (y / SIZE) * CELLS;
       const cx = Math.floor(gx);
-      const cy = Math.floor(gy);
+      if (cx !== cell) {
+        cell = cx;
+        for (let j = -1, n = 0; j <= 1; j++) {
+          for (let i = -1; i <= 1; i++, n += 3) {
+            const o = 3 * (((cy + j + CELLS) % CELLS) * CELLS + ((cx + i + CELLS) % CELLS));
+            near[n] = cx + i + points[o];
+            near[n + 1] = cy + j + points[o + 1];
+            near[n + 2] = points[o + 2];
+          }
+        }
+      }
       // Squares of the distances to the nearest two points.
       let first = 81;
       let second = 81;
       let depth = 0;
-      for (let j = -1; j <= 1; j++) {
-        for (let i = -1; i <= 1; i++) {
-          const [px, py, d] = points[((cy + j + CELLS) % CELLS) * CELLS + ((cx + i + CELLS) % CELLS)];
-          const [dx, dy] = [cx + i + px - gx, cy + j + py - gy];
-          const square = dx * dx + dy * dy;
-          if (square < first) {
-            second = first;
-            first = square;
-            depth = d;
-          } else if (square < second) second = square;
-        }
+      for (let n = 0; n < 27; n += 3) {
+        const dx = near[n] - gx;
+        const dy = near[n + 1] - gy;
+        const square = dx * dx + dy * dy;
+        if (square < first) {
+          second = first;
+          first = square;
+          depth = near[n + 2];
+        } else if (square < second) second = square;
       }
       const pore = Math.exp(-first / 0.24 ** 2) * depth;
       const furrow = Math.exp(-(((Math.sqrt(second) - Math.sqrt(first)) / 0.16) ** 2));
@@ -45,25 +58,20 @@ export function createPores() {
   }
   const mottle = patches(random);
   const pixels = new Uint8Array(SIZE * SIZE * 4);
-  const at = (/** @type {number} */ x, /** @type {number} */ y) =>
-    height[((y + SIZE) % SIZE) * SIZE + ((x + SIZE) % SIZE)];
   for (let y = 0; y < SIZE; y++) {
+    const row = y * SIZE;
+    const above = ((y + 1) % SIZE) * SIZE;
+    const below = ((y + SIZE - 1) % SIZE) * SIZE;
     for (let x = 0; x < SIZE; x++) {
-      const o = 4 * (y * SIZE + x);
-      pixels[o] = 127.5 + 127.5 * clamp((at(x + 1, y) - at(x - 1, y)) * 3, -1, 1);
-      pixels[o + 1] = 127.5 + 127.5 * clamp((at(x, y + 1) - at(x, y - 1)) * 3, -1, 1);
-      pixels[o + 2] = 255 * clamp(1 + at(x, y), 0, 1);
-      pixels[o + 3] = 255 * mottle[y * SIZE + x];
+      const o = 4 * (row + x);
+      const across = height[row + ((x + 1) % SIZE)] - height[row + ((x + SIZE - 1) % SIZE)];
+      pixels[o] = 127.5 + 127.5 * clamp(across * 3, -1, 1);
+      pixels[o + 1] = 127.5 + 127.5 * clamp((height[above + x] - height[below + x]) * 3, -1, 1);
+      pixels[o + 2] = 255 * clamp(1 + height[row + x], 0, 1);
+      pixels[o + 3] = 255 * mottle[row + x];
     }
   }
-  const texture = new DataTexture(pixels, SIZE, SIZE, RGBAFormat);
-  texture.wrapS = texture.wrapT = RepeatWrapping;
-  texture.magFilter = LinearFilter;
-  texture.minFilter = LinearMipmapLinearFilter;
-  texture.generateMipmaps = true;
-  texture.anisotropy = 4;
-  texture.needsUpdate = true;
-  return texture;
+  return { size: SIZE, rgba: pixels };
 }
 
 /**
@@ -76,18 +84,18 @@ function patches(random) {
   for (const [cells, weight] of [[4, 1], [9, 0.8], [21, 0.6], [47, 0.45]]) {
     const grid = Float32Array.from({ length: cells * cells }, random);
     total += weight;
-    const places = Array.from({ length: SIZE }, (_, i) => {
-      const at = (i / SIZE) * cells;
-      const low = Math.floor(at);
-      return { low, high: (low + 1) % cells, part: smooth(at - low) };
-    });
     for (let y = 0; y < SIZE; y++) {
-      const { low, high, part: v } = places[y];
+      const up = (y / SIZE) * cells;
+      const low = Math.floor(up) * cells;
+      const high = (low + cells) % (cells * cells);
+      const v = smooth(up - Math.floor(up));
       for (let x = 0; x < SIZE; x++) {
-        const { low: left, high: right, part: u } = places[x];
-        const [a, b] = [grid[low * cells + left], grid[high * cells + left]];
-        const [c, d] = [grid[low * cells + right], grid[high * cells + right]];
-        const [below, above] = [a + (c - a) * u, b + (d - b) * u];
+        const across = (x / SIZE) * cells;
+        const left = Math.floor(across);
+        const right = (left + 1) % cells;
+        const u = smooth(across - left);
+        const below = grid[low + left] + (grid[low + right] - grid[low + left]) * u;
+        const above = grid[high + left] + (grid[high + right] - grid[high + left]) * u;
         sum[y * SIZE + x] += weight * (below + (above - below) * v);
       }
     }

@@ -46,15 +46,15 @@ const linear = (byte) => (byte / 255) ** 2.2;
 
 /**
  * @param {import('phiz').FaceModel} model
- * @param {Float32Array} rest @param {Float32Array} normals
+ * @param {import('./groundwork.js').Rest} rest
  * @param {readonly [number, number]} fade the neck runs out between these heights, mm
  */
-export function createPreview(model, rest, normals, fade) {
+export function createPreview(model, { positions, normals, triangles: vertices }, fade) {
   const { uvVertices: corners, colours, triangles } = model;
   const geometry = new BufferGeometry();
   // One vertex is enough where a picture is not wrapped around: no seams.
-  geometry.setIndex(new BufferAttribute(triangles.map((corner) => corners[corner]), 1));
-  geometry.setAttribute('position', new BufferAttribute(rest, 3));
+  geometry.setIndex(new BufferAttribute(vertices, 1));
+  geometry.setAttribute('position', new BufferAttribute(positions, 3));
   geometry.setAttribute('normal', new BufferAttribute(normals, 3));
   geometry.setAttribute('colour', new BufferAttribute(Float32Array.from(colours, linear), 3));
   const eyes = model.parts
@@ -65,7 +65,7 @@ export function createPreview(model, rest, normals, fade) {
       const high = [-Infinity, -Infinity, -Infinity];
       for (const corner of triangles.subarray(3 * first, 3 * (first + count))) {
         for (let k = 0; k < 3; k++) {
-          const x = rest[3 * corners[corner] + k];
+          const x = positions[3 * corners[corner] + k];
           low[k] = Math.min(low[k], x);
           high[k] = Math.max(high[k], x);
         }

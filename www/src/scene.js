@@ -11,9 +11,9 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { backdropUniforms, createBackdrop, paintBackdrop } from './backdrop.js';
+import { createEnvironment } from './environment.js';
 import { Failure } from './failure.js';
 import { drawnByProcessor } from './graphics.js';
-import { createStudio } from './studio.js';
 import { text } from './text.js';
 
 const DEGREE = Math.PI / 180;
@@ -55,9 +55,8 @@ function createLights() {
  *
  * @param {HTMLCanvasElement} canvas
  * @param {{ centre: Vector3, height: number }} subject what to look at, mm
- * @param {boolean} [lit] false when what the head mirrors can wait: `light` brings it
  */
-export function createScene(canvas, subject, lit = true) {
+export function createScene(canvas, subject) {
   const context = canvas.getContext('webgl2', { antialias: !drawnByProcessor(), powerPreference: 'high-performance' });
   if (!context) throw new Failure(text.noWebGL);
   const renderer = new WebGLRenderer({ canvas, context });
@@ -93,6 +92,7 @@ export function createScene(canvas, subject, lit = true) {
   /** @type {Set<() => void>} */
   const beforeFrame = new Set();
   let scheduled = false;
+  let drawing = false;
   /** Covered by something else: nothing is drawn until that is gone. */
   let asleep = false;
   let frames = 0;
@@ -122,8 +122,9 @@ export function createScene(canvas, subject, lit = true) {
       if (t === 1) flight = null;
       else invalidate();
     }
-    // While damping moves the camera, `update` fires `change`, which asks for the next frame.
+    drawing = true;
     controls.update();
+    drawing = false;
     for (const step of beforeFrame) step();
     if (wipe) drawWiped(wipe);
     else renderer.render(scene, camera);
@@ -181,11 +182,15 @@ export function createScene(canvas, subject, lit = true) {
     return true;
   }
 
-  controls.addEventListener('change', invalidate);
+  // While they are damped, each frame moves the camera a little further.
+  controls.addEventListener('change', () => {
+    if (!drawing || controls.enableDamping) invalidate();
+  });
   controls.addEventListener('start', () => (flight = null));
 
-  function light() {
-    scene.environment = createStudio();
+  /** Brings what the head mirrors. @param {ReturnType<typeof import('./studio.js').studio>} studio */
+  function light(studio) {
+    scene.environment = createEnvironment(studio);
     renderer.shadowMap.needsUpdate = true;
     invalidate();
   }
@@ -253,7 +258,6 @@ export function createScene(canvas, subject, lit = true) {
   camera.position.setFromSphericalCoords(fit(), home.phi, home.theta).add(controls.target);
   new ResizeObserver(resize).observe(canvas);
   resize();
-  if (lit) light();
 
   return {
     light,

@@ -1,9 +1,11 @@
 import { Color, DataTexture, MeshPhysicalMaterial, ShaderChunk, Vector4 } from 'three';
 import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
+import { STUDIO_GLSL, studioUniforms } from './environment.js';
 
 // Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
 // stand for that: each colour channel wraps around the terminator by its own amount, the edges
 // of shadows bleed red, and red is lit by the smooth normal while blue sees every pore.
+// None of it takes powers where a polynomial is as near: powers are most of what a slow card has to do.
 const LIGHTS = ShaderChunk.lights_physical_pars_fragment
   .replace(
     'reflectedLight.directDiffuse += irradiance * diffuseBRDF * ( 1.0 - F );',
@@ -13,14 +15,22 @@ const LIGHTS = ShaderChunk.lights_physical_pars_fragment
       dot(smoothNormal, directLight.direction),
       dot(normalize(mix(smoothNormal, geometryNormal, 0.5)), directLight.direction),
       dot(geometryNormal, directLight.direction));
-    vec3 wrapped = pow(saturate((facing + scatter) / (1.0 + scatter)), 1.0 + scatter);
+    vec3 wrapped = saturate((facing + scatter) / (1.0 + scatter));
+    // To the power of 1 + scatter, within 0.01.
+    wrapped *= 1.0 - scatter * (1.0 - wrapped) * (1.6 - 0.72 * wrapped);
     reflectedLight.directDiffuse += wrapped * directLight.color * diffuseBRDF * (1.0 - F);
     `,
   )
+  // The same for every light.
+  .replaceAll('IBLSheenBRDF( geometryNormal, geometryViewDir, material.sheenRoughness )', 'sheenToView')
   .replaceAll(
     'void RE_Direct_Physical',
-    'vec3 smoothNormal; vec3 skinScatter;\nvoid RE_Direct_Physical',
+    'vec3 smoothNormal; vec3 skinScatter; float sheenToView;\nvoid RE_Direct_Physical',
   );
+
+const ENVIRONMENT = ShaderChunk.envmap_physical_pars_fragment
+  .replace(/vec4 envMapColor = textureLod\([^;]*ENVMAP_MAX_LOD \);/, 'vec3 light = studioLightOn(worldNormal);')
+  .replace('PI * envMapColor.rgb * envMapIntensity', 'PI * light * envMapIntensity');
 
 const SHADOWS = ShaderChunk.lights_fragment_begin.replace(
   /directLight\.color \*= (\( directLight\.visible && receiveShadow \) \? getShadow\( directionalShadowMap[^;]*);/,
@@ -28,13 +38,15 @@ const SHADOWS = ShaderChunk.lights_fragment_begin.replace(
     float lit = ${lit};
     // Around the terminator the wrap decides, not the head's shadow on itself.
     lit = mix(1.0, lit, smoothstep(-0.2, 0.12, dot(smoothNormal, directLight.direction)));
-    directLight.color *= vec3(pow(lit, 0.8), pow(lit, 0.95), lit);`,
+    // To the powers of 0.8 and 0.95, nearly.
+    directLight.color *= lit * vec3(1.53 - lit * (0.95 - 0.42 * lit), 1.12 - lit * (0.2 - 0.08 * lit), 1.0);`,
 );
 
 const DECLARATIONS = /* glsl */ `
   varying vec3 vRest;
   varying vec3 vRestNormal;
   varying vec3 vShade; // occlusion, ear, fade
+  varying vec3 vOpen; // to red, green and blue
   varying vec2 vMark;
   varying vec3 vHeat;
   uniform float heatStrength;
@@ -52,10 +64,12 @@ const DECLARATIONS = /* glsl */ `
   uniform sampler2D wornMap;
   uniform float worn;
   ${BACKDROP_GLSL}
+  ${STUDIO_GLSL}
 
   // Relief and mottling, projected along the three axes of the head at rest.
   vec4 triplanar(float size, out vec3 slope) {
-    vec3 weight = pow(abs(vRestNormal), vec3(5.0));
+    vec3 weight = abs(vRestNormal);
+    weight *= weight * weight * weight * weight;
     weight /= weight.x + weight.y + weight.z;
     vec4 a = texture2D(poreMap, vRest.zy / size);
     vec4 b = texture2D(poreMap, vRest.xz / size);
@@ -116,7 +130,8 @@ const NORMAL = /* glsl */ `
     slope = normalMatrix * slope;
     normal = normalize(normal - (slope - dot(slope, normal) * normal));
   }
-  skinScatter = mix(vec3(0.17, 0.10, 0.075), vec3(0.5, 0.2, 0.13), ear) ;
+  skinScatter = mix(vec3(0.17, 0.10, 0.075), vec3(0.5, 0.2, 0.13), ear);
+  sheenToView = IBLSheenBRDF(normal, isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition), sheenRoughness);
 `;
 
 const ROUGHNESS = /* glsl */ `
@@ -130,13 +145,11 @@ const ROUGHNESS = /* glsl */ `
 
 const OCCLUSION = /* glsl */ `
   {
-    // Light bounced between skin and skin is red: occlusion darkens red least.
-    vec3 open = pow(vec3(occlusion), vec3(0.78, 1.08, 1.18));
-    reflectedLight.indirectDiffuse *= open;
+    reflectedLight.indirectDiffuse *= vOpen;
     float dotNV = saturate(dot(normal, geometryViewDir));
     float shine = computeSpecularOcclusion(dotNV, occlusion, material.roughness);
     reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) ;
-    reflectedLight.directDiffuse *= mix(vec3(1.0), open, 0.55);
+    reflectedLight.directDiffuse *= mix(vec3(1.0), vOpen, 0.55);
     reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip));
   }
 `;
@@ -155,6 +168,7 @@ const OCCLUSION = /* glsl */ `
 export function createSkin({ tone, pores, face, brows, depth }) {
   const uniforms = {
     ...backdropUniforms,
+    ...studioUniforms,
     poreMap: { value: pores },
     faceMap: { value: face.map },
     browMap: { value: brows.map },
@@ -192,6 +206,7 @@ export function createSkin({ tone, pores, face, brows, depth }) {
         varying vec3 vRest;
         varying vec3 vRestNormal;
         varying vec3 vShade;
+        varying vec3 vOpen;
         varying vec2 vMark;
         attribute vec3 heat;
         varying vec3 vHeat;
@@ -203,6 +218,8 @@ export function createSkin({ tone, pores, face, brows, depth }) {
         vRest = rest;
         vRestNormal = restNormal;
         vShade = shade;
+        // Light bounced between skin and skin is red: occlusion darkens red least.
+        vOpen = pow(vec3(shade.x), vec3(0.78, 1.08, 1.18));
         vMark = mark;
         vHeat = heat;
         vWorn = uv;`,
@@ -210,6 +227,7 @@ export function createSkin({ tone, pores, face, brows, depth }) {
     shader.fragmentShader = shader.fragmentShader
       .replace('#include <common>', `#include <common>\nuniform mat3 normalMatrix;\n${DECLARATIONS}`)
       .replace('#include <lights_physical_pars_fragment>', LIGHTS)
+      .replace('#include <envmap_physical_pars_fragment>', ENVIRONMENT)
       .replace('#include <lights_fragment_begin>', SHADOWS)
       .replace('#include <color_fragment>', `#include <color_fragment>\n${COLOUR}`)
       .replace('#include <roughnessmap_fragment>', ROUGHNESS)

@@ -1,9 +1,7 @@
 import { element } from './element.js';
-import { createHead, framing } from './head.js';
-import { createPreview } from './preview.js';
-import { createScene } from './scene.js';
 import { text } from './text.js';
 import { createTheme } from './theme.js';
+import { createView } from './view.js';
 
 /**
  * The page's frame with the median face in it, which is there before the sliders are. Where they
@@ -12,12 +10,7 @@ import { createTheme } from './theme.js';
  * @param {import('phiz').FaceModel} model needed until the stage is complete
  */
 export function createStage(model) {
-  // The head at rest is painted on the median face, whatever the link asks for.
-  const median = model.face();
-  const rest = median.positions.slice();
-  const { subject, fade } = framing(model, rest);
-  const preview = createPreview(model, rest, median.normals.slice(), fade);
-  /** @type {ReturnType<typeof createHead> | null} */
+  /** @type {ReturnType<ReturnType<typeof createView>['complete']> | null} */
   let head = null;
 
   const canvas = element('canvas', { class: 'view', tabindex: 0, role: 'img', 'aria-label': text.stage });
@@ -34,8 +27,8 @@ export function createStage(model) {
   const app = element('div', { class: 'app' }, bar, root, waiting);
   // The canvas has to be laid out before the scene measures it.
   document.body.replaceChildren(app);
-  const scene = createScene(canvas, subject, false);
-  scene.scene.add(preview.mesh);
+  const view = createView(model, canvas);
+  const { scene } = view;
   const theme = createTheme();
   theme.follow(scene.setTheme);
 
@@ -49,13 +42,13 @@ export function createStage(model) {
     },
     scene,
     theme,
-    /** In place of the quick head the real one, with its skin, eyes and light. */
-    complete() {
-      head = createHead(model, median);
-      median.free();
-      preview.dispose();
-      scene.scene.add(head.group);
-      scene.light();
+    rest: view.rest,
+    /**
+     * In place of the quick head the real one, with its skin, eyes and light.
+     * @param {import('./groundwork.js').Groundwork} groundwork
+     */
+    complete(groundwork) {
+      head = view.complete(groundwork);
       document.documentElement.dataset.face = 'complete';
     },
     /** @param {number} fraction of the model */

@@ -1,5 +1,3 @@
-import { CubeTexture, DataTexture, DataUtils, HalfFloatType, LinearFilter, LinearMipmapLinearFilter, RGBAFormat } from 'three';
-
 // A photographer's studio as an environment: a dim room and soft boxes, which also are what the
 // eyes mirror. three.js would draw such a room and prefilter it on the graphics card, with hundreds
 // of samples for each of half a million texels, on which a weak one spends seconds. But the room is
@@ -248,8 +246,40 @@ function diffused(size, roughness, from) {
   });
 }
 
-/** The studio, prefiltered as three.js expects it of an environment. */
-export function createStudio() {
+/**
+ * What a rough surface gets from each side, which is so smooth that polynomials of the second degree in
+ * the direction have it: spherical harmonics, their constants multiplied in. Colours of 1, y, z, x, xy, yz,
+ * 3zz - 1, xz, xx - yy.
+ * @param {Level} rough
+ */
+function harmonics({ size, faces }) {
+  const light = new Float32Array(27);
+  // Of the solid angle that texels have; their number is right up to a constant, which is divided out.
+  let whole = 0;
+  let texel = 0;
+  level(size, ([x, y, z], _, square) => {
+    const angle = square ** -1.5;
+    const values = [1, y, z, x, x * y, y * z, 3 * z * z - 1, x * z, x * x - y * y];
+    const o = 3 * (texel % size ** 2);
+    const texels = faces[Math.floor(texel / size ** 2)];
+    for (let i = 0; i < 9; i++) {
+      for (let k = 0; k < 3; k++) light[3 * i + k] += angle * NORMS[i] * values[i] * texels[o + k];
+    }
+    whole += angle;
+    texel += 1;
+  });
+  return light.map((sum) => sum / whole);
+}
+
+/** One over the mean square, over the sphere, of each polynomial of `harmonics`. */
+const NORMS = [1, 3, 3, 3, 15, 15, 5 / 4, 15, 15 / 4];
+
+/**
+ * The studio, prefiltered as three.js expects it of an environment: from what a mirror shows to what lights
+ * a rough surface; the latter also as polynomials.
+ * @returns {{ levels: Level[], light: Float32Array<ArrayBuffer> }}
+ */
+export function studio() {
   const sharp = [level(SIZE, radiance)];
   while (sharp[sharp.length - 1].size > 4) sharp.push(halved(sharp[sharp.length - 1]));
   const levels = sharp.map((present, lod) => {
@@ -259,24 +289,5 @@ export function createStudio() {
     const roughness = 1 - Math.sqrt(1 - Math.min(1, lod / (LEVELS - 1)));
     return roughness < 0.45 ? mirrored(present.size, roughness, sharp) : diffused(present.size, roughness, sharp[3]);
   });
-  const images = levels.map(({ size, faces }) =>
-    faces.map((texels) => {
-      const half = new Uint16Array(4 * size * size);
-      for (let i = 0; i < size * size; i++) {
-        for (let k = 0; k < 3; k++) half[4 * i + k] = DataUtils.toHalfFloat(texels[3 * i + k]);
-        half[4 * i + 3] = 0x3c00;
-      }
-      return new DataTexture(half, size, size, RGBAFormat, HalfFloatType);
-    }),
-  );
-  const texture = new CubeTexture(images[0]);
-  texture.mipmaps = images.slice(1).map((image) => new CubeTexture(image));
-  texture.format = RGBAFormat;
-  texture.type = HalfFloatType;
-  texture.magFilter = LinearFilter;
-  texture.minFilter = LinearMipmapLinearFilter;
-  texture.generateMipmaps = false;
-  texture.isPMREMTexture = true;
-  texture.needsUpdate = true;
-  return texture;
+  return { levels, light: harmonics(levels[LEVELS - 1]) };
 }

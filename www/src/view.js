@@ -1,0 +1,33 @@
+import { atRest, createHead, framing } from './head.js';
+import { createPreview } from './preview.js';
+import { createScene } from './scene.js';
+
+/**
+ * A model's median face in a scene of its own: in plain colours at once, with its skin, eyes and light when
+ * the groundwork is there.
+ *
+ * @param {import('phiz').FaceModel} model needed until the view is complete
+ * @param {HTMLCanvasElement} canvas laid out: the scene measures it
+ */
+export function createView(model, canvas) {
+  // The head at rest is painted on the median face, whatever is asked for.
+  const median = model.face();
+  const rest = atRest(model, median);
+  median.free();
+  const { subject, fade } = framing(model, rest.positions);
+  const scene = createScene(canvas, subject);
+  const preview = createPreview(model, rest, fade);
+  scene.scene.add(preview.mesh);
+  return {
+    scene,
+    rest,
+    /** In place of the quick head the real one. @param {import('./groundwork.js').Groundwork} groundwork */
+    complete(groundwork) {
+      const head = createHead(model, rest, groundwork);
+      preview.dispose();
+      scene.scene.add(head.group);
+      scene.light(groundwork.studio);
+      return head;
+    },
+  };
+}
