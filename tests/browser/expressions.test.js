@@ -227,4 +227,48 @@ describe('expressions', () => {
     assert.equal(await page.getByRole('tab', { name: 'Expressions' }).count(), 0);
     await context.close();
   });
+
+  test('a mouth that opens has teeth, which stay behind the lips of every face', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await openPanel(page);
+    /** Pixels of the mouth that are paler than lips and skin are: green nearly as much as red. */
+    async function teeth(name) {
+      const shot = await picture(page, `teeth-${name}`);
+      const [left, top, right, bottom] = await around(page, 'ibug_66', 0.1);
+      let count = 0;
+      for (let y = Math.floor(top * shot.height); y < bottom * shot.height; y++) {
+        for (let x = Math.floor(left * shot.width); x < right * shot.width; x++) {
+          const [r, g] = shot.rgb.subarray(3 * (y * shot.width + x));
+          if (r > 60 && g > 0.875 * r) count++;
+        }
+      }
+      return count;
+    }
+    const smile = async () => {
+      for (const [name, weight] of /** @type {const} */ ([['Smile mouthSmile', 1], ['Upper lip up mouthUpperUp', 0.6], ['Lower lip down mouthLowerDown', 0.4]])) {
+        await moveSlider(page, name, weight);
+      }
+    };
+    // A shine on the lip may be as pale.
+    assert.ok((await teeth('rest')) < 15, 'lips that are shut show none');
+    await smile();
+    const smiling = await teeth('smile');
+    assert.ok(smiling > 150, `${smiling} pixels`);
+    // Of faces whose mouths are higher, lower, thicker, further out.
+    for (const seed of [1, 2, 3]) {
+      await page.evaluate((value) => {
+        const { face } = window.designer;
+        face.randomize({ seed: value, spread: 1.3 });
+        location.hash = face.code;
+      }, seed);
+      await page.reload();
+      await page.waitForFunction(() => document.documentElement.dataset.ready === 'true', null, { timeout: 60_000 });
+      await openPanel(page);
+      await smile();
+      const count = await teeth(`smile-${seed}`);
+      assert.ok(count > 60 && count < 4 * smiling, `${count} pixels of face ${seed}, ${smiling} of the median one`);
+    }
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
 });

@@ -26,6 +26,7 @@ import { createPortraits } from './portraits.js';
 import { createRandom } from './random.js';
 import { createSaved } from './saved.js';
 import { createShaping } from './shaping.js';
+import { measureShifts } from './shifts.js';
 import { text, titleOf } from './text.js';
 import { createToast } from './toast.js';
 import { createToolbar } from './toolbar.js';
@@ -143,7 +144,7 @@ export async function createDesigner(model, stage, chosen) {
     say: toast.say,
   });
   const file = createExpressionFile(model, chosen.expressions, () => {
-    head.lookBy(measureTurns(model));
+    head.expressBy(measureTurns(model), measureShifts(model, head.anchors));
     // Some of the faces that are shown small may have one.
     portraits.retake();
   });

@@ -4,6 +4,7 @@ import { createEyes } from './eyes.js';
 import { createLashes } from './lashes.js';
 import { smoothed } from './occlusion.js';
 import { createSkin } from './skin.js';
+import { createTeeth } from './teeth.js';
 import { createMap, createTile } from './textures.js';
 
 /**
@@ -220,11 +221,15 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     return stencil.reduce((best, entry) => (entry[1] > best[1] ? entry : best))[0];
   };
   const lashes = createLashes(skinTriangles, rest, vertexOf);
+  const cavity = model.parts.filter(({ name }) => name === 'mouth cavity').flatMap(({ first, count }) => [
+    ...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => corners[corner])),
+  ]);
+  const teeth = createTeeth(rest, at, cavity, vertexOf);
   eyes.update(rest);
   lashes.update(rest, eyes.centres);
 
   const group = new Group();
-  group.add(mesh, ...eyes.meshes, lashes.mesh);
+  group.add(mesh, ...eyes.meshes, lashes.mesh, ...(teeth?.meshes ?? []));
 
   /** @type {number[]} */
   const duplicates = [];
@@ -233,6 +238,10 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   const still = [new Vector3(), new Vector3()];
   /** @type {(expression: Record<string, number>) => Vector3[]} */
   let turnsOf = () => still;
+  const unmoved = new Float32Array(3 * (teeth?.anchors.length ?? 0));
+  /** @type {(expression: Record<string, number>) => Float32Array} */
+  let shiftsOf = () => unmoved;
+  teeth?.update(rest, unmoved);
 
   /**
    * Takes over a range of the face's vertices.
@@ -259,6 +268,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     eyes.turn(turnsOf(expression), Object.keys(expression).length > 0);
     eyes.update(present);
     lashes.update(present, eyes.centres);
+    teeth?.update(present, shiftsOf(expression));
   }
 
   /** The feature of each region. @type {readonly string[]} */
@@ -350,9 +360,15 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     wear,
     groupAt,
     divide,
-    /** @param {typeof turnsOf} turns how far expressions turn the eyes */
-    lookBy(turns) {
+    /** The vertices whose shifts the teeth go by. */
+    anchors: teeth?.anchors ?? [],
+    /**
+     * @param {typeof turnsOf} turns how far expressions turn the eyes
+     * @param {typeof shiftsOf} shifts how far they move the anchors
+     */
+    expressBy(turns, shifts) {
       turnsOf = turns;
+      shiftsOf = shifts;
     },
     /** @param {number} index of a vertex, on the face as it is now */
     vertex: (index) => new Vector3().fromArray(present, 3 * index),
