@@ -91,6 +91,35 @@ describe('<phiz-designer>', () => {
     await context.close();
   });
 
+  test('shows the expressions that its page loads, with teeth in the mouth', async () => {
+    const { context, page, complaints } = await visit('examples/plain/');
+    const designer = page.locator('phiz-designer');
+    await page.getByRole('slider').first().waitFor({ timeout: 60_000 });
+    const canvas = page.locator('phiz-designer canvas');
+    const before = await look(canvas, 'designer-shut');
+    await designer.evaluate(async (element) => {
+      const response = await fetch(new URL('../../expressions.phiz', location.href));
+      await element.model.loadExpressions(await response.arrayBuffer());
+      element.face.expression = { jawOpen: 0.6 };
+      element.refresh();
+    });
+    const after = await look(canvas, 'designer-open');
+    /** Pixels of the mouth as pale as teeth. @param {typeof after} shot */
+    const pale = (shot) => {
+      let count = 0;
+      for (let y = Math.floor(0.55 * shot.height); y < 0.8 * shot.height; y++) {
+        for (let x = Math.floor(0.42 * shot.width); x < 0.58 * shot.width; x++) {
+          const [r, g] = shot.rgb.subarray(3 * (y * shot.width + x));
+          if (r > 60 && r < 210 && g > 0.875 * r) count++;
+        }
+      }
+      return count;
+    };
+    assert.ok(pale(before) < 15 && pale(after) > 40, `${pale(before)}, then ${pale(after)} pixels`);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('attributes: theme, controls, none of them, a phone', async () => {
     const { context, page, complaints } = await visit('examples/plain/', { viewport: { width: 360, height: 740 }, hasTouch: true });
     await page.waitForFunction(() => document.querySelector('phiz-designer').model, null, { timeout: 60_000 });

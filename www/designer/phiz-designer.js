@@ -4,7 +4,9 @@ import { load } from 'phiz';
 import { layGroundwork } from '../src/aside.js';
 import { backdropUniforms, paintBackdrop } from '../src/backdrop.js';
 import { element } from '../src/element.js';
+import { measureTurns } from '../src/eyeturns.js';
 import { portrait } from '../src/portrait.js';
+import { measureShifts } from '../src/shifts.js';
 import { ordinal, text } from '../src/text.js';
 import { createView } from '../src/view.js';
 import css from './phiz-designer.css?inline';
@@ -75,6 +77,8 @@ export class PhizDesigner extends HTMLElement {
 
   /** @type {Live | null} */
   #live = null;
+  /** Whether the head knows what the model's expressions do, which the page may load at any time. */
+  #expressive = false;
   #panel = element('div', { class: 'panel', part: 'panel' });
   #frame = element('div', { class: 'frame' });
   #dark = window.matchMedia('(prefers-color-scheme: dark)');
@@ -180,7 +184,11 @@ export class PhizDesigner extends HTMLElement {
 
   /** Shows the face as it is now and tells the page. */
   refresh() {
-    const { head, face, scene } = this.#need();
+    const { model, head, face, scene } = this.#need();
+    if (!this.#expressive && model.expressions.length) {
+      this.#expressive = true;
+      head.expressBy(measureTurns(model), measureShifts(model, head.anchors));
+    }
     head.update(face);
     scene.shapeChanged();
     this.#readSliders();
@@ -222,12 +230,11 @@ export class PhizDesigner extends HTMLElement {
     const whole = (/** @type {string} */ name) => download(new URL(name, document.baseURI).href);
     /** Shows a model's median face, quickly and then wholly; the model is needed no longer. */
     const draw = async (/** @type {import('phiz').FaceModel} */ shown) => {
-      const groundwork = layGroundwork();
       const view = createView(shown, this.#stage());
       scene = view.scene;
       this.#furnish(scene);
       if (early) this.#tell('face');
-      const work = groundwork.of(view.rest);
+      const work = layGroundwork().of(view.rest);
       // The head is on the screen before the model takes the line.
       await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
       // What loads it says why it cannot.
@@ -293,6 +300,7 @@ export class PhizDesigner extends HTMLElement {
     if (code) face.code = code;
     chosenControls(model, this.getAttribute('controls'));
     this.#live = { model, face, head, scene, sliders: new Map() };
+    this.#expressive = false;
     head.update(face);
     scene.shapeChanged();
     this.#buildPanel();

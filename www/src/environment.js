@@ -3,7 +3,7 @@ import { CubeTexture, DataTexture, DataUtils, HalfFloatType, LinearFilter, Linea
 /** What the studio sends to a surface of each direction: `harmonics` of the studio has the order. */
 export const studioUniforms = { studioLight: { value: new Float32Array(27) } };
 
-/** What `getIBLIrradiance` of three.js reads from a cube map, without one: half of its time. */
+/** What `getIBLIrradiance` of three.js reads from a cube map, without one. */
 export const STUDIO_GLSL = /* glsl */ `
   uniform vec3 studioLight[9];
   vec3 studioLightOn(vec3 n) {

@@ -123,7 +123,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     return stencil ? weighted(positions, stencil, out) : null;
   }
 
-  const { bounds, subject, fade } = framing(model, rest);
+  const { bounds, fade } = framing(model, rest);
 
   const geometry = new BufferGeometry();
   geometry.setIndex(new BufferAttribute(index, 1));
@@ -384,6 +384,5 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     wornStrength: skin.uniforms.worn,
     /** How strongly the two highlights show, 0 to 1. */
     markStrength: skin.uniforms.markStrength.value,
-    subject,
   };
 }

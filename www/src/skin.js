@@ -5,7 +5,8 @@ import { STUDIO_GLSL, studioUniforms } from './environment.js';
 // Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
 // stand for that: each colour channel wraps around the terminator by its own amount, the edges
 // of shadows bleed red, and red is lit by the smooth normal while blue sees every pore.
-// None of it takes powers where a polynomial is as near: powers are most of what a slow card has to do.
+// None of it takes powers where a polynomial is as near: where a processor draws, this shader is what a
+// frame waits for.
 const LIGHTS = ShaderChunk.lights_physical_pars_fragment
   .replace(
     'reflectedLight.directDiffuse += irradiance * diffuseBRDF * ( 1.0 - F );',
