@@ -24,6 +24,9 @@ const LIGHTS = ShaderChunk.lights_fragment_begin.replace(
 /** Between lips that are no further apart than the first nothing is seen, mm; past the second all is. */
 const OPEN = [1.4, 3.6];
 
+/** The corners and the middles of the lips' inner line; the chin from its right to its left. */
+const NAMES = ['ibug_60', 'ibug_64', 'ibug_62', 'ibug_66', 'ibug_06', 'ibug_07', 'ibug_08', 'ibug_09', 'ibug_10'];
+
 /** Geometry that grows by grids of points, each with a colour. */
 function createMould() {
   /** @type {number[]} */
@@ -176,9 +179,8 @@ function lie([far, near, tip, close, away], out) {
  *   are; `update` takes what an expression adds to them, 3 each, mm
  */
 export function createTeeth(rest, landmarks, pouch, vertexOf) {
-  const found = ['ibug_60', 'ibug_64', 'ibug_62', 'ibug_66'].map((name) => landmarks.get(name));
-  const [corner, other, above, below] = found;
-  if (!corner || !other || !above || !below) return null;
+  const [corner, other, above, below, ...chin] = NAMES.map((name) => landmarks.get(name));
+  if (!corner || !other || !above || !below || !chin.every(Boolean)) return null;
   const wide = Math.abs(other[0] - corner[0]);
   const scale = wide / 2 / HALF_MOUTH;
   const middle = (other[0] + corner[0]) / 2;
@@ -192,8 +194,7 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
     });
   const walls = [wall(1), wall(-1)];
   if (walls.some((list) => list.length === 0)) return null;
-  const named = ['ibug_60', 'ibug_64', 'ibug_62', 'ibug_66', 'ibug_06', 'ibug_07', 'ibug_08', 'ibug_09', 'ibug_10'].map(vertexOf);
-  const anchors = [...named, ...walls[0], ...walls[1]];
+  const anchors = [...NAMES.map(vertexOf), ...walls[0], ...walls[1]];
 
   const rows = /** @type {const} */ ([
     [1, UPPER, ARCH.upper],
@@ -223,7 +224,7 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
   const points = anchors.map(() => new Vector3());
   const still = anchors.map(() => new Vector3());
   const jaw = new Matrix4();
-  const chin = new Matrix4();
+  const now = new Matrix4();
   const behind = (/** @type {number} */ first, /** @type {number} */ count) =>
     Math.min(...still.slice(first, first + count).map(({ z }) => z));
 
@@ -239,13 +240,12 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
       const [right, left, top, bottom] = still;
       const size = (left.x - right.x) / 2 / HALF_MOUTH;
       const [x, y] = [(left.x + right.x) / 2, (top.y + bottom.y) / 2];
-      const before = behind(named.length, walls[0].length) - 0.8 * size;
-      const beneath = Math.min(before - 2, behind(named.length + walls[0].length, walls[1].length) - 0.8) - 0.8 * size;
+      const before = behind(NAMES.length, walls[0].length) - 0.8 * size;
+      const beneath = Math.min(before - 2, behind(NAMES.length + walls[0].length, walls[1].length) - 0.8) - 0.8 * size;
       // The upper edges show a little below the line between the lips; the lower ones stand behind them.
       upper.mesh.matrix.makeScale(size, size, size).setPosition(x, y - 2.6 * size, before);
       lower.mesh.matrix.makeScale(size, size, size).setPosition(x, y - 1.3 * size, beneath);
-      const tips = named.length - 5;
-      jaw.multiplyMatrices(lie(points.slice(tips, named.length), chin), lie(still.slice(tips, named.length), jaw).invert());
+      jaw.multiplyMatrices(lie(points.slice(4, NAMES.length), now), lie(still.slice(4, NAMES.length), jaw).invert());
       lower.mesh.matrix.premultiply(jaw);
       const gap = points[2].distanceTo(points[3]);
       const light = Math.min(1, Math.max(0, (gap / size - OPEN[0]) / (OPEN[1] - OPEN[0]))) ** 0.5;
