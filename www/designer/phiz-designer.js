@@ -1,7 +1,7 @@
 // <phiz-designer>: the face and its sliders as one element, for any page.
 
 import { load } from 'phiz';
-import { layGroundwork } from '../src/aside.js';
+import { layGroundwork } from '../src/groundwork/lay.js';
 import { backdropUniforms, paintBackdrop } from '../src/backdrop.js';
 import { element } from '../src/element.js';
 import { measureTurns } from '../src/eyeturns.js';

@@ -1,12 +1,12 @@
 import { CanvasTexture } from 'three';
 import { chance } from './chance.js';
-import { points, smoothstep } from './paint.js';
+import { points, smoothstep } from './groundwork/paint.js';
 import { sharpen } from './textures.js';
 
 /**
  * Both brows, hair by hair, along the five points of each.
  *
- * @param {import('./paint.js').Points} at landmarks of the face at rest, mm
+ * @param {import('./groundwork/paint.js').Points} at landmarks of the face at rest, mm
  * @returns {{ map: CanvasTexture, frame: [number, number, number, number] }}
  */
 export function paintBrows(at) {

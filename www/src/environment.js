@@ -13,7 +13,7 @@ export const STUDIO_GLSL = /* glsl */ `
   }
 `;
 
-/** @param {{ levels: import('./studio.js').Level[], light: Float32Array<ArrayBuffer> }} studio */
+/** @param {{ levels: import('./groundwork/studio.js').Level[], light: Float32Array<ArrayBuffer> }} studio */
 export function createEnvironment({ levels, light }) {
   studioUniforms.studioLight.value = light;
   const images = levels.map(({ size, faces }) =>

@@ -3,7 +3,7 @@ let byProcessor;
 
 /**
  * Whether a processor draws what a graphics card is for: smooth edges would take half of its time, and
- * textures that are sharp at a slant a fifth. Only a context tells, and cannot be made otherwise afterwards.
+ * textures that are sharp at a slant some. Only a context tells, and cannot be made otherwise afterwards.
  */
 export function drawnByProcessor() {
   byProcessor ??= ask();

@@ -1,8 +1,8 @@
-import { Box3, BufferAttribute, BufferGeometry, Color, DataTexture, DynamicDrawUsage, Group, LinearFilter, LinearMipmapLinearFilter, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
+import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { paintBrows } from './brows.js';
 import { createEyes } from './eyes.js';
 import { createLashes } from './lashes.js';
-import { smoothed } from './occlusion.js';
+import { smoothed } from './groundwork/occlusion.js';
 import { createSkin } from './skin.js';
 import { createTeeth } from './teeth.js';
 import { createMap, createTile } from './textures.js';
@@ -59,12 +59,12 @@ export function framing(model, rest) {
  * What a head is drawn from, copied: views on the module's memory die with the next call.
  * @param {import('phiz').FaceModel} model
  * @param {import('phiz').Face} face
- * @returns {import('./groundwork.js').Rest}
+ * @returns {import('./groundwork/groundwork.js').Rest}
  */
 export function atRest(model, face) {
   const positions = face.positions.slice();
   const corners = model.uvVertices;
-  /** @type {import('./paint.js').Points} */
+  /** @type {import('./groundwork/paint.js').Points} */
   const landmarks = new Map();
   for (const { name, stencil } of model.landmarks) {
     const point = weighted(positions, stencil, new Vector3());
@@ -91,8 +91,8 @@ function weighted(positions, stencil, out) {
  * The head: geometry from the model's topology and a face's vertices.
  *
  * @param {import('phiz').FaceModel} model
- * @param {import('./groundwork.js').Rest} face at rest
- * @param {import('./groundwork.js').Groundwork} groundwork of it
+ * @param {import('./groundwork/groundwork.js').Rest} face at rest
+ * @param {import('./groundwork/groundwork.js').Groundwork} groundwork of it
  */
 export function createHead(model, { positions: rest, normals: restNormals, landmarks: at }, groundwork) {
   const vertexCount = model.vertexCount;
@@ -314,7 +314,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     heat.needsUpdate = true;
   }
 
-  /** @type {DataTexture | null} */
+  /** @type {import('three').DataTexture | null} */
   let worn = null;
   /**
    * Shows a person's own colours in place of the skin's; null takes them off.
@@ -325,13 +325,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     worn = null;
     skin.uniforms.worn.value = texture ? 1 : 0;
     if (!texture) return;
-    worn = new DataTexture(texture.rgba, texture.size, texture.size);
+    worn = createMap(texture);
     worn.colorSpace = SRGBColorSpace;
     worn.flipY = true;
-    worn.generateMipmaps = true;
-    worn.minFilter = LinearMipmapLinearFilter;
-    worn.magFilter = LinearFilter;
-    worn.needsUpdate = true;
     skin.uniforms.wornMap.value = worn;
   }
 

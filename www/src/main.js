@@ -1,4 +1,4 @@
-import { layGroundwork } from './aside.js';
+import { layGroundwork } from './groundwork/lay.js';
 import { Failure, showFailure } from './failure.js';
 import { prepare } from 'phiz';
 import { checkBrowser, loadHead, loadModel, showLoading } from './loading.js';

@@ -46,7 +46,7 @@ const linear = (byte) => (byte / 255) ** 2.2;
 
 /**
  * @param {import('phiz').FaceModel} model
- * @param {import('./groundwork.js').Rest} rest
+ * @param {import('./groundwork/groundwork.js').Rest} rest
  * @param {readonly [number, number]} fade the neck runs out between these heights, mm
  */
 export function createPreview(model, { positions, normals, triangles: vertices }, fade) {

@@ -188,7 +188,7 @@ export function createScene(canvas, subject) {
   });
   controls.addEventListener('start', () => (flight = null));
 
-  /** Brings what the head mirrors. @param {ReturnType<typeof import('./studio.js').studio>} studio */
+  /** Brings what the head mirrors. @param {ReturnType<typeof import('./groundwork/studio.js').studio>} studio */
   function light(studio) {
     scene.environment = createEnvironment(studio);
     renderer.shadowMap.needsUpdate = true;

@@ -45,7 +45,7 @@ export function createStage(model) {
     rest: view.rest,
     /**
      * In place of the quick head the real one, with its skin, eyes and light.
-     * @param {import('./groundwork.js').Groundwork} groundwork
+     * @param {import('./groundwork/groundwork.js').Groundwork} groundwork
      */
     complete(groundwork) {
       head = view.complete(groundwork);

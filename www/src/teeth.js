@@ -168,7 +168,7 @@ function lie([far, near, tip, close, away], out) {
 
 /**
  * @param {Float32Array} rest positions of the head at rest, mm
- * @param {import('./paint.js').Points} landmarks of it
+ * @param {import('./groundwork/paint.js').Points} landmarks of it
  * @param {number[]} pouch the mouth cavity's vertices
  * @param {(landmark: string) => number} vertexOf the vertex at a landmark
  * @returns {{

@@ -1,7 +1,7 @@
 import { DataTexture, LinearFilter, LinearMipmapLinearFilter, RepeatWrapping, RGBAFormat } from 'three';
 import { drawnByProcessor } from './graphics.js';
 
-/** A square picture. @typedef {{ size: number, rgba: Uint8Array }} Pixels */
+/** A square picture. @typedef {{ size: number, rgba: Uint8Array | Uint8ClampedArray }} Pixels */
 
 /** Sharp at a slant too, where that costs little. @param {import('three').Texture} map @param {number} samples */
 export function sharpen(map, samples) {

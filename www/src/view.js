@@ -21,7 +21,7 @@ export function createView(model, canvas) {
   return {
     scene,
     rest,
-    /** In place of the quick head the real one. @param {import('./groundwork.js').Groundwork} groundwork */
+    /** In place of the quick head the real one. @param {import('./groundwork/groundwork.js').Groundwork} groundwork */
     complete(groundwork) {
       const head = createHead(model, rest, groundwork);
       preview.dispose();

@@ -2,7 +2,7 @@
 // one light, as bare as a page can be.
 import { BufferAttribute, Color, DataTexture, DirectionalLight, Mesh, PerspectiveCamera, Scene, SphereGeometry, WebGLRenderer } from 'three';
 import { drawnByProcessor } from '../../../www/src/graphics.js';
-import { poreRelief } from '../../../www/src/pores.js';
+import { poreRelief } from '../../../www/src/groundwork/pores.js';
 import { createSkin } from '../../../www/src/skin.js';
 import { createTile } from '../../../www/src/textures.js';
 
