@@ -1,7 +1,11 @@
 // Takes the README's pictures of the built page: node tests/browser/picture.js
 
+import { writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
 import { fileURLToPath } from 'node:url';
-import { launch, moveSlider, open, serve, settled } from './site.js';
+import { launch, moveSlider, open, picture, serve, settled } from './site.js';
+
+const { PNG } = createRequire(new URL('../../www/package.json', import.meta.url))('pngjs');
 
 const site = await serve();
 const browser = await launch();
@@ -14,7 +18,8 @@ await page.getByRole('button', { name: 'Three-quarter' }).click();
 await moveSlider(page, 'nose 1', 0.86);
 await moveSlider(page, 'nose 3', 0.3);
 await settled(page);
-const shoot = (/** @type {string} */ name) => page.screenshot({ path: fileURLToPath(new URL(`../../www/docs/${name}.png`, import.meta.url)) });
+const place = (/** @type {string} */ name) => fileURLToPath(new URL(`../../www/docs/${name}.png`, import.meta.url));
+const shoot = (/** @type {string} */ name) => page.screenshot({ path: place(name) });
 await shoot('page');
 
 // Someone who laughs.
@@ -40,5 +45,47 @@ for (const [name, weight] of /** @type {const} */ ([
 }
 await settled(page);
 await shoot('page-expressions');
+await page.context().close();
+
+// Random faces in colours of their own, side by side.
+const PEOPLE = [
+  { seed: 7, colours: { skin: 0.08, hair: 0.25, red: 0.75, iris: 0.05, blood: 0.4 } },
+  { seed: 20, colours: { skin: 0.85, hair: 1, iris: 1 } },
+  { seed: 12, colours: { skin: 0.42, hair: 0.95, iris: 0.95, lips: 0.75 } },
+  { seed: 43, colours: { skin: 0.25, hair: 0.6, iris: 0.38, brows: 0.7 } },
+  { seed: 24, colours: { skin: 0.66, hair: 1, iris: 0.9, lips: 0.5 } },
+  { seed: 58, colours: { skin: 0.2, hair: 0.7, grey: 0.9, iris: 0.2, lips: 0.25 } },
+];
+const WIDTH = 300;
+const HEIGHT = 400;
+const sheet = new PNG({ width: 3 * WIDTH, height: 2 * HEIGHT });
+const small = await open(browser, site, { viewport: { width: 900, height: HEIGHT + 55 }, colorScheme: 'light' });
+await small.page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
+await small.page.locator('.explain-open').evaluate((button) => (button.style.visibility = 'hidden'));
+for (const [i, { seed, colours }] of PEOPLE.entries()) {
+  await small.page.evaluate((number) => {
+    const { model } = window.designer;
+    const other = model.face();
+    other.randomize({ seed: number, spread: 0.9 });
+    location.hash = other.code;
+    other.free();
+  }, seed);
+  await small.page.getByRole('tab', { name: 'Colours' }).click();
+  for (const [name, value] of Object.entries(colours)) {
+    const slider = small.page.locator(`#colour-${name}`);
+    await slider.fill(String(value));
+    await slider.dispatchEvent('change');
+  }
+  const { rgb, width } = await picture(small.page, `people-${i}`);
+  const left = Math.floor((width - WIDTH) / 2);
+  for (let y = 0; y < HEIGHT; y++) {
+    for (let x = 0; x < WIDTH; x++) {
+      const o = 4 * (((i < 3 ? 0 : HEIGHT) + y) * sheet.width + (i % 3) * WIDTH + x);
+      for (let k = 0; k < 3; k++) sheet.data[o + k] = rgb[3 * (y * width + left + x) + k];
+      sheet.data[o + 3] = 255;
+    }
+  }
+}
+writeFileSync(place('page-colours'), PNG.sync.write(sheet));
 await browser.close();
 await site.close();

@@ -3,6 +3,7 @@
 import { load } from 'phiz';
 import { layGroundwork } from '../src/groundwork/lay.js';
 import { backdropUniforms, paintBackdrop } from '../src/backdrop.js';
+import { COLOURS, readColouring } from '../src/colouring.js';
 import { element } from '../src/element.js';
 import { measureTurns } from '../src/eyeturns.js';
 import { portrait } from '../src/portrait.js';
@@ -70,10 +71,36 @@ function chosenControls(model, asked) {
  */
 
 /**
- * `<phiz-designer src head code controls theme>`; see designer/README.md.
+ * @param {Readonly<Record<string, number>>} colours
+ * @returns {import('../src/colouring.js').Colouring}
+ * @throws with a sentence that names what is none
+ */
+function checkedColours(colours) {
+  for (const [name, value] of Object.entries(colours)) {
+    if (!COLOURS.includes(name)) throw new Error(`there is no colour "${name}": take ${COLOURS.join(', ')}`);
+    if (typeof value !== 'number' || !(value >= 0 && value <= 1)) throw new Error(`the colour "${name}" is a number from 0 to 1`);
+  }
+  return readColouring(colours);
+}
+
+/** @param {string | null} words such as "skin: 0.8, iris: 0.1" */
+function coloursIn(words) {
+  const pairs = (words ?? '').split(',').filter((pair) => pair.trim());
+  return checkedColours(
+    Object.fromEntries(
+      pairs.map((pair) => {
+        const [name, value] = pair.split(':');
+        return [name.trim(), value?.trim() ? Number(value) : NaN];
+      }),
+    ),
+  );
+}
+
+/**
+ * `<phiz-designer src head code colours controls theme>`; see designer/README.md.
  */
 export class PhizDesigner extends HTMLElement {
-  static observedAttributes = ['src', 'head', 'code', 'controls', 'theme'];
+  static observedAttributes = ['src', 'head', 'code', 'colours', 'controls', 'theme'];
 
   /** @type {Live | null} */
   #live = null;
@@ -117,6 +144,7 @@ export class PhizDesigner extends HTMLElement {
     else if (this.#live) {
       try {
         if (name === 'controls') this.#buildPanel();
+        else if (name === 'colours') this.colours = coloursIn(value);
         else this.code = value ?? '';
       } catch (error) {
         this.#fail(error);
@@ -141,6 +169,17 @@ export class PhizDesigner extends HTMLElement {
     if (code) face.code = code;
     else face.reset();
     this.refresh();
+  }
+
+  /** The colours that are not the model's own; may be assigned. */
+  get colours() {
+    return this.#live?.head.colouring ?? coloursIn(this.getAttribute('colours'));
+  }
+  set colours(colours) {
+    const { head, scene } = this.#need();
+    head.paint(checkedColours(colours));
+    scene.invalidate();
+    this.#tell('change');
   }
 
   /** @param {string} control @param {number} value */
@@ -298,6 +337,7 @@ export class PhizDesigner extends HTMLElement {
     const face = model.face();
     const code = this.getAttribute('code');
     if (code) face.code = code;
+    head.paint(coloursIn(this.getAttribute('colours')));
     chosenControls(model, this.getAttribute('controls'));
     this.#live = { model, face, head, scene, sliders: new Map() };
     this.#expressive = false;

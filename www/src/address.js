@@ -1,8 +1,8 @@
-import { decodeExpression, encodeExpression, splitHash } from './expressioncode.js';
+import { decodeColouring, decodeExpression, encodeColouring, encodeExpression, joinHash, splitHash } from './addresscode.js';
 import { text } from './text.js';
 
 /**
- * The whole face in the page's address, with its expression: kept as it changes, followed when it
+ * The whole face in the page's address, with its expression and its colours: kept as it changes, followed when it
  * is edited.
  *
  * @param {import('./editor.js').Editor} editor
@@ -15,22 +15,33 @@ export function createAddress(editor, expressions, say) {
   const median = fresh.code;
   fresh.free();
 
-  /** @param {string} code */
-  function link(code) {
-    const shown = encodeExpression(model.expressions, face.expression);
+  const shown = () => ({
+    code: face.code,
+    expression: encodeExpression(model.expressions, face.expression),
+    colouring: encodeColouring(editor.colouring),
+  });
+  /** @param {ReturnType<typeof shown>} parts */
+  function link(parts) {
     const url = new URL(location.href);
-    url.hash = shown ? `${code}~${shown}` : code;
+    url.hash = joinHash(parts);
     return url;
   }
-  const write = () => window.history.replaceState(null, '', link(face.code === median ? '' : face.code));
+  function write() {
+    const parts = shown();
+    window.history.replaceState(null, '', link({ ...parts, code: parts.code === median ? '' : parts.code }));
+  }
   editor.onStep(write);
   window.addEventListener('hashchange', async () => {
     const asked = splitHash(location.hash);
-    const code = asked.code || median;
-    if (code === face.code && asked.expression === encodeExpression(model.expressions, face.expression)) return;
+    asked.code ||= median;
+    if (joinHash(asked) === joinHash(shown())) return;
     try {
       if (asked.expression) await expressions.load();
-      editor.take(code, decodeExpression(model.expressions, asked.expression));
+      editor.take({
+        code: asked.code,
+        expression: decodeExpression(model.expressions, asked.expression),
+        colouring: decodeColouring(asked.colouring),
+      });
     } catch {
       say(text.badCode);
     }
@@ -39,7 +50,7 @@ export function createAddress(editor, expressions, say) {
   return {
     write,
     async copy() {
-      const { href } = link(face.code);
+      const { href } = link(shown());
       try {
         await navigator.clipboard.writeText(href);
         say(text.linkCopied);

@@ -1,4 +1,4 @@
-import { encodeExpression } from './expressioncode.js';
+import { encodeColouring, encodeExpression } from './addresscode.js';
 import { keep, recall } from './store.js';
 
 /**
@@ -8,19 +8,29 @@ import { keep, recall } from './store.js';
 export function createAutosave(modelName) {
   const key = `phiz-face-${modelName}`;
   return {
-    /** @returns {{ code: string, locked: string[], held: string[], expression: string } | null} the face of the last visit */
+    /** @returns {{ code: string, locked: string[], held: string[], expression: string, colouring: string } | null} the face of the last visit */
     last() {
       const kept = /** @type {any} */ (recall(key));
       if (!kept || typeof kept.code !== 'string') return null;
       /** @param {unknown} list */
       const names = (list) => (Array.isArray(list) ? list.filter((name) => typeof name === 'string') : []);
-      return { code: kept.code, locked: names(kept.locked), held: names(kept.held), expression: typeof kept.expression === 'string' ? kept.expression : '' };
+      /** @param {unknown} value */
+      const words = (value) => (typeof value === 'string' ? value : '');
+      return {
+        code: kept.code,
+        locked: names(kept.locked),
+        held: names(kept.held),
+        expression: words(kept.expression),
+        colouring: words(kept.colouring),
+      };
     },
     /** @param {import('./editor.js').Editor} editor */
-    follow({ face, model, onStep }) {
-      onStep(() => {
+    follow(editor) {
+      const { face, model } = editor;
+      editor.onStep(() => {
         const expression = encodeExpression(model.expressions, face.expression);
-        keep(key, { code: face.code, locked: face.locked, held: face.lockedMeasures ?? [], expression });
+        const colouring = encodeColouring(editor.colouring);
+        keep(key, { code: face.code, locked: face.locked, held: face.lockedMeasures ?? [], expression, colouring });
       });
     },
   };

@@ -1,5 +1,4 @@
 import { element } from './element.js';
-import { stateOf } from './history.js';
 import { text } from './text.js';
 
 const MOST = 6;
@@ -58,7 +57,7 @@ export function createCircle(editor, { portraits, say }) {
       for (let c = 0; c < coefficients.length; c++) coefficients[c] += weights[i] * member.coefficients[c];
     });
     mixture.coefficients = coefficients;
-    base ??= stateOf(face);
+    base ??= editor.state;
     editor.moveFrom(base, (present) => present.blend(mixture, 1));
     refresh();
   }

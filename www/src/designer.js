@@ -1,13 +1,14 @@
 import { createAbout } from './about.js';
 import { createAddress } from './address.js';
+import { decodeColouring, decodeExpression, encodeColouring, splitHash } from './addresscode.js';
 import { createAutosave } from './autosave.js';
+import { createColours } from './colours.js';
 import { createCompare } from './compare.js';
 import { createDisplay } from './display.js';
 import { createDistributions } from './distribution.js';
 import { createEditor } from './editor.js';
 import { element } from './element.js';
 import { createExports } from './exports.js';
-import { decodeExpression, splitHash } from './expressioncode.js';
 import { createExpressions } from './expressions.js';
 import { measureTurns } from './eyeturns.js';
 import { createExplanation } from './explain.js';
@@ -39,11 +40,12 @@ import { createViewpoint } from './viewpoint.js';
  * @param {ReturnType<ReturnType<typeof createAutosave>['last']>} last
  */
 function firstFace(model, last) {
-  const { code, expression } = splitHash(location.hash);
+  const { code, expression, colouring } = splitHash(location.hash);
   let refused = false;
-  if (code || expression) {
+  if (code || expression || colouring) {
     try {
-      return { face: code ? model.fromCode(code) : model.face(), expression, refused, restored: false };
+      const colours = decodeColouring(colouring);
+      return { face: code ? model.fromCode(code) : model.face(), expression, colours, refused, restored: false };
     } catch {
       refused = true;
     }
@@ -52,12 +54,22 @@ function firstFace(model, last) {
       const face = model.fromCode(last.code);
       for (const region of last.locked) if (model.regions.includes(region)) face.lock(region);
       for (const { name } of model.measures) if (last.held.includes(name)) face.lockMeasure(name);
-      return { face, expression: last.expression, refused, restored: true };
+      return { face, expression: last.expression, colours: lastColours(last), refused, restored: true };
     } catch {
       // It is of an older model with the same name, and cannot come back.
     }
   }
-  return { face: model.face(), expression: '', refused, restored: false };
+  return { face: model.face(), expression: '', colours: {}, refused, restored: false };
+}
+
+/** @param {NonNullable<ReturnType<ReturnType<typeof createAutosave>['last']>>} last */
+function lastColours({ colouring }) {
+  try {
+    return decodeColouring(colouring);
+  } catch {
+    // The shape is worth more than they are.
+    return {};
+  }
 }
 
 /**
@@ -75,8 +87,8 @@ export async function createDesigner(model, stage, chosen) {
   median.free();
   const autosave = createAutosave(chosen.name);
   const last = autosave.last();
-  const { face, expression, refused, restored } = firstFace(model, last);
-  const editor = createEditor(model, face);
+  const { face, expression, colours, refused, restored } = firstFace(model, last);
+  const editor = createEditor(model, face, colours);
   const toast = createToast();
 
   const touch = window.matchMedia('(pointer: coarse)').matches;
@@ -149,6 +161,7 @@ export async function createDesigner(model, stage, chosen) {
     portraits.retake();
   });
   const expressions = createExpressions(editor, file, display);
+  const colouring = createColours(editor, head.pigments);
   const meanings = createMeanings(editor, { distributions, limits });
   const compare = createCompare(editor, { library, display, stage: stage.root });
   const saved = createSaved(editor, { library, portraits, expressions: file, say: toast.say });
@@ -168,6 +181,7 @@ export async function createDesigner(model, stage, chosen) {
     { name: 'features', title: text.modes.features, root: features.root, shown: features.shown },
     ...(meanings.any ? [{ name: 'meanings', title: text.modes.meanings, ...meanings }] : []),
     ...(file.any ? [{ name: 'expressions', title: text.modes.expressions, ...expressions }] : []),
+    { name: 'colours', title: text.modes.colours, ...colouring },
     { name: 'mix', title: text.modes.mix, ...mix },
     { name: 'compare', title: text.modes.compare, ...compare },
     { name: 'saved', title: text.modes.saved, ...saved },
@@ -192,6 +206,11 @@ export async function createDesigner(model, stage, chosen) {
   editor.onShape((range) => {
     display.refresh(range);
   });
+  editor.onColours(() => {
+    head.paint(editor.colouring);
+    scene.invalidate();
+  });
+  head.paint(colours);
   editor.onRefusal((why) => toast.say(text.refused(why)));
   canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));
   canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
@@ -202,6 +221,9 @@ export async function createDesigner(model, stage, chosen) {
     face,
     get frames() {
       return scene.frames;
+    },
+    get colouring() {
+      return editor.colouring;
     },
     onScreen: (name) => scene.onScreen(head.landmark(name)),
     get photo() {
@@ -224,7 +246,8 @@ export async function createDesigner(model, stage, chosen) {
   autosave.follow(editor);
   if (restored) address.write();
   // A link shows another face than the one that was being worked on: that one is not lost.
-  const left = last && !restored && last.code !== face.code && last.code !== medianCode ? last.code : null;
+  const other = last && !restored && (last.code !== face.code || last.colouring !== encodeColouring(colours));
+  const left = other && (last.code !== medianCode || last.colouring) ? last.code : null;
   /** @type {Record<string, number>} */
   let leftExpression = {};
   if (left !== null && last?.expression) {
@@ -232,12 +255,12 @@ export async function createDesigner(model, stage, chosen) {
     await file.load().then(() => (leftExpression = decodeExpression(model.expressions, last.expression))).catch(() => {});
   }
   const when = new Date().toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' });
-  const kept = left !== null && library.adopt(text.lastVisit(when), { code: left, expression: leftExpression });
+  const kept = last && left !== null && library.adopt(text.lastVisit(when), { code: left, expression: leftExpression, colouring: lastColours(last) });
   if (!chosen.known) toast.say(text.unknownModel);
   else if (refused) toast.say(text.badCode);
   else if (unexpressed) toast.say(text.badExpression);
   else if (kept) toast.say(text.lastKept);
-  else if (restored && last?.code !== medianCode) toast.say(text.back);
+  else if (restored && (last?.code !== medianCode || last.colouring)) toast.say(text.back);
   document.documentElement.dataset.ready = 'true';
   keepOffline();
 }

@@ -108,8 +108,10 @@ export function createDisplay({ face, head, scene, onScale }) {
     },
     /**
      * Takes portraits; the stage is as before afterwards.
-     * @param {{ pose: () => import('phiz').Face, into: HTMLCanvasElement }[]} sitters `pose` is
-     *   asked just before the picture, so that one face can sit for all
+     * @param {{
+     *   pose: () => { face: import('phiz').Face, colouring: import('./colouring.js').Colouring },
+     *   into: HTMLCanvasElement,
+     * }[]} sitters `pose` is asked just before the picture, so that one face can sit for all
      */
     portraits(sitters) {
       const marks = [...head.markStrength];
@@ -118,7 +120,18 @@ export function createDisplay({ face, head, scene, onScale }) {
       // Others do not wear this person's colours.
       const worn = head.wornStrength.value;
       head.wornStrength.value = 0;
-      const done = scene.portraits(sitters.map(({ pose, into }) => ({ pose: () => head.update(pose()), into })));
+      const { colouring } = head;
+      const done = scene.portraits(
+        sitters.map(({ pose, into }) => ({
+          pose() {
+            const sitter = pose();
+            head.update(sitter.face);
+            head.paint(sitter.colouring);
+          },
+          into,
+        })),
+      );
+      head.paint(colouring);
       head.markStrength[0] = marks[0];
       head.markStrength[1] = marks[1];
       head.wornStrength.value = worn;

@@ -1,4 +1,5 @@
-import { createHistory, restore } from './history.js';
+import { readColouring } from './colouring.js';
+import { createHistory, restore, stateOf } from './history.js';
 
 /**
  * Expressions are shown in whole per cents, which is what an address keeps of them.
@@ -14,19 +15,31 @@ function wholePercents(weights) {
  *
  * @param {import('phiz').FaceModel} model
  * @param {import('phiz').Face} face
+ * @param {import('./colouring.js').Colouring} colouring that it has
  */
-export function createEditor(model, face) {
-  const history = createHistory(face);
+export function createEditor(model, face, colouring) {
+  /** @type {import('./history.js').Subject} */
+  const subject = { face, colouring };
+  const history = createHistory(subject);
   /** @type {Set<(range: readonly [number, number] | undefined) => void>} */
   const shapeListeners = new Set();
   /** @type {Set<() => void>} */
   const stepListeners = new Set();
   /** @type {Set<(why: string) => void>} */
   const refusalListeners = new Set();
+  /** @type {Set<() => void>} */
+  const colourListeners = new Set();
+  let painted = subject.colouring;
   let steps = 0;
 
+  function coloursChanged() {
+    if (painted === subject.colouring) return;
+    painted = subject.colouring;
+    for (const listener of colourListeners) listener();
+  }
   /** @param {readonly [number, number]} [range] */
   function shapeChanged(range) {
+    coloursChanged();
     for (const listener of shapeListeners) listener(range);
   }
   /** @param {string} what */
@@ -74,10 +87,23 @@ export function createEditor(model, face) {
     face,
     /** @param {(range: readonly [number, number] | undefined) => void} listener */
     onShape: (listener) => void shapeListeners.add(listener),
+    /** @param {() => void} listener called before those of the shape */
+    onColours: (listener) => void colourListeners.add(listener),
     /** @param {() => void} listener */
     onStep: (listener) => void stepListeners.add(listener),
     /** @param {(why: string) => void} listener */
     onRefusal: (listener) => void refusalListeners.add(listener),
+    /** How the face is coloured. */
+    get colouring() {
+      return subject.colouring;
+    },
+    /** What is kept of a face. @returns {import('./library.js').Likeness} */
+    get likeness() {
+      return { code: face.code, expression: face.expression, colouring: subject.colouring };
+    },
+    get state() {
+      return stateOf(subject);
+    },
     get canUndo() {
       return history.canUndo;
     },
@@ -116,7 +142,7 @@ export function createEditor(model, face) {
      */
     moveFrom(state, change) {
       history.begin();
-      restore(face, state);
+      restore(subject, state);
       attempt(() => change(face));
       shapeChanged();
     },
@@ -133,12 +159,14 @@ export function createEditor(model, face) {
     clear(control) {
       step(alone(`clear ${control}`), () => attempt(() => face.clear(control)));
     },
-    /** @param {string} [region] all of the face, and its expression, when absent */
+    /** @param {string} [region] all of the face, with its expression and colours, when absent */
     reset(region) {
       step('reset', () =>
         attempt(() => {
           face.reset(region);
-          if (region === undefined) face.expression = {};
+          if (region !== undefined) return;
+          face.expression = {};
+          subject.colouring = {};
         }),
       );
     },
@@ -157,6 +185,19 @@ export function createEditor(model, face) {
         face.expression = wholePercents(weights);
       });
     },
+    /** Part of a gesture: some colours change, the others stay. @param {import('./colouring.js').Colouring} colours */
+    moveColours(colours) {
+      history.begin();
+      subject.colouring = readColouring({ ...subject.colouring, ...colours });
+      coloursChanged();
+    },
+    /** One step: this colouring and no other. @param {import('./colouring.js').Colouring} colours */
+    paint(colours) {
+      history.begin();
+      subject.colouring = readColouring(colours);
+      coloursChanged();
+      finish(alone('paint'));
+    },
     /**
      * @param {Chance} options
      * @returns {number | undefined} the seed, unless the change was refused
@@ -169,14 +210,15 @@ export function createEditor(model, face) {
       step(alone('blend'), () => attempt(() => face.blend(other, t, regions && { regions })));
     },
     /**
-     * Becomes the face of a code; what is locked stays locked, and changes all the same: it was
-     * asked for by name.
-     * @param {string} code @param {Record<string, number>} [expression] as it is, when absent
+     * Becomes another face; what is locked stays locked, and changes all the same: it was asked for
+     * by name. What the likeness does not say stays as it is.
+     * @param {import('./library.js').Likeness} likeness
      */
-    take(code, expression) {
+    take({ code, expression, colouring }) {
       step(alone('take'), () => {
         face.code = code;
         if (expression) face.expression = expression;
+        if (colouring) subject.colouring = colouring;
       });
     },
     undo() {

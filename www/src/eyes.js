@@ -1,12 +1,12 @@
 import {
   BufferAttribute,
   CanvasTexture,
+  Color,
   Matrix3,
   Matrix4,
   Mesh,
   MeshPhysicalMaterial,
   SphereGeometry,
-  SRGBColorSpace,
   Vector3,
 } from 'three';
 import { chance } from './chance.js';
@@ -67,7 +67,12 @@ function createGlobe() {
   return geometry;
 }
 
-/** An iris: two layers of fibres, the collarette, the dark ring of the limbus, the pupil. */
+/** What a texel of the iris's map says, times this, is what the iris's colour is multiplied by. */
+const IRIS_RANGE = 4;
+
+/**
+ * An iris without its colour: two layers of fibres, the collarette, the dark ring of the limbus, the pupil.
+ */
 function paintIris() {
   const size = 512;
   const canvas = document.createElement('canvas');
@@ -77,12 +82,17 @@ function paintIris() {
   const random = chance(11);
   const r = size / 2;
   draw.translate(r, r);
+  /** @param {number} factor */
+  const grey = (factor) => {
+    const level = Math.round((255 * factor) / IRIS_RANGE);
+    return `rgb(${level}, ${level}, ${level})`;
+  };
   const base = draw.createRadialGradient(0, 0, r * 0.2, 0, 0, r);
-  base.addColorStop(0, '#5b3d22');
-  base.addColorStop(0.36, '#6b4a2a');
-  base.addColorStop(0.5, '#5a4a34');
-  base.addColorStop(0.82, '#473c2d');
-  base.addColorStop(1, '#1d1711');
+  base.addColorStop(0, grey(0.75));
+  base.addColorStop(0.36, grey(1.05));
+  base.addColorStop(0.5, grey(1.1));
+  base.addColorStop(0.82, grey(0.72));
+  base.addColorStop(1, grey(0.16));
   draw.fillStyle = base;
   draw.fillRect(-r, -r, size, size);
   for (let n = 0; n < 1500; n++) {
@@ -93,7 +103,7 @@ function paintIris() {
     const bend = (random() - 0.5) * 0.1;
     const bright = random();
     draw.globalAlpha = 0.1 + 0.28 * random();
-    draw.strokeStyle = bright > 0.5 ? (inner ? '#b98a55' : '#a08a63') : '#1f150c';
+    draw.strokeStyle = bright > 0.5 ? grey(inner ? 3.2 : 3.9) : grey(0.12);
     draw.lineWidth = (1 + 2.6 * random()) / 2;
     draw.beginPath();
     draw.moveTo(Math.cos(angle) * from, Math.sin(angle) * from);
@@ -107,19 +117,18 @@ function paintIris() {
   }
   draw.globalAlpha = 1;
   const limbus = draw.createRadialGradient(0, 0, r * 0.76, 0, 0, r);
-  limbus.addColorStop(0, 'rgba(15,10,7,0)');
-  limbus.addColorStop(0.6, 'rgba(15,10,7,0.45)');
-  limbus.addColorStop(1, 'rgba(12,9,7,0.92)');
+  limbus.addColorStop(0, 'rgba(0,0,0,0)');
+  limbus.addColorStop(0.6, 'rgba(0,0,0,0.55)');
+  limbus.addColorStop(1, 'rgba(0,0,0,0.96)');
   draw.fillStyle = limbus;
   draw.fillRect(-r, -r, size, size);
   const pupil = draw.createRadialGradient(0, 0, r * 0.27, 0, 0, r * 0.34);
-  pupil.addColorStop(0, 'rgba(4,3,3,1)');
-  pupil.addColorStop(0.55, 'rgba(5,4,3,0.96)');
-  pupil.addColorStop(1, 'rgba(10,6,4,0)');
+  pupil.addColorStop(0, 'rgba(0,0,0,1)');
+  pupil.addColorStop(0.55, 'rgba(0,0,0,0.98)');
+  pupil.addColorStop(1, 'rgba(0,0,0,0)');
   draw.fillStyle = pupil;
   draw.fillRect(-r, -r, size, size);
   const map = new CanvasTexture(canvas);
-  map.colorSpace = SRGBColorSpace;
   sharpen(map, 8);
   return map;
 }
@@ -129,6 +138,8 @@ const DECLARATIONS = /* glsl */ `
   varying vec3 vEyeView;
   varying vec3 vEyeNormal;
   uniform sampler2D irisMap;
+  uniform vec3 irisInner;
+  uniform vec3 irisOuter;
   uniform sampler2D poreMap;
   uniform vec3 upperLid;
   uniform vec3 lowerLid;
@@ -150,7 +161,8 @@ const COLOUR = /* glsl */ `
     irisPart = (1.0 - smoothstep(0.93, 1.09, away)) * step(0.0, vEye.z);
     float inside = min(length(irisAt), 1.0);
     vec2 map = irisAt / max(1.0, length(irisAt));
-    vec3 iris = texture2D(irisMap, map * 0.5 + 0.5).rgb;
+    vec3 iris = mix(irisInner, irisOuter, smoothstep(0.36, 0.58, inside));
+    iris *= ${IRIS_RANGE.toFixed(1)} * texture2D(irisMap, map * 0.5 + 0.5).r;
     // The collarette and the fibres catch more light on the side away from the lamp.
     iris *= 1.25 + 0.35 * smoothstep(0.3, 0.9, inside);
 
@@ -246,6 +258,7 @@ function fitParabola(points, out) {
 export function createEyes(sockets, pores) {
   const globe = createGlobe();
   const iris = paintIris();
+  const [irisInner, irisOuter] = [{ value: new Color() }, { value: new Color() }];
   const names = [
     ['ibug_36', 'ibug_37', 'ibug_38', 'ibug_39', 'ibug_40', 'ibug_41'],
     ['ibug_42', 'ibug_43', 'ibug_44', 'ibug_45', 'ibug_46', 'ibug_47'],
@@ -253,6 +266,8 @@ export function createEyes(sockets, pores) {
   const eyes = sockets.map((socket, side) => {
     const uniforms = {
       irisMap: { value: iris },
+      irisInner,
+      irisOuter,
       poreMap: { value: pores },
       upperLid: { value: new Vector3(0.5, 0, 0) },
       lowerLid: { value: new Vector3(-0.5, 0, 0) },
@@ -345,6 +360,11 @@ export function createEyes(sockets, pores) {
     /** @param {Float32Array} positions */
     update(positions) {
       for (const eye of eyes) eye.update(positions);
+    },
+    /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
+    paint({ iris: { inner, outer } }) {
+      irisInner.value.copy(inner);
+      irisOuter.value.copy(outer);
     },
     /**
      * @param {Vector3[]} turns of the subject's right and left eye, an axis times an angle

@@ -1,9 +1,10 @@
+import { readKept } from './colouring.js';
 import { Failure } from './failure.js';
 import { readExpression } from './savedexpression.js';
 import { text } from './text.js';
 
 // The file of a face: JSON with its code, its name, the model that it belongs to and, from version 2 on,
-// its expression.
+// its expression and, where it was kept, its colouring.
 
 const FORMAT = 'phiz-face';
 const VERSION = 2;
@@ -14,8 +15,8 @@ const MOST = 100_000;
  * @param {import('phiz').FaceModel} model @param {string} name
  * @param {import('./library.js').Likeness} face
  */
-export function faceFile(model, name, { code, expression }) {
-  const content = { format: FORMAT, version: VERSION, name, model: model.about.title, code, expression: readExpression(expression) };
+export function faceFile(model, name, { code, expression, colouring }) {
+  const content = { format: FORMAT, version: VERSION, name, model: model.about.title, code, expression: readExpression(expression), colouring };
   return new Blob([`${JSON.stringify(content, null, 2)}\n`], { type: 'application/json' });
 }
 
@@ -44,5 +45,5 @@ export async function readFaceFile(model, file) {
     throw new Failure(text.fileBroken(file.name, error instanceof Error ? error.message : String(error)));
   }
   const name = typeof content.name === 'string' ? content.name.trim().slice(0, 60) : '';
-  return { name: name || file.name.replace(/\.[^.]*$/, ''), code: content.code, expression: readExpression(content.expression) };
+  return { name: name || file.name.replace(/\.[^.]*$/, ''), code: content.code, expression: readExpression(content.expression), colouring: readKept(content.colouring) };
 }

@@ -7,6 +7,8 @@ interface Window {
     readonly model: import('phiz').FaceModel;
     /** The face on the page. Whoever changes it must not expect the page to notice. */
     readonly face: import('phiz').Face;
+    /** The colours of skin, lips, brows and eyes that are not the model's own. */
+    readonly colouring: import('./colouring.js').Colouring;
     /** Frames drawn so far: an idle page draws none. */
     readonly frames: number;
     /** Where a landmark is on the screen, CSS pixels. */

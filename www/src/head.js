@@ -1,8 +1,10 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { paintBrows } from './brows.js';
+import { sameColouring } from './colouring.js';
 import { createEyes } from './eyes.js';
 import { createLashes } from './lashes.js';
 import { smoothed } from './groundwork/occlusion.js';
+import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
 import { createTeeth } from './teeth.js';
 import { createMap, createTile } from './textures.js';
@@ -196,7 +198,6 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
 
   const pores = createTile(groundwork.pores);
   const skin = createSkin({
-    tone,
     pores,
     face: { map: createMap(groundwork.paint.map), frame: groundwork.paint.frame },
     brows: paintBrows(at),
@@ -331,6 +332,16 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     skin.uniforms.wornMap.value = worn;
   }
 
+  /** @type {import('./colouring.js').Colouring} */
+  let colouring = {};
+  /** @param {import('./colouring.js').Colouring} now */
+  function paint(now) {
+    colouring = now;
+    const paints = pigments(tone, now);
+    for (const part of [skin, lashes, eyes]) part.paint(paints);
+  }
+  paint(colouring);
+
   /**
    * Tells features apart, which takes a model that has them: the head may be drawn from one that is
    * a face and no more.
@@ -353,6 +364,16 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     update,
     highlight,
     paintHeat,
+    /** What colours it would have. @param {import('./colouring.js').Colouring} then */
+    pigments: (then) => pigments(tone, then),
+    /** What it is painted in. */
+    get colouring() {
+      return colouring;
+    },
+    /** @param {import('./colouring.js').Colouring} now */
+    paint(now) {
+      if (!sameColouring(colouring, now)) paint(now);
+    },
     wear,
     groupAt,
     divide,

@@ -1,20 +1,25 @@
-// Undo and redo. What can be undone is the whole of a face: its code, what is locked, and the
-// expression on it. A step is two such states; one step a gesture, however many events it had. There
+import { sameColouring } from './colouring.js';
+
+// Undo and redo. What can be undone is the whole of a face: its code, what is locked, the expression on it
+// and its colours. A step is two such states; one step a gesture, however many events it had. There
 // is no limit: a step is half a kilobyte.
 
-/** @typedef {{ code: string, locked: string[], held: string[], expression: Record<string, number> }} State */
+/** @typedef {import('./colouring.js').Colouring} Colouring */
+/** A face and how it is coloured, of which its module knows nothing. @typedef {{ face: import('phiz').Face, colouring: Colouring }} Subject */
+/** @typedef {{ code: string, locked: string[], held: string[], expression: Record<string, number>, colouring: Colouring }} State */
 /** @typedef {{ before: State, after: State, what: string, at: number }} Step */
 
 /** Presses of an arrow key closer than this (ms) are one gesture. */
 const TOGETHER = 700;
 
-/** @param {import('phiz').Face} face @returns {State} */
-export function stateOf(face) {
+/** @param {Subject} subject @returns {State} */
+export function stateOf({ face, colouring }) {
   return {
     code: face.code,
     locked: [...face.locked],
     held: [...(face.lockedMeasures ?? [])],
     expression: face.expression,
+    colouring,
   };
 }
 
@@ -34,12 +39,15 @@ export function sameState(a, b) {
     a.code === b.code &&
     sameNames(a.locked, b.locked) &&
     sameNames(a.held, b.held) &&
-    sameExpression(a.expression, b.expression)
+    sameExpression(a.expression, b.expression) &&
+    sameColouring(a.colouring, b.colouring)
   );
 }
 
-/** @param {import('phiz').Face} face @param {State} state */
-export function restore(face, state) {
+/** @param {Subject} subject @param {State} state */
+export function restore(subject, state) {
+  const { face } = subject;
+  subject.colouring = state.colouring;
   if (!sameExpression(face.expression, state.expression)) face.expression = state.expression;
   for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
   for (const region of state.locked) face.lock(region);
@@ -49,8 +57,8 @@ export function restore(face, state) {
   for (const name of state.held) face.lockMeasure(name);
 }
 
-/** @param {import('phiz').Face} face */
-export function createHistory(face) {
+/** @param {Subject} subject */
+export function createHistory(subject) {
   /** @type {Step[]} */
   const done = [];
   /** @type {Step[]} */
@@ -67,7 +75,7 @@ export function createHistory(face) {
     },
     /** A gesture starts; later calls within the same gesture do nothing. */
     begin() {
-      before ??= stateOf(face);
+      before ??= stateOf(subject);
     },
     /**
      * The gesture is over.
@@ -75,7 +83,7 @@ export function createHistory(face) {
      */
     commit(what) {
       if (!before) return;
-      const step = { before, after: stateOf(face), what, at: performance.now() };
+      const step = { before, after: stateOf(subject), what, at: performance.now() };
       before = null;
       if (sameState(step.before, step.after)) return;
       undone.length = 0;
@@ -92,7 +100,7 @@ export function createHistory(face) {
       const step = done.pop();
       if (!step) return false;
       undone.push(step);
-      restore(face, step.before);
+      restore(subject, step.before);
       return true;
     },
     /** @returns {boolean} whether there was something to redo */
@@ -100,7 +108,7 @@ export function createHistory(face) {
       const step = undone.pop();
       if (!step) return false;
       done.push(step);
-      restore(face, step.after);
+      restore(subject, step.after);
       return true;
     },
   };

@@ -1,4 +1,4 @@
-import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, Mesh, ShaderMaterial, Vector3 } from 'three';
+import { BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Mesh, ShaderMaterial, Vector3 } from 'three';
 import { backdropUniforms } from './backdrop.js';
 import { chance } from './chance.js';
 
@@ -21,8 +21,9 @@ const VERTEX = /* glsl */ `
   }
 `;
 const FRAGMENT = /* glsl */ `
+  uniform vec3 colour;
   varying float vFaint;
-  void main() { gl_FragColor = vec4(0.075, 0.045, 0.035, 0.92 * vFaint); }
+  void main() { gl_FragColor = vec4(colour, 0.92 * vFaint); }
 `;
 
 const SEGMENTS = 4;
@@ -128,10 +129,11 @@ export function createLashes(triangles, rest, vertexOf) {
     edges.set([i % 2 ? 1 : -1, 0.075 * (1 - 0.8 * t)], 2 * i);
   }
   geometry.setAttribute('edge', new BufferAttribute(edges, 2));
+  const colour = { value: new Color() };
   const mesh = new Mesh(
     geometry,
     new ShaderMaterial({
-      uniforms: { backdropSize: backdropUniforms.backdropSize },
+      uniforms: { backdropSize: backdropUniforms.backdropSize, colour },
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
       side: DoubleSide,
@@ -183,5 +185,10 @@ export function createLashes(triangles, rest, vertexOf) {
     }
     position.needsUpdate = along.needsUpdate = true;
   }
-  return { mesh, update };
+  return {
+    mesh,
+    update,
+    /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
+    paint: ({ lashes }) => void colour.value.copy(lashes),
+  };
 }

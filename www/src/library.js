@@ -1,3 +1,4 @@
+import { readKept, sameColouring } from './colouring.js';
 import { readExpression } from './savedexpression.js';
 import { keep, recall } from './store.js';
 import { text } from './text.js';
@@ -6,8 +7,12 @@ import { text } from './text.js';
 const SEEDS = [3, 7, 12, 19, 24, 31, 42, 58, 63, 77, 85, 96];
 
 /**
- * A face, with its expression unless it was saved before those were kept.
- * @typedef {{ code: string, expression?: import('./savedexpression.js').Shown }} Likeness
+ * A face, with its expression and its colours unless it was saved before those were kept.
+ * @typedef {{
+ *   code: string,
+ *   expression?: import('./savedexpression.js').Shown,
+ *   colouring?: import('./colouring.js').Colouring,
+ * }} Likeness
  * @typedef {Likeness & { id: string, name: string, own: boolean }} Entry
  */
 
@@ -25,7 +30,7 @@ export function createLibrary(model, modelName) {
   const presets = SEEDS.map((seed, i) => {
     sampled.reset();
     sampled.randomize({ seed });
-    return { id: `preset-${i + 1}`, name: text.preset(i + 1), code: sampled.code, expression: {}, own: false };
+    return { id: `preset-${i + 1}`, name: text.preset(i + 1), code: sampled.code, expression: {}, colouring: {}, own: false };
   });
   sampled.free();
 
@@ -44,7 +49,14 @@ export function createLibrary(model, modelName) {
     if (!Array.isArray(kept)) return [];
     return kept
       .filter((entry) => entry && typeof entry.name === 'string' && isFace(entry.code))
-      .map((entry) => ({ id: String(entry.id), name: entry.name, code: entry.code, expression: readExpression(entry.expression), own: true }));
+      .map(({ id, name, code, expression, colouring }) => ({
+        id: String(id),
+        name,
+        code,
+        expression: readExpression(expression),
+        colouring: readKept(colouring),
+        own: true,
+      }));
   }
   let own = read();
   /** @type {Set<() => void>} */
@@ -53,7 +65,7 @@ export function createLibrary(model, modelName) {
   /** @param {Entry[]} entries @returns {boolean} whether the browser keeps them */
   function write(entries) {
     own = entries;
-    const kept = keep(key, own.map(({ id, name, code, expression }) => ({ id, name, code, expression })));
+    const kept = keep(key, own.map(({ id, name, code, expression, colouring }) => ({ id, name, code, expression, colouring })));
     for (const listener of listeners) listener();
     return kept;
   }
@@ -80,16 +92,17 @@ export function createLibrary(model, modelName) {
      * @param {string} name @param {Likeness} face @param {string} [id] of one that was deleted
      * @returns {boolean} whether the browser keeps it
      */
-    add: (name, { code, expression }, id = `own-${Date.now().toString(36)}-${Math.random().toString(36).slice(2, 7)}`) =>
-      write([{ id, name, code, expression: readExpression(expression), own: true }, ...own]),
+    add: (name, { code, expression, colouring }, id = `own-${Date.now().toString(36)}-${Math.random().toString(36).slice(2, 7)}`) =>
+      write([{ id, name, code, expression: readExpression(expression), colouring, own: true }, ...own]),
     /**
      * Adds a face that is not there yet, if it is one of this model.
      * @param {string} name @param {Likeness} face
      * @returns {boolean} whether it was added
      */
-    adopt(name, { code, expression }) {
-      if ([...own, ...presets].some((entry) => entry.code === code) || !isFace(code)) return false;
-      return write([{ id: `own-${Date.now().toString(36)}`, name, code, expression, own: true }, ...own]);
+    adopt(name, { code, expression, colouring }) {
+      const known = [...own, ...presets].some((entry) => entry.code === code && sameColouring(entry.colouring ?? {}, colouring ?? {}));
+      if (known || !isFace(code)) return false;
+      return write([{ id: `own-${Date.now().toString(36)}`, name, code, expression, colouring, own: true }, ...own]);
     },
     /** @param {string} id @param {string} name */
     rename: (id, name) => write(own.map((entry) => (entry.id === id ? { ...entry, name } : entry))),

@@ -1,7 +1,6 @@
 import { createCircle } from './circle.js';
 import { element } from './element.js';
 import { icon } from './icons.js';
-import { stateOf } from './history.js';
 import { shows } from './savedexpression.js';
 import { createMorph } from './morph.js';
 import { createSlider } from './slider.js';
@@ -100,7 +99,7 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
   function towards(percent) {
     if (!chosen) return;
     other.code = chosen.code;
-    base ??= stateOf(face);
+    base ??= editor.state;
     amount = percent;
     editor.moveFrom(base, (present) => present.blend(other, percent / 100, region.value ? { regions: [region.value] } : {}));
     slider.show(amount);
@@ -163,7 +162,7 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
             title: text.addThis,
             onclick: () => {
               const name = text.ownFace(library.own.length + 1);
-              say(library.add(name, face) ? text.saved(name) : text.notKept);
+              say(library.add(name, editor.likeness) ? text.saved(name) : text.notKept);
             },
           },
           icon('plus'),

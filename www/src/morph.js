@@ -117,7 +117,7 @@ export function createMorph(editor, { library, display, canvas }) {
       onclick: () => {
         const code = between.code;
         leave();
-        editor.take(code);
+        editor.take({ code });
       },
     },
     text.keepThis,

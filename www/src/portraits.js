@@ -30,11 +30,12 @@ export function createPortraits(model, display) {
       code,
       into: /** @type {HTMLCanvasElement} */ (sheet.cloneNode()),
       pose() {
-        const [shape, shown] = code.split('~');
+        /** @type {import('./library.js').Likeness} */
+        const { code: shape, expression = {}, colouring = {} } = JSON.parse(code);
         sitter.code = shape;
         // Before the expressions are there it is at rest; when they come, it is taken again.
-        sitter.expression = among(shown ? JSON.parse(shown) : {}, model.expressions);
-        return sitter;
+        sitter.expression = among(expression, model.expressions);
+        return { face: sitter, colouring };
       },
     }));
     if (!display.portraits(sheets)) return void setTimeout(schedule, PATIENCE);
@@ -58,8 +59,8 @@ export function createPortraits(model, display) {
      * it has the face's name.
      * @param {import('./library.js').Likeness} face
      */
-    of({ code: shape, expression }) {
-      const code = shows(expression) ? `${shape}~${JSON.stringify(expression)}` : shape;
+    of({ code: shape, expression, colouring }) {
+      const code = JSON.stringify({ code: shape, ...(shows(expression) && { expression }), ...(shows(colouring) && { colouring }) });
       const image = element('img', { class: 'portrait', 'data-code': code, alt: '', width: WIDTH / 2, height: HEIGHT / 2, draggable: 'false' });
       const picture = taken.get(code);
       if (picture) image.src = picture;

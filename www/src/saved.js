@@ -29,7 +29,7 @@ function fileName(name) {
  * }} parts
  */
 export function createSaved(editor, { library, portraits, expressions, say }) {
-  const { model, face } = editor;
+  const { model } = editor;
   let visible = false;
   /** @type {import('./library.js').Entry | null} */
   let removed = null;
@@ -45,7 +45,7 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
         event.preventDefault();
         const chosen = name.value.trim() || text.ownFace(library.own.length + 1);
         removed = null;
-        say(library.add(chosen, face) ? text.saved(chosen) : text.notKept);
+        say(library.add(chosen, editor.likeness) ? text.saved(chosen) : text.notKept);
         name.value = '';
       },
     },
@@ -72,17 +72,17 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
    * @param {import('./library.js').Likeness} kept
    * @returns {Promise<boolean>} false when its expression could not be shown, which is said
    */
-  async function become({ code, expression }) {
+  async function become({ code, expression, colouring }) {
     if (shows(expression)) {
       try {
         await expressions.load();
       } catch {
-        editor.take(code, {});
+        editor.take({ code, expression: {}, colouring });
         say(text.noSavedExpression);
         return false;
       }
     }
-    editor.take(code, expression && among(expression, model.expressions));
+    editor.take({ code, expression: expression && among(expression, model.expressions), colouring });
     return true;
   }
 
@@ -213,7 +213,7 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
               class: 'button',
               onclick: () => {
                 const chosen = name.value.trim() || text.thisFace;
-                offer(faceFile(model, chosen, face), fileName(chosen));
+                offer(faceFile(model, chosen, editor.likeness), fileName(chosen));
               },
             },
             icon('download'),

@@ -1,6 +1,5 @@
 import { Plane, Raycaster, Vector2, Vector3 } from 'three';
 import { element } from './element.js';
-import { stateOf } from './history.js';
 
 /** How far a pointer goes before it means to drag, px. */
 const REACH = { mouse: 3, pen: 4, touch: 6 };
@@ -82,7 +81,7 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
     aim(event);
     const target = raycaster.ray.intersectPlane(grip.plane, new Vector3());
     if (!target) return;
-    grip.base ??= stateOf(face);
+    grip.base ??= editor.state;
     const { vertex, start, mirrorStart } = grip;
     target.add(grip.offset);
     const mirror = model.mirror[vertex];

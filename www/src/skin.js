@@ -57,7 +57,9 @@ const DECLARATIONS = /* glsl */ `
   uniform vec4 faceFrame;
   uniform vec4 browFrame;
   uniform vec3 browColour;
+  uniform float bushy;
   uniform vec3 lipColour;
+  uniform float lipCover;
   uniform vec3 accent;
   uniform vec2 markStrength;
   uniform float faceDepth;
@@ -89,7 +91,7 @@ const COLOUR = /* glsl */ `
   vec4 paint = texture2D(faceMap, faceAt) * front;
   vec2 browAt = (vRest.xy - browFrame.xy) / browFrame.zw;
   float inBrow = step(0.0, min(min(browAt.x, browAt.y), min(1.0 - browAt.x, 1.0 - browAt.y)));
-  float brow = texture2D(browMap, clamp(browAt, 0.0, 1.0)).r * inBrow
+  float brow = min(1.0, texture2D(browMap, clamp(browAt, 0.0, 1.0)).r * bushy) * inBrow
              * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
 
   vec3 fine;
@@ -111,7 +113,7 @@ const COLOUR = /* glsl */ `
   tone *= 1.0 - 0.2 * (1.0 - relief.b) * (1.0 - smoothSkin);
   tone = mix(tone, tone * vec3(0.86, 0.87, 0.9), paint.a * 0.3);
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
-  tone = mix(tone, lips, lip * 0.66);
+  tone = mix(tone, lips, lip * lipCover);
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
   // A photo is exposed so that lit skin is brighter than its albedo.
   if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb * 0.8, worn);
@@ -155,18 +157,20 @@ const OCCLUSION = /* glsl */ `
   }
 `;
 
+/** The fine down on skin, which catches light at the edge. */
+const FUZZ = new Color(0.95, 0.72, 0.62);
+
 /**
  * The skin: a physical material with pores, blood, lips and brows of its own.
  *
  * @param {{
- *   tone: Color,
  *   pores: import('three').Texture,
  *   face: { map: import('three').Texture, frame: number[] },
  *   brows: { map: import('three').Texture, frame: number[] },
  *   depth: number,
- * }} look `tone` is the skin's colour; `depth` the z (mm, at rest) from which on the maps apply
+ * }} look `depth` is the z (mm, at rest) from which on the maps apply
  */
-export function createSkin({ tone, pores, face, brows, depth }) {
+export function createSkin({ pores, face, brows, depth }) {
   const uniforms = {
     ...backdropUniforms,
     ...studioUniforms,
@@ -175,8 +179,10 @@ export function createSkin({ tone, pores, face, brows, depth }) {
     browMap: { value: brows.map },
     faceFrame: { value: new Vector4().fromArray(face.frame) },
     browFrame: { value: new Vector4().fromArray(brows.frame) },
-    browColour: { value: new Color('#2e1f17') },
-    lipColour: { value: tone.clone().multiply(new Color().setRGB(0.76, 0.38, 0.39)) },
+    browColour: { value: new Color() },
+    bushy: { value: 1 },
+    lipColour: { value: new Color() },
+    lipCover: { value: 0 },
     accent: { value: new Color('#39a79c') },
     markStrength: { value: [0, 0] },
     faceDepth: { value: depth },
@@ -186,13 +192,11 @@ export function createSkin({ tone, pores, face, brows, depth }) {
     worn: { value: 0 },
   };
   const material = new MeshPhysicalMaterial({
-    color: tone,
     roughness: 0.52,
     specularIntensity: 0.85,
     ior: 1.42,
     sheen: 0.22,
     sheenRoughness: 0.55,
-    sheenColor: new Color(0.95, 0.72, 0.62),
   });
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
@@ -245,5 +249,17 @@ export function createSkin({ tone, pores, face, brows, depth }) {
         gl_FragColor = overBackdrop(gl_FragColor.rgb, vShade.z);`,
       );
   };
-  return { material, uniforms };
+  return {
+    material,
+    uniforms,
+    /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
+    paint({ skin, bright, lips, bare, brows, bushy }) {
+      material.color.copy(skin);
+      material.sheenColor.copy(FUZZ).multiplyScalar(bright);
+      uniforms.lipColour.value.copy(lips);
+      uniforms.lipCover.value = 1 - 0.34 * bare;
+      uniforms.browColour.value.copy(brows);
+      uniforms.bushy.value = bushy;
+    },
+  };
 }

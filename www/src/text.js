@@ -7,7 +7,7 @@ export const text = {
   loadingSliders: 'The sliders are on their way',
   features: 'Features',
   panel: 'Ways to shape the face',
-  modes: { features: 'Features', meanings: 'Meanings', expressions: 'Expressions', mix: 'Mix', compare: 'Compare', saved: 'Faces', photo: 'Photo' },
+  modes: { features: 'Features', meanings: 'Meanings', expressions: 'Expressions', colours: 'Colours', mix: 'Mix', compare: 'Compare', saved: 'Faces', photo: 'Photo' },
   stage: 'The face. Drag to turn it, scroll or pinch to come closer, click a feature and drag it to shape it. The arrow keys turn it, plus and minus zoom.',
   hint: 'Click a feature to shape it',
   hintTouch: 'Tap a feature to shape it',
@@ -216,6 +216,21 @@ export const text = {
   resetExpression: 'Double-click, or the Delete key, goes back to rest. Type a number for an exact value.',
   typedExpression: (/** @type {string} */ name) => `${name}, in per cent`,
   expressionGroups: { eyes: 'Eyes', brows: 'Brows', mouth: 'Mouth', jaw: 'Jaw', cheeks: 'Cheeks and nose' },
+  ownColours: 'The model’s own',
+  someColours: 'Random colours',
+  resetColour: 'Double-click, or the Delete key, goes back to the model’s own. Type a number for an exact value.',
+  typedColour: (/** @type {string} */ name) => `${name}, in per cent`,
+  colourGroups: { skin: 'Skin and lips', brows: 'Brows and lashes', eyes: 'Eyes' },
+  colours: /** @type {Record<string, string>} */ ({
+    skin: 'Skin, fair to deep',
+    blood: 'Blood, pale to flushed',
+    lips: 'Lips, pale to red',
+    brows: 'Brows, thin to bushy',
+    hair: 'Hair, fair to black',
+    red: 'Red in the hair',
+    grey: 'Grey in the hair',
+    iris: 'Iris, blue to brown',
+  }),
   /** A side is the subject's. */
   expression: (/** @type {string} */ name, /** @type {string | undefined} */ side) =>
     `${text.expressionNames[name] ?? name}${side === 'Left' ? ', left' : side === 'Right' ? ', right' : ''}`,
@@ -369,6 +384,10 @@ export const text = {
     expressions: [
       'Each slider is one of the movements that Apple’s ARKit names, so that a face made here can be driven by programs that know those names.',
       'They follow the face: lids close as far as they are open, broad mouths smile broadly. The face itself stays as it is under its expression, and so do its lengths and percentiles.',
+    ],
+    colours: [
+      'The model knows shapes, and nothing of colours: these are yours to choose, and no statistics stand behind them. Skin goes by how much melanin the epidermis has, 1.3 to 43 % of it, and by the blood below; irises with hardly any melanin are blue.',
+      'Saved faces, files and the link keep them. A face that wears a photo has the photo’s skin, lips and brows.',
     ],
     mix: [
       'A face is a list of numbers, one an eigenmesh. To mix two faces is to go part of the way from the one list to the other, for all of it or for one feature.',

@@ -105,7 +105,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
       picker.value = '';
     },
   });
-  const back = button(text.photo.own, () => own && editor.take(own.code, own.expression));
+  const back = button(text.photo.own, () => own && editor.take(own));
   const again = button(text.photo.fitAgain, () => void fit(correction.points), 'primary');
   const asDetected = button(text.photo.asDetected, () => {
     if (!detected) return;
@@ -431,7 +431,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
       const expression = Object.fromEntries(
         Object.entries(found.expression).flatMap(([name, weight]) => (weight >= 0.005 ? [[name, Math.round(100 * weight) / 100]] : [])),
       );
-      editor.take(found.code, expression);
+      editor.take({ code: found.code, expression });
       own = { code: face.code, expression: face.expression };
       const base = { ...found, ...own };
       fitted = { fit: base, points: points.slice(), scale: pixels.scale };

@@ -1,0 +1,204 @@
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { describe, test } from 'node:test';
+import { differing, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+
+const { browser, site } = await siteAndBrowser();
+
+const colouring = (page) => page.evaluate(() => window.designer.colouring);
+const codeOf = (page) => page.evaluate(() => window.designer.face.code);
+const choose = (page) => page.getByRole('tab', { name: 'Colours' }).click();
+
+/** Where to look at colours in a picture of the stage, and how. */
+async function looking(page) {
+  const box = await page.locator('canvas.view').boundingBox();
+  assert.ok(box);
+  /** @type {Record<string, { x: number, y: number }>} */
+  const at = {};
+  for (const name of ['ibug_19', 'ibug_30', 'ibug_33', 'ibug_36', 'ibug_39', 'ibug_48', 'ibug_54', 'ibug_57', 'ibug_66']) {
+    const { x, y } = await landmarkOnScreen(page, name);
+    at[name] = { x: x - box.x, y: y - box.y };
+  }
+  const middle = (a, b, t = 0.5) => ({ x: at[a].x + t * (at[b].x - at[a].x), y: at[a].y + t * (at[b].y - at[a].y) });
+  const eye = middle('ibug_36', 'ibug_39');
+  const across = at.ibug_39.x - at.ibug_36.x;
+  const places = {
+    // Between the nose and the corner of the mouth, away from what is painted.
+    cheek: { x: at.ibug_36.x, y: at.ibug_33.y },
+    lip: middle('ibug_57', 'ibug_66'),
+    // Beside the pupil, below the window that is mirrored in it.
+    iris: { x: eye.x - 0.14 * across, y: eye.y + 0.07 * across },
+    brow: at.ibug_19,
+  };
+  return {
+    places,
+    size: across,
+    /** @param {{ width: number, rgb: Buffer }} shown @param {keyof typeof places} name @param {number} [half] */
+    colour(shown, name, half = 2) {
+      const sum = [0, 0, 0];
+      const { x, y } = places[name];
+      for (let j = -half; j <= half; j++) {
+        for (let i = -half; i <= half; i++) {
+          const o = 3 * ((Math.round(y) + j) * shown.width + Math.round(x) + i);
+          for (let k = 0; k < 3; k++) sum[k] += shown.rgb[o + k] / (2 * half + 1) ** 2;
+        }
+      }
+      return sum;
+    },
+    /** How many pixels differ in a square around a place. */
+    around(a, b, name, half) {
+      const { x, y } = places[name];
+      return differing(a, b, [(x - half) / a.width, (y - half) / a.height, (x + half) / a.width, (y + half) / a.height]);
+    },
+  };
+}
+
+describe('colours', () => {
+  test('each slider paints what it is named for and nothing else; undo takes the paint off again', async () => {
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 1280, height: 800 } });
+    await choose(page);
+    const look = await looking(page);
+    const code = await codeOf(page);
+    const rest = await picture(page, 'colours-rest');
+    const light = ([r, g, b]) => 0.3 * r + 0.59 * g + 0.11 * b;
+
+    // Skin goes from fair to deep all the way, and redder as it goes.
+    let before = Infinity;
+    let redness = 0;
+    for (const skin of [0, 0.25, 0.5, 0.75, 1]) {
+      await moveSlider(page, 'Skin, fair to deep', skin);
+      const shown = await picture(page, `colours-skin-${skin}`);
+      const cheek = look.colour(shown, 'cheek');
+      assert.ok(light(cheek) < before - 8, `a skin of ${skin} is no deeper: ${light(cheek)} after ${before}`);
+      assert.ok(cheek[0] > cheek[1] && cheek[1] > cheek[2], `skin is no colour of skin: ${cheek}`);
+      assert.ok(cheek[0] / cheek[2] > redness - 0.05, 'melanin takes blue first');
+      redness = cheek[0] / cheek[2];
+      before = light(cheek);
+      // The eye's own colours stay.
+      const [was, is] = [look.colour(rest, 'iris', 1), look.colour(shown, 'iris', 1)];
+      assert.ok(was.every((value, k) => Math.abs(value - is[k]) < 12), `the iris changed with the skin: ${was} to ${is}`);
+    }
+    await page.getByRole('button', { name: 'The model’s own' }).click();
+    const own = await picture(page, 'colours-own');
+    assert.ok(own.rgb.equals(rest.rgb), 'the model’s own colours are not what they were');
+
+    for (const [name, value, place, near] of [
+      ['Lips, pale to red', 1, 'lip', 1.2],
+      ['Hair, fair to black', 0.05, 'brow', 1.4],
+      ['Brows, thin to bushy', 0, 'brow', 1.4],
+      ['Iris, blue to brown', 0, 'iris', 0.7],
+    ]) {
+      await moveSlider(page, name, value);
+      const shown = await picture(page, `colours-${name.split(',')[0]}`);
+      const here = look.around(rest, shown, place, near * look.size);
+      assert.ok(here > 20, `${name} changed only ${here} pixels where it should`);
+      assert.equal(look.around(rest, shown, 'cheek', 6), 0, `${name} changed the cheek`);
+      await page.getByRole('button', { name: 'Undo', exact: true }).click();
+      const back = await picture(page, 'colours-undone');
+      assert.ok(back.rgb.equals(rest.rgb), `undo left some of ${name}`);
+    }
+
+    await moveSlider(page, 'Iris, blue to brown', 0);
+    const blue = look.colour(await picture(page, 'colours-blue'), 'iris', 1);
+    assert.ok(blue[2] > blue[0] + 10, `a blue iris is ${blue}`);
+    await moveSlider(page, 'Lips, pale to red', 1);
+    const painted = look.colour(await picture(page, 'colours-red'), 'lip');
+    const plain = look.colour(rest, 'lip');
+    assert.ok(painted[1] / painted[0] < 0.8 * (plain[1] / plain[0]), `red lips are ${painted}, and were ${plain}`);
+    assert.deepEqual(await colouring(page), { iris: 0, lips: 1 });
+    assert.equal(await codeOf(page), code, 'colours changed the shape');
+
+    // Keys and numbers work as on every slider; a run of keys is one step.
+    const skin = page.getByRole('slider', { name: 'Skin, fair to deep', exact: true });
+    await skin.focus();
+    for (let i = 0; i < 5; i++) await page.keyboard.press('ArrowRight');
+    assert.equal((await colouring(page)).skin, 0.35);
+    assert.equal(await skin.getAttribute('aria-valuetext'), '35 %');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await colouring(page), { iris: 0, lips: 1 });
+    await page.getByRole('button', { name: 'Random colours' }).click();
+    assert.ok(Object.keys(await colouring(page)).length > 3);
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    assert.deepEqual(await colouring(page), {});
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('the address, the browser, saved faces and files keep them', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await moveSlider(page, 'nose 1', 0.9);
+    await choose(page);
+    await moveSlider(page, 'Skin, fair to deep', 0.9);
+    await moveSlider(page, 'Iris, blue to brown', 0.1);
+    const kept = { skin: 0.9, iris: 0.1 };
+    const shown = await picture(page, 'colours-kept');
+    const { hash } = new URL(page.url());
+    assert.match(hash, /^#[\w-]+~~[\w-]+$/);
+
+    // A link shows them, in another browser.
+    const second = await open(browser, site, { hash });
+    assert.deepEqual(await colouring(second.page), kept);
+    await choose(second.page);
+    await second.page.evaluate(() => document.activeElement?.blur());
+    assert.equal(differing(shown, await picture(second.page, 'colours-linked')), 0);
+    // One that names a colour that there is not is refused whole, and says so.
+    await second.page.evaluate(() => (location.hash = '#~~_2Q'));
+    await second.page.waitForFunction(() => /no face of this model/.test(document.querySelector('.toast')?.textContent ?? ''));
+    assert.deepEqual(await colouring(second.page), kept);
+    await second.context.close();
+
+    // Saved, with a picture of its own; another one in the model's colours opens in those.
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    const save = async (name) => {
+      await page.getByLabel('Save this face as').fill(name);
+      await page.keyboard.press('Enter');
+    };
+    await save('deep');
+    const download = page.waitForEvent('download');
+    await page.getByRole('button', { name: 'Download deep' }).click();
+    const file = JSON.parse(readFileSync(await (await download).path(), 'utf8'));
+    assert.deepEqual(file.colouring, kept);
+    await choose(page);
+    await page.getByRole('button', { name: 'The model’s own' }).click();
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await save('plain');
+    await page.waitForFunction(() => [...document.querySelectorAll('.saved img')].every((image) => image.src && image.naturalWidth > 0));
+    const brightness = await page.locator('.saved img').evaluateAll((images) =>
+      images.map((image) => {
+        const sheet = document.createElement('canvas');
+        sheet.width = sheet.height = 1;
+        const draw = sheet.getContext('2d');
+        draw.drawImage(image, image.naturalWidth * 0.4, image.naturalHeight * 0.15, image.naturalWidth * 0.2, image.naturalHeight * 0.12, 0, 0, 1, 1);
+        return draw.getImageData(0, 0, 1, 1).data[1];
+      }),
+    );
+    assert.ok(brightness[0] > brightness[1] + 40, `the portraits’ foreheads: ${brightness}`);
+    await page.screenshot({ path: join(SCREENSHOTS, 'colours-saved.png') });
+    await page.getByRole('button', { name: 'Open deep' }).click();
+    assert.deepEqual(await colouring(page), kept);
+    await page.getByRole('button', { name: 'Open plain' }).click();
+    assert.deepEqual(await colouring(page), {});
+
+    // A file brings them; one from before they were kept leaves what is there.
+    const bring = (/** @type {object} */ content) =>
+      page.locator('input[type=file]').first().setInputFiles({ name: 'face.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify(content)) });
+    await bring({ ...file, name: 'from a file', colouring: { skin: 0.7, iris: 7, tail: 1, hair: 'no' } });
+    await page.getByRole('button', { name: 'Open from a file' }).waitFor();
+    assert.deepEqual(await colouring(page), { skin: 0.7, iris: 1 }, 'numbers are brought within their limits, and all else is left out');
+    const { colouring: _, ...older } = file;
+    await bring({ ...older, name: 'older' });
+    await page.getByRole('button', { name: 'Open older' }).waitFor();
+    assert.deepEqual(await colouring(page), { skin: 0.7, iris: 1 });
+    await settled(page);
+    await page.close();
+
+    // The next visit begins with them.
+    const again = await context.newPage();
+    await again.goto(site.url);
+    await again.waitForFunction(() => document.documentElement.dataset.ready === 'true');
+    assert.deepEqual(await again.evaluate(() => window.designer.colouring), { skin: 0.7, iris: 1 });
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+});

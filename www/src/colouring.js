@@ -1,0 +1,48 @@
+// What colours a face has beside its shape: of skin, lips, brows and eyes. Each is a number from 0 to 1 with a
+// rest, at which the head is painted in the model's own colour; a colouring holds those that are elsewhere.
+
+/** @typedef {Readonly<Record<string, number>>} Colouring */
+
+/** Where each is at rest, in the order of the panel. What an address keeps goes by this order: append only. */
+export const REST = /** @type {Readonly<Record<string, number>>} */ ({
+  skin: 0.3,
+  blood: 0.3,
+  lips: 0.4,
+  brows: 0.5,
+  hair: 0.7,
+  red: 0,
+  grey: 0,
+  iris: 0.7,
+});
+
+export const COLOURS = Object.keys(REST);
+
+/** All of them. @param {Colouring} colouring @returns {Record<string, number>} */
+export const whole = (colouring) => ({ ...REST, ...colouring });
+
+/**
+ * What of some numbers is a colouring: whole per cents that are not at rest.
+ * @param {Record<string, unknown>} numbers @returns {Record<string, number>}
+ */
+export function readColouring(numbers) {
+  return Object.fromEntries(
+    COLOURS.flatMap((name) => {
+      const value = numbers[name];
+      if (typeof value !== 'number' || !Number.isFinite(value)) return [];
+      const kept = Math.round(100 * Math.min(1, Math.max(0, value))) / 100;
+      return kept === REST[name] ? [] : [[name, kept]];
+    }),
+  );
+}
+
+/**
+ * A colouring that was kept somewhere.
+ * @param {unknown} kept @returns {Colouring | undefined} undefined when nothing was kept
+ */
+export function readKept(kept) {
+  if (typeof kept !== 'object' || kept === null || Array.isArray(kept)) return undefined;
+  return readColouring(/** @type {Record<string, unknown>} */ (kept));
+}
+
+/** @param {Colouring} a @param {Colouring} b */
+export const sameColouring = (a, b) => COLOURS.every((name) => a[name] === b[name]);

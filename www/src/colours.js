@@ -1,0 +1,132 @@
+import './colours.css';
+import { COLOURS, REST, whole } from './colouring.js';
+import { element } from './element.js';
+import { icon } from './icons.js';
+import { createSlider } from './slider.js';
+import { text } from './text.js';
+
+const GROUPS = /** @type {const} */ ([
+  ['skin', ['skin', 'blood', 'lips']],
+  ['brows', ['brows', 'hair', 'red', 'grey']],
+  ['eyes', ['iris']],
+]);
+
+/** How many colours are shown along a track. */
+const STOPS = 11;
+
+/** @typedef {ReturnType<typeof import('./pigments.js').pigments>} Pigments */
+
+/** What each slider paints. @type {Record<string, (paints: Pigments) => import('three').Color>} */
+const PAINTED = {
+  skin: ({ skin }) => skin,
+  blood: ({ skin }) => skin,
+  lips: ({ lips }) => lips,
+  // Between hairs there is skin.
+  brows: ({ skin, brows, bushy }) => skin.clone().lerp(brows, 0.35 * bushy),
+  hair: ({ brows }) => brows,
+  red: ({ brows }) => brows,
+  grey: ({ brows }) => brows,
+  iris: ({ iris }) => iris.outer.clone().lerp(iris.inner, 0.3),
+};
+
+/**
+ * Some person's colours: brown eyes and black hair are the most of the world's, and fair hair, red hair and
+ * light eyes go with fair skin.
+ */
+function anybody() {
+  const skin = Math.random() ** 0.8;
+  const fair = Math.max(0, 1 - skin / 0.55);
+  const dark = () => 0.8 + 0.2 * Math.random();
+  const hair = Math.random() < fair ? 0.1 + 0.8 * Math.random() : dark();
+  return {
+    skin,
+    blood: 0.15 + 0.35 * Math.random(),
+    lips: 0.25 + 0.35 * Math.random(),
+    brows: 0.3 + 0.5 * Math.random(),
+    hair,
+    red: Math.random() < 0.2 * fair ? Math.random() : 0,
+    grey: Math.random() < 0.12 ? Math.random() : 0,
+    iris: Math.random() < fair ? 0.9 * Math.random() : dark(),
+  };
+}
+
+/**
+ * The colours of skin, lips, brows and eyes, each a slider over what it gives.
+ * @param {import('./editor.js').Editor} editor
+ * @param {(colouring: import('./colouring.js').Colouring) => Pigments} paints
+ */
+export function createColours(editor, paints) {
+  let visible = false;
+  const sliders = new Map(
+    COLOURS.map((name) => {
+      const label = text.colours[name];
+      const slider = createSlider({
+        name: label,
+        label,
+        id: `colour-${name}`,
+        about: '',
+        title: text.resetColour,
+        limits: [0, 1],
+        step: 0.01,
+        key: 0.01,
+        neutral: REST[name],
+        words: (value) => text.percent(100 * value),
+        typed: {
+          label: text.typedColour(label),
+          unit: '%',
+          min: 0,
+          max: 100,
+          step: 1,
+          show: (value) => Math.round(100 * value),
+          take: (percent) => editor.paint({ ...editor.colouring, [name]: percent / 100 }),
+        },
+        move: (value) => editor.moveColours({ [name]: value }),
+        finish: () => editor.finish(`paint ${name}`),
+      });
+      return [name, slider];
+    }),
+  );
+  const own = element('button', { type: 'button', class: 'button', onclick: () => editor.paint({}) }, icon('reset'), text.ownColours);
+  const some = element('button', { type: 'button', class: 'button', onclick: () => editor.paint(anybody()) }, icon('dice'), text.someColours);
+
+  function refresh() {
+    if (!visible) return;
+    const { colouring } = editor;
+    const values = whole(colouring);
+    own.disabled = Object.keys(colouring).length === 0;
+    for (const [name, slider] of sliders) {
+      slider.show(values[name]);
+      const ramp = Array.from({ length: STOPS }, (_, i) => {
+        const colour = PAINTED[name](paints({ ...colouring, [name]: i / (STOPS - 1) }));
+        return `#${colour.getHexString()}`;
+      });
+      slider.root.style.setProperty('--ramp', `linear-gradient(90deg, ${ramp.join(', ')})`);
+    }
+  }
+  editor.onColours(refresh);
+
+  return {
+    root: element(
+      'div',
+      { class: 'colours' },
+      element(
+        'div',
+        { class: 'scroll' },
+        element('div', { class: 'row' }, own, some),
+        ...GROUPS.map(([group, names]) =>
+          element(
+            'section',
+            { class: 'part', 'aria-label': text.colourGroups[group] },
+            element('h3', {}, text.colourGroups[group]),
+            ...names.flatMap((name) => sliders.get(name)?.root ?? []),
+          ),
+        ),
+      ),
+    ),
+    /** @param {boolean} now */
+    shown(now) {
+      visible = now;
+      refresh();
+    },
+  };
+}

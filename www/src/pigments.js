@@ -1,0 +1,89 @@
+import { Color } from 'three';
+import { REST, whole } from './colouring.js';
+
+// Skin. Light crosses the epidermis twice, and melanin takes from it by its absorption, 6.6e11 nm^-3.33 per cm
+// of pure melanosomes (S. Jacques, "Optical properties of biological tissues", 2013), of which they fill 1.3 % in the
+// fairest and 43 % in the deepest skin. Red, green and blue are taken at 610, 550 and 465 nm.
+// Skin turns less brown with it than that says, since light also finds ways between melanosomes: blue is taken
+// as the eye finds it right.
+const MELANIN = [350, 460, 640];
+/** There and back, cm. */
+const EPIDERMIS = 2 * 0.008;
+const FAIREST = 0.013;
+const DEEPEST = 0.43;
+/** What the surface and the melanin itself send back at once, whatever is below. */
+const SURFACE = 0.018;
+// By the square, so that a step is about as much darker anywhere.
+const melanin = (/** @type {number} */ skin) => FAIREST + (DEEPEST - FAIREST) * skin ** 2;
+/** What is left of the light from one end of its slider to the other: blood takes green and blue. */
+const BLOOD = [0.97, 0.68, 0.66];
+
+/** What lips have of the skin's colour at rest, and what both ends have of that. */
+const LIPS = [0.76, 0.38, 0.39];
+const PALE = [1.13, 1.72, 1.68];
+const PAINTED = [0.78, 0.16, 0.24];
+
+/** Hair, from fair to black; sRGB. @type {[number, string][]} */
+const HAIR = [[0, '#b99a68'], [0.35, '#7a5c3b'], [REST.hair, '#2e1f17'], [1, '#0d0a09']];
+const RED = new Color('#8f3f19');
+const GREY = new Color('#a3a09b');
+/** Lashes at rest, as the screen shows them. They follow brows by less: they are paler only at their ends. */
+const LASHES = [0.075, 0.045, 0.035];
+const FOLLOWS = 0.45;
+
+/** Irises without melanin are blue, with a little of it green and hazel: near the pupil and around it; sRGB. @type {[number, string, string][]} */
+const IRIS = [
+  [0, '#65727a', '#4c6681'],
+  [0.22, '#71786c', '#5a7078'],
+  [0.38, '#75653c', '#566448'],
+  [0.52, '#74532a', '#565334'],
+  [REST.iris, '#6b4a2a', '#57452e'],
+  [1, '#33200f', '#22150c'],
+];
+
+/**
+ * @template {[number, ...string[]]} T
+ * @param {T[]} stops @param {number} at @param {number} column
+ */
+function between(stops, at, column) {
+  const next = Math.max(1, stops.findIndex(([place]) => place >= at));
+  const [from, to] = [stops[next - 1], stops[next]];
+  const colour = new Color(/** @type {string} */ (from[column]));
+  return colour.lerp(new Color(/** @type {string} */ (to[column])), (at - from[0]) / (to[0] - from[0]));
+}
+
+/**
+ * The colours to paint with, linear.
+ * @param {Color} tone of the skin at rest
+ * @param {import('./colouring.js').Colouring} colouring
+ */
+export function pigments(tone, colouring) {
+  const { skin, blood, lips, brows, hair, red, grey, iris } = whole(colouring);
+  const more = melanin(skin) - melanin(REST.skin);
+  const [r, g, b] = [tone.r, tone.g, tone.b].map((under, k) => {
+    const through = SURFACE + (under - SURFACE) * Math.exp(-more * MELANIN[k] * EPIDERMIS);
+    return Math.min(0.92, through * BLOOD[k] ** (blood - REST.blood));
+  });
+  const own = new Color(r, g, b);
+  // Pale lips have no more blood than the skin; full ones are painted.
+  const [most, factors] = lips < REST.lips ? [REST.lips, PALE] : [1 - REST.lips, PAINTED];
+  const far = Math.abs(lips - REST.lips) / most;
+  const [lipRed, lipGreen, lipBlue] = LIPS.map((factor, k) => factor * factors[k] ** far);
+  const strands = between(HAIR, hair, 1);
+  strands.lerp(RED.clone().multiplyScalar(0.35 + 1.3 * (1 - hair)), 0.85 * red).lerp(GREY, 0.9 * grey);
+  const atRest = between(HAIR, REST.hair, 1);
+  const [lr, lg, lb] = [strands.r / atRest.r, strands.g / atRest.g, strands.b / atRest.b].map((ratio, k) => LASHES[k] * ratio ** FOLLOWS);
+  return {
+    skin: own,
+    /** How much darker than at rest, for what lies on the skin: 1 at rest. */
+    bright: Math.min(1, Math.sqrt((own.g + 0.01) / (tone.g + 0.01))),
+    /** How much of the lips is not painted, 1 at rest and 0 at full. */
+    bare: lips > REST.lips ? 1 - far : 1,
+    lips: own.clone().multiply(new Color(lipRed, lipGreen, lipBlue)),
+    brows: strands,
+    lashes: new Color(lr, lg, lb),
+    /** 0 is none, 2 twice as many as at rest. */
+    bushy: 2 * brows,
+    iris: { inner: between(IRIS, iris, 1), outer: between(IRIS, iris, 2) },
+  };
+}
