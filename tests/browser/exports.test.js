@@ -1,9 +1,12 @@
 // What leaves the page: the dialog's downloads, as a person takes them.
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
 import { after, before, describe, test } from 'node:test';
 
-import { SCREENSHOTS, decodePng, differing, launch, open, picture, serve, settled } from './site.js';
+import { SCREENSHOTS, decodePng, differing, launch, moveSlider, open, picture, serve, settled } from './site.js';
+
+const validator = createRequire(new URL('../../www/package.json', import.meta.url))('gltf-validator');
 
 /** @type {Awaited<ReturnType<typeof serve>>} */
 let site;
@@ -55,6 +58,97 @@ describe('exports', () => {
       await context.close();
     });
   }
+
+  test('a GLB looks like the page: skin, eyes, teeth that open with the jaw, and nothing of the page changes', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Colours' }).click();
+    await moveSlider(page, 'Lips, pale to red', 1);
+    await moveSlider(page, 'Iris, blue to brown', 0);
+    const shown = await picture(page, 'exports-glb-before');
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    const { bytes } = await download(page, 'GLB');
+    const { issues } = await validator.validateBytes(new Uint8Array(bytes));
+    assert.deepEqual([issues.numErrors, issues.numWarnings], [0, 0], JSON.stringify(issues.messages));
+    const length = bytes.readUInt32LE(12);
+    const json = JSON.parse(bytes.toString('utf8', 20, 20 + length));
+    assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow']);
+    const [, upper, lower] = json.meshes;
+    assert.equal(upper.extras, undefined, 'the upper row goes with the skull');
+    assert.ok(lower.extras.targetNames.includes('jawOpen') && !lower.extras.targetNames.includes('eyeBlinkLeft'), lower.extras.targetNames.join());
+    const jaw = json.accessors[lower.primitives[0].targets[lower.extras.targetNames.indexOf('jawOpen')].POSITION];
+    assert.ok(jaw.min[1] < -0.01, `the lower teeth go down by ${jaw.min[1]} m`);
+    // At the front of the mouth, behind the lips.
+    const place = json.accessors[upper.primitives[0].attributes.POSITION];
+    const lip = await page.evaluate(() => {
+      const { model, face } = window.designer;
+      const { stencil } = model.landmarks.find(({ name }) => name === 'ibug_62');
+      return [0, 1, 2].map((k) => stencil.reduce((sum, [v, w]) => sum + (w * face.positions[3 * v + k]) / 1000, 0));
+    });
+    assert.ok(place.max[2] < lip[2] && place.max[2] > lip[2] - 0.02, `teeth to ${place.max[2]}, the lip at ${lip[2]}`);
+    assert.ok(place.min[1] < lip[1] && place.max[1] > lip[1]);
+
+    // Between lips at rest it is dark: the shadow lies before the teeth, and goes with the upper lip.
+    const shadow = json.meshes[3];
+    const there = json.accessors[shadow.primitives[0].attributes.POSITION];
+    assert.ok(there.max[2] < lip[2] && there.max[2] > place.max[2] - 0.002, `${there.max[2]} between ${place.max[2]} and ${lip[2]}`);
+    assert.ok(shadow.extras.targetNames.includes('mouthUpperUpLeft'));
+
+    // The pictures, where features are.
+    const image = (name) => {
+      const { bufferView, mimeType } = json.images.find((one) => one.name === name);
+      const { byteOffset, byteLength } = json.bufferViews[bufferView];
+      return `data:${mimeType};base64,${bytes.subarray(28 + length + byteOffset, 28 + length + byteOffset + byteLength).toString('base64')}`;
+    };
+    const read = (name, points) =>
+      page.evaluate(
+        async ([url, places]) => {
+          const picture = new Image();
+          picture.src = url;
+          await picture.decode();
+          const sheet = document.createElement('canvas');
+          sheet.width = picture.naturalWidth;
+          sheet.height = picture.naturalHeight;
+          const draw = sheet.getContext('2d', { willReadFrequently: true });
+          draw.drawImage(picture, 0, 0);
+          const { model } = window.designer;
+          return places.map((place) => {
+            let [u, v] = Array.isArray(place) ? place : [0, 0];
+            // Between landmarks. No seams are where these are: a vertex has one corner.
+            const names = typeof place === 'string' ? place.split(' ') : [];
+            for (const name of names) {
+              const { stencil } = model.landmarks.find((landmark) => landmark.name === name);
+              for (const [vertex, weight] of stencil) {
+                u += (weight * model.uvs[2 * vertex]) / names.length;
+                v += (weight * (1 - model.uvs[2 * vertex + 1])) / names.length;
+              }
+            }
+            return [...draw.getImageData(u * sheet.width, v * sheet.height, 1, 1).data.slice(0, 3)];
+          });
+        },
+        [image(name), points],
+      );
+    const [nose, mouth, bare] = await read('skin colour', ['ibug_30', 'ibug_57 ibug_66', [0.3, 0.5]]);
+    assert.ok(nose[0] > nose[1] && nose[1] > nose[2] && nose[0] > 150, `the nose is ${nose}`);
+    assert.ok(mouth[1] < 0.75 * nose[1] && mouth[0] > 1.6 * mouth[1], `red lips are ${mouth}, the nose ${nose}`);
+    assert.ok(bare.every((value, k) => Math.abs(value - nose[k]) < 60), 'what is not skin has its colour, for pictures that are shrunk');
+    const [pupil, iris, white] = await read('eyes', [[0.5, 0.5], [0.5 + 0.09, 0.5], [0.5 + 0.24, 0.5]]);
+    assert.ok(Math.max(...pupil) < 40, `the pupil is ${pupil}`);
+    assert.ok(iris[2] > iris[0] + 8, `a blue iris is ${iris}`);
+    assert.ok(Math.min(...white) > 130, `the white is ${white}`);
+    const [flat] = await read('skin normal', [[0.3, 0.5]]);
+    assert.ok(Math.abs(flat[0] - 128) < 3 && flat[2] > 250, `no skin, no relief: ${flat}`);
+    const slopes = await read('skin normal', Array.from({ length: 400 }, (_, i) => [0.7 + 0.0005 * (i % 20), 0.4 + 0.0005 * Math.floor(i / 20)]));
+    const relief = slopes.map(([x]) => Math.abs(x - 128)).sort((a, b) => a - b)[200];
+    assert.ok(relief >= 1 && relief < 40, `pores lean by ${relief} of 127`);
+    const [open0] = await read('skin surface', ['ibug_30']);
+    assert.ok(open0[0] > 200 && open0[1] > 60 && open0[1] < 190 && open0[2] < 8, `the nose’s surface: ${open0}`);
+
+    await page.getByRole('dialog').getByRole('button', { name: 'Close' }).click();
+    await page.mouse.move(300, 20);
+    assert.equal(differing(shown, await picture(page, 'exports-glb-after')), 0);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
 
   test('the PNG has the size that was asked for, and leaves the page as it was', async () => {
     const { context, page, complaints } = await open(browser, site);

@@ -17,6 +17,7 @@ const { STLLoader } = await import(new URL('STLLoader.js', loaders));
 const { GLTFLoader } = await import(new URL('GLTFLoader.js', loaders));
 const { Vector3 } = await import('../../www/node_modules/three/build/three.module.js');
 const validator = require('gltf-validator');
+const { fitSphere } = await import('../../www/src/eyes.js');
 
 /** What a text file with four decimals and a binary one with f32 must keep, mm. */
 const KEPT = 0.01;
@@ -283,6 +284,65 @@ describe('exports of a face with an expression', () => {
       assert.ok(error < 0.05, `${name}: ${error} mm`);
     }
     probe.free();
+  });
+
+  test('a GLB with an appearance has pictures on skin and eyes and meshes beside the face, and the same targets', async () => {
+    const { PNG } = require('pngjs');
+    const picture = { mimeType: 'image/png', bytes: PNG.sync.write(new PNG({ width: 4, height: 4 })) };
+    const row = {
+      name: 'a tooth',
+      positions: Float32Array.of(0, 0, 80, 10, 0, 80, 0, 10, 80),
+      normals: Float32Array.of(0, 0, 1, 0, 0, 1, 0, 0, 1),
+      colours: Float32Array.of(1, 0.8, 0.6, 1, 0.8, 0.6, 1, 0.8, 0.6),
+      triangles: Uint32Array.of(0, 1, 2),
+      roughness: 0.3,
+      targets: { jawOpen: Float32Array.of(0, -10, 0, 0, -10, 0, 0, -10, 0) },
+    };
+    const reach = 1.9;
+    const skin = { colour: picture, normal: picture, surface: picture };
+    const glb = toGlb(face, { appearance: { skin, eyes: { colour: picture, reach }, parts: [row] } });
+    const { issues } = await validator.validateBytes(glb);
+    assert.deepEqual([issues.numErrors, issues.numWarnings], [0, 0], JSON.stringify(issues.messages));
+    const json = jsonOf(glb);
+    assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'a tooth']);
+    assert.equal(json.images.length, 4);
+    const { targetNames } = json.meshes[0].extras;
+    assert.deepEqual(targetNames, [...model.controls.map(({ name }) => name), ...model.expressions]);
+    const [onSkin, onEyes] = json.meshes[0].primitives;
+    assert.equal(onSkin.attributes.COLOR_0, undefined, 'colours a vertex would be multiplied with the picture');
+    assert.deepEqual(onSkin.targets, onEyes.targets);
+    // All triangles are there, each once.
+    const many = (primitive) => json.accessors[primitive.indices].count / 3;
+    const eyeballs = model.parts.filter(({ name }) => /eyeball/.test(name));
+    assert.equal(many(onEyes), eyeballs.reduce((sum, { count }) => sum + count, 0));
+    assert.equal(many(onSkin) + many(onEyes), model.triangles.length / 3);
+    assert.deepEqual(json.meshes[1].weights.map((w) => Math.round(100 * w)), [40]);
+    assert.deepEqual(json.meshes[1].extras.targetNames, ['jawOpen']);
+
+    // Each eyeball's picture is around its gaze: what looks ahead at rest is in the middle, and an angle is as long
+    // anywhere. The file's coordinates count from the top.
+    const view = json.bufferViews[json.accessors[onSkin.attributes.TEXCOORD_0].bufferView];
+    const start = 28 + new DataView(glb.buffer, glb.byteOffset).getUint32(12, true) + view.byteOffset;
+    const uv = new Float32Array(glb.slice(start, start + view.byteLength).buffer);
+    const rest = face.clone();
+    rest.expression = {};
+    for (const { first, count } of eyeballs) {
+      const corner = [...new Set(model.triangles.subarray(3 * first, 3 * (first + count)))];
+      const centre = new Vector3();
+      fitSphere(rest.positions, [...new Set(corner.map((c) => model.uvVertices[c]))], centre);
+      for (const c of corner) {
+        const point = new Vector3().fromArray(rest.positions, 3 * model.uvVertices[c]).sub(centre);
+        const away = point.angleTo(new Vector3(0, 0, 1));
+        const drawn = 2 * reach * Math.hypot(uv[2 * c] - 0.5, uv[2 * c + 1] - 0.5);
+        // It is not quite a ball: 2 degrees.
+        assert.ok(Math.abs(drawn - Math.min(away, reach)) < 0.035, `${drawn} for ${away}`);
+        if (Math.abs(point.y) > 1) assert.equal(Math.sign(uv[2 * c + 1] - 0.5), -Math.sign(point.y), 'up is up');
+      }
+    }
+    rest.free();
+    // Elsewhere they are the model's.
+    const skinCorner = model.triangles[3 * model.parts.find(({ name }) => name === 'skin').first];
+    assert.ok(Math.abs(uv[2 * skinCorner] - model.uvs[2 * skinCorner]) < 1e-6);
   });
 
   test('its targets are as long as what can be seen of them: a GLB with all is below 31 MB', async () => {

@@ -214,9 +214,13 @@ export class PhizDesigner extends HTMLElement {
   }
   /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format */
   async toMesh(format) {
-    const { face } = this.#need();
-    const { toGlb, toObj, toPly, toStl } = await import('phiz/export');
-    const write = { glb: toGlb, obj: toObj, ply: toPly, stl: toStl }[format];
+    const { face, head, scene } = this.#need();
+    const { expressionTargets, toGlb, toObj, toPly, toStl } = await import('phiz/export');
+    if (format === 'glb') {
+      const { appearance } = await import('../src/appearance/appearance.js');
+      return toGlb(face, { appearance: await appearance(scene.renderer, head, face, expressionTargets(face)) });
+    }
+    const write = { obj: toObj, ply: toPly, stl: toStl }[format];
     if (!write) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
     return write(face);
   }

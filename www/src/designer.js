@@ -200,7 +200,7 @@ export async function createDesigner(model, stage, chosen) {
   stage.furnish(panel.root);
   const tour = createTour(panel);
   stage.root.append(explanation.open, explanation.root, tour.invitation);
-  const exports = createExports(face, scene, file);
+  const exports = createExports(face, scene, head, file);
   document.body.append(about.root, exports, ...tour.parts);
 
   editor.onShape((range) => {

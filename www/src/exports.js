@@ -15,9 +15,10 @@ const LARGEST = 8192;
  *
  * @param {import('phiz').Face} face
  * @param {Parameters<typeof portrait>[0]} view
+ * @param {ReturnType<typeof import('./head.js').createHead>} head
  * @param {{ any: boolean, load: () => Promise<void> }} expressions
  */
-export function createExports(face, view, expressions) {
+export function createExports(face, view, head, expressions) {
   const status = element('p', { class: 'note', role: 'status' });
 
   /**
@@ -43,7 +44,12 @@ export function createExports(face, view, expressions) {
     const writers = await import('phiz/export');
     // What moves in the file is what the model knows of by then.
     if (ending === 'glb' && expressions.any) await expressions.load();
-    const write = { glb: writers.toGlb, obj: writers.toObj, ply: writers.toPly, stl: writers.toStl }[ending];
+    if (ending === 'glb') {
+      const { appearance } = await import('./appearance/appearance.js');
+      const looks = await appearance(view.renderer, head, face, writers.expressionTargets(face));
+      return new Blob([writers.toGlb(face, { appearance: looks })], { type: MESHES.glb });
+    }
+    const write = { obj: writers.toObj, ply: writers.toPly, stl: writers.toStl }[ending];
     return new Blob([write(face)], { type: MESHES[ending] });
   }
 

@@ -133,14 +133,37 @@ function paintIris() {
   return map;
 }
 
-const DECLARATIONS = /* glsl */ `
-  varying vec3 vEye;
-  varying vec3 vEyeView;
-  varying vec3 vEyeNormal;
+/** The colours of an eyeball, by where on it: in its radii, across the gaze. */
+export const EYE_GLSL = /* glsl */ `
   uniform sampler2D irisMap;
   uniform vec3 irisInner;
   uniform vec3 irisOuter;
   uniform sampler2D poreMap;
+  vec3 irisColour(vec2 at) {
+    float inside = min(length(at), 1.0);
+    vec3 iris = mix(irisInner, irisOuter, smoothstep(0.36, 0.58, inside));
+    iris *= ${IRIS_RANGE.toFixed(1)} * texture2D(irisMap, at / max(1.0, length(at)) * 0.5 + 0.5).r;
+    // The collarette and the fibres catch more light on the side away from the lamp.
+    return iris * (1.25 + 0.35 * smoothstep(0.3, 0.9, inside));
+  }
+  float irisShare(vec2 eye) { return 1.0 - smoothstep(0.93, 1.09, length(eye) / ${IRIS.toFixed(3)}); }
+  // Redder towards the corners.
+  vec3 scleraColour(vec2 eye, float side) {
+    vec4 veins = texture2D(poreMap, eye * vec2(0.9, 1.6));
+    vec3 sclera = mix(vec3(0.83, 0.80, 0.77), vec3(0.80, 0.60, 0.55), 0.55 * side);
+    return sclera * mix(vec3(1.0), vec3(0.98, 0.9, 0.88), veins.a * (0.5 + 0.5 * side));
+  }
+  // Without the cornea.
+  vec3 eyeColour(vec2 eye, float side) {
+    return mix(scleraColour(eye, side), irisColour(eye / ${IRIS.toFixed(3)}), irisShare(eye));
+  }
+`;
+
+const DECLARATIONS = /* glsl */ `
+  varying vec3 vEye;
+  varying vec3 vEyeView;
+  varying vec3 vEyeNormal;
+  ${EYE_GLSL}
   uniform vec3 upperLid;
   uniform vec3 lowerLid;
   uniform vec2 corners;
@@ -157,23 +180,11 @@ const COLOUR = /* glsl */ `
     vec3 bent = refract(into, normalize(vEyeNormal), 1.0 / 1.336);
     // Where the ray meets the plane of the iris.
     irisAt = (vEye + bent * ((vEye.z - ${IRIS_DEPTH.toFixed(3)}) / max(0.05, -bent.z))).xy / ${IRIS.toFixed(3)};
-    float away = length(vEye.xy) / ${IRIS.toFixed(3)};
-    irisPart = (1.0 - smoothstep(0.93, 1.09, away)) * step(0.0, vEye.z);
-    float inside = min(length(irisAt), 1.0);
-    vec2 map = irisAt / max(1.0, length(irisAt));
-    vec3 iris = mix(irisInner, irisOuter, smoothstep(0.36, 0.58, inside));
-    iris *= ${IRIS_RANGE.toFixed(1)} * texture2D(irisMap, map * 0.5 + 0.5).r;
-    // The collarette and the fibres catch more light on the side away from the lamp.
-    iris *= 1.25 + 0.35 * smoothstep(0.3, 0.9, inside);
-
-    vec4 veins = texture2D(poreMap, vEye.xy * vec2(0.9, 1.6));
-    vec3 sclera = vec3(0.83, 0.80, 0.77);
+    irisPart = irisShare(vEye.xy) * step(0.0, vEye.z);
     // The lids stay where they are when the eye turns.
     vec3 inHead = gaze * vEye;
     float side = smoothstep(corners.x, corners.y, abs(inHead.x));
-    sclera = mix(sclera, vec3(0.80, 0.60, 0.55), 0.55 * side);
-    sclera *= mix(vec3(1.0), vec3(0.98, 0.9, 0.88), veins.a * (0.5 + 0.5 * side));
-    diffuseColor.rgb = mix(sclera, iris, irisPart);
+    diffuseColor.rgb = mix(scleraColour(vEye.xy, side), irisColour(irisAt), irisPart);
 
     // The lids shade the eye: a soft band under the upper one, a thin one over the lower one.
     float x = inHead.x;
@@ -259,16 +270,14 @@ export function createEyes(sockets, pores) {
   const globe = createGlobe();
   const iris = paintIris();
   const [irisInner, irisOuter] = [{ value: new Color() }, { value: new Color() }];
+  const look = { irisMap: { value: iris }, irisInner, irisOuter, poreMap: { value: pores } };
   const names = [
     ['ibug_36', 'ibug_37', 'ibug_38', 'ibug_39', 'ibug_40', 'ibug_41'],
     ['ibug_42', 'ibug_43', 'ibug_44', 'ibug_45', 'ibug_46', 'ibug_47'],
   ];
   const eyes = sockets.map((socket, side) => {
     const uniforms = {
-      irisMap: { value: iris },
-      irisInner,
-      irisOuter,
-      poreMap: { value: pores },
+      ...look,
       upperLid: { value: new Vector3(0.5, 0, 0) },
       lowerLid: { value: new Vector3(-0.5, 0, 0) },
       corners: { value: [0.6, 1.05] },
@@ -357,6 +366,8 @@ export function createEyes(sockets, pores) {
   return {
     meshes: eyes.map((eye) => eye.mesh),
     centres: eyes.map((eye) => eye.mesh.position),
+    /** What `EYE_GLSL` goes by. */
+    look,
     /** @param {Float32Array} positions */
     update(positions) {
       for (const eye of eyes) eye.update(positions);

@@ -361,6 +361,10 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   return {
     group,
     skin: mesh,
+    /** What the skin's shader, the eyes' and the teeth are made of, for pictures and files of them. */
+    look: { material: skin.material, uniforms: skin.uniforms },
+    eyeLook: eyes.look,
+    teeth,
     update,
     highlight,
     paintHeat,

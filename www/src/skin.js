@@ -122,14 +122,18 @@ const COLOUR = /* glsl */ `
   diffuseColor.rgb = mix(tone, accent * (0.35 + 0.9 * dot(tone, vec3(0.33))), clamp(marked * 0.1 + dot(rim, markStrength) * 0.3, 0.0, 0.5));
 `;
 
+const SLOPE = /* glsl */ `
+  float depth = mix(1.0, 0.35, smoothSkin) * (1.0 - lip) * (1.0 - 0.7 * brow);
+  vec3 slope = fine * 0.55 * depth + coarse * 0.16 * depth;
+  // Lips are furrowed from edge to edge, not pitted.
+  float furrow = sin(vRest.x * 5.2 + 2.6 * (broad.a - 0.5) + 5.0 * (relief.a - 0.5));
+  slope += vec3(0.055 * furrow * lip, 0.0, 0.0);
+`;
+
 const NORMAL = /* glsl */ `
   smoothNormal = normal;
   {
-    float depth = mix(1.0, 0.35, smoothSkin) * (1.0 - lip) * (1.0 - 0.7 * brow);
-    vec3 slope = fine * 0.55 * depth + coarse * 0.16 * depth;
-    // Lips are furrowed from edge to edge, not pitted.
-    float furrow = sin(vRest.x * 5.2 + 2.6 * (broad.a - 0.5) + 5.0 * (relief.a - 0.5));
-    slope += vec3(0.055 * furrow * lip, 0.0, 0.0);
+    ${SLOPE}
     slope = normalMatrix * slope;
     normal = normalize(normal - (slope - dot(slope, normal) * normal));
   }
@@ -156,6 +160,14 @@ const OCCLUSION = /* glsl */ `
     reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip));
   }
 `;
+
+/**
+ * What the skin is painted with, for pictures of it that other programs read. The colours of a corner of the mesh
+ * are found from where it is on the head at rest. Each sets variables: `DECLARATIONS` comes before main; then
+ * `COLOUR` changes `diffuseColor`, `ROUGHNESS` makes `roughnessFactor` of `roughness`, and `SLOPE` is how
+ * far the normal at rest leans, in the head's axes.
+ */
+export const SKIN_GLSL = { DECLARATIONS, COLOUR, ROUGHNESS, SLOPE };
 
 /** The fine down on skin, which catches light at the edge. */
 const FUZZ = new Color(0.95, 0.72, 0.62);

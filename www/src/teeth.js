@@ -27,6 +27,26 @@ const OPEN = [1.4, 3.6];
 /** The corners and the middles of the lips' inner line; the chin from its right to its left. */
 const NAMES = ['ibug_60', 'ibug_64', 'ibug_62', 'ibug_66', 'ibug_06', 'ibug_07', 'ibug_08', 'ibug_09', 'ibug_10'];
 
+/** Grids come round to where they began, and to points: what is in one place has one normal. @param {BufferGeometry} geometry */
+function closeSeams(geometry) {
+  const { array } = geometry.getAttribute('position');
+  const normals = geometry.getAttribute('normal').array;
+  /** @type {Map<string, number[]>} */
+  const places = new Map();
+  for (let o = 0; o < array.length; o += 3) {
+    const key = [array[o], array[o + 1], array[o + 2]].map((x) => Math.round(1e4 * x)).join();
+    places.set(key, [...(places.get(key) ?? []), o]);
+  }
+  const sum = new Vector3();
+  for (const offsets of places.values()) {
+    if (offsets.length === 1) continue;
+    sum.set(0, 0, 0);
+    for (const o of offsets) sum.add(new Vector3().fromArray(normals, o));
+    sum.normalize();
+    for (const o of offsets) sum.toArray(normals, o);
+  }
+}
+
 /** Geometry that grows by grids of points, each with a colour. */
 function createMould() {
   /** @type {number[]} */
@@ -59,6 +79,7 @@ function createMould() {
       geometry.setAttribute('position', new BufferAttribute(Float32Array.from(positions), 3));
       geometry.setAttribute('color', new BufferAttribute(Float32Array.from(colours), 3));
       geometry.computeVertexNormals();
+      closeSeams(geometry);
       return geometry;
     },
   };
@@ -175,8 +196,9 @@ function lie([far, near, tip, close, away], out) {
  *   meshes: Mesh[],
  *   anchors: number[],
  *   update: (positions: ArrayLike<number>, shifts: ArrayLike<number>) => void,
+ *   at: (positions: ArrayLike<number>, shifts: ArrayLike<number>) => Matrix4[],
  * } | null} null for a model without a mouth to open. `anchors` are the vertices that say where the rows
- *   are; `update` takes what an expression adds to them, 3 each, mm
+ *   are; `update` takes what an expression adds to them, 3 each, mm; `at` tells where the rows would be
  */
 export function createTeeth(rest, landmarks, pouch, vertexOf) {
   const [corner, other, above, below, ...chin] = NAMES.map((name) => landmarks.get(name));
@@ -228,33 +250,48 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
   const behind = (/** @type {number} */ first, /** @type {number} */ count) =>
     Math.min(...still.slice(first, first + count).map(({ z }) => z));
 
+  /**
+   * Where both rows are in a face.
+   * @param {ArrayLike<number>} positions @param {ArrayLike<number>} shifts
+   */
+  function place(positions, shifts) {
+    anchors.forEach((v, i) => {
+      points[i].fromArray(positions, 3 * v);
+      still[i].set(points[i].x - shifts[3 * i], points[i].y - shifts[3 * i + 1], points[i].z - shifts[3 * i + 2]);
+    });
+    // The face that makes the expression has its teeth behind its lips.
+    const [right, left, top, bottom] = still;
+    const size = (left.x - right.x) / 2 / HALF_MOUTH;
+    const [x, y] = [(left.x + right.x) / 2, (top.y + bottom.y) / 2];
+    const before = behind(NAMES.length, walls[0].length) - 0.8 * size;
+    const beneath = Math.min(before - 2, behind(NAMES.length + walls[0].length, walls[1].length) - 0.8) - 0.8 * size;
+    // The upper edges show a little below the line between the lips; the lower ones stand behind them.
+    upper.mesh.matrix.makeScale(size, size, size).setPosition(x, y - 2.6 * size, before);
+    lower.mesh.matrix.makeScale(size, size, size).setPosition(x, y - 1.3 * size, beneath);
+    jaw.multiplyMatrices(lie(points.slice(4, NAMES.length), now), lie(still.slice(4, NAMES.length), jaw).invert());
+    lower.mesh.matrix.premultiply(jaw);
+    return { gap: points[2].distanceTo(points[3]) / size };
+  }
+
   return {
     meshes: rows.map(({ mesh }) => mesh),
     anchors,
     update(positions, shifts) {
-      anchors.forEach((v, i) => {
-        points[i].fromArray(positions, 3 * v);
-        still[i].set(points[i].x - shifts[3 * i], points[i].y - shifts[3 * i + 1], points[i].z - shifts[3 * i + 2]);
-      });
-      // The face that makes the expression has its teeth behind its lips.
-      const [right, left, top, bottom] = still;
-      const size = (left.x - right.x) / 2 / HALF_MOUTH;
-      const [x, y] = [(left.x + right.x) / 2, (top.y + bottom.y) / 2];
-      const before = behind(NAMES.length, walls[0].length) - 0.8 * size;
-      const beneath = Math.min(before - 2, behind(NAMES.length + walls[0].length, walls[1].length) - 0.8) - 0.8 * size;
-      // The upper edges show a little below the line between the lips; the lower ones stand behind them.
-      upper.mesh.matrix.makeScale(size, size, size).setPosition(x, y - 2.6 * size, before);
-      lower.mesh.matrix.makeScale(size, size, size).setPosition(x, y - 1.3 * size, beneath);
-      jaw.multiplyMatrices(lie(points.slice(4, NAMES.length), now), lie(still.slice(4, NAMES.length), jaw).invert());
-      lower.mesh.matrix.premultiply(jaw);
-      const gap = points[2].distanceTo(points[3]);
-      const light = Math.min(1, Math.max(0, (gap / size - OPEN[0]) / (OPEN[1] - OPEN[0]))) ** 0.5;
+      const { gap } = place(positions, shifts);
+      const light = Math.min(1, Math.max(0, (gap - OPEN[0]) / (OPEN[1] - OPEN[0]))) ** 0.5;
       for (const { mesh, material } of rows) {
         material.color.setScalar(light);
         material.specularIntensity = 0.45 * light;
         mesh.visible = light > 0;
         mesh.matrixWorldNeedsUpdate = true;
       }
+    },
+    at(positions, shifts) {
+      const shown = rows.map(({ mesh }) => mesh.matrix.clone());
+      place(positions, shifts);
+      const there = rows.map(({ mesh }) => mesh.matrix.clone());
+      rows.forEach(({ mesh }, i) => mesh.matrix.copy(shown[i]));
+      return there;
     },
   };
 }

@@ -91,7 +91,7 @@ export const text = {
   exportTitle: 'Take the face with you',
   exportMesh: 'As a mesh',
   exportFormats: {
-    glb: 'for Blender, three.js and game engines: metres, and every slider and expression as a named shape key',
+    glb: 'for Blender, three.js and game engines: metres, skin, eyes and teeth as here, and every slider and expression as a named shape key',
     obj: 'for any modelling program: millimetres, texture coordinates, parts as groups',
     ply: 'for MeshLab and research code: millimetres, vertex colours, the model’s vertex order',
     stl: 'for a 3D printer: millimetres',

@@ -1,8 +1,12 @@
 import { ByteWriter } from './bytes.js';
 import { meshOf, provenance } from './mesh.js';
+import { tangentsOf } from './tangents.js';
 import { atRest, expressionTargets, morphTargets } from './targets.js';
 
 // glTF 2.0, the numbers of its enumerations.
+const LINEAR = 9729;
+const LINEAR_MIPMAP_LINEAR = 9987;
+const CLAMP_TO_EDGE = 33071;
 const UNSIGNED_SHORT = 5123;
 const UNSIGNED_INT = 5125;
 const FLOAT = 5126;
@@ -127,38 +131,96 @@ function displacement(buffer, xyz, moves) {
   });
 }
 
+/** @param {ArrayLike<number>} rgb linear, 0 to 1, three a vertex */
+function colours16(rgb) {
+  const colour = new Uint16Array((4 * rgb.length) / 3);
+  for (let i = 0; i < colour.length / 4; i++) {
+    for (let k = 0; k < 3; k++) colour[4 * i + k] = Math.round(65_535 * Math.min(1, rgb[3 * i + k]));
+    colour[4 * i + 3] = 65_535;
+  }
+  return colour;
+}
+
+/**
+ * Texture coordinates around the gaze for the corners of an eyeball, in place of the model's: away from the
+ * middle by the angle to +z.
+ * @param {Float32Array} uvs changed @param {Float32Array} rest positions of the face at rest @param {Uint32Array} corners
+ * @param {ArrayLike<number>} triangles of the eyeball @param {number} reach the angle at the edge, radians
+ */
+function aroundGaze(uvs, rest, corners, triangles, reach) {
+  const used = [...new Set(Array.from(triangles))];
+  const at = (/** @type {number} */ corner) => [0, 1, 2].map((k) => rest[3 * corners[corner] + k]);
+  // A ball may be open behind: it is as deep as it is wide.
+  const points = used.map(at);
+  const least = [0, 1, 2].map((k) => Math.min(...points.map((p) => p[k])));
+  const most = [0, 1, 2].map((k) => Math.max(...points.map((p) => p[k])));
+  const radius = (most[0] - least[0] + most[1] - least[1]) / 4;
+  const centre = [(least[0] + most[0]) / 2, (least[1] + most[1]) / 2, most[2] - radius];
+  for (const corner of used) {
+    const [x, y, z] = at(corner).map((value, k) => value - centre[k]);
+    const across = Math.hypot(x, y);
+    const away = Math.min(1, Math.atan2(across, z) / reach) / 2;
+    uvs[2 * corner] = 0.5 + (across > 0 ? (x / across) * away : 0);
+    uvs[2 * corner + 1] = 0.5 + (across > 0 ? (y / across) * away : 0);
+  }
+}
+
+/** @param {number[][]} lists */
+const joined = (lists) => Uint32Array.from(lists.flat());
+
 /**
  * Binary glTF 2.0, in metres: one mesh whose first vertices are the model's in its order, with
  * vertex colours and, unless they are not wanted, a named morph target for each control and then for
  * each expression that the model has loaded. A weight of 1 moves the face by one standard deviation of
  * the control, or is all of the expression. The file's own face is at rest, with the weights of the
- * expression that it shows; without targets, what it shows is the mesh.
+ * expression that it shows; without targets, what it shows is the mesh. With an appearance it has that
+ * in place of colours, and its parts as meshes of their own.
  *
  * @param {import('phiz').Face} face
- * @param {{ targets?: boolean, targetNormals?: boolean }} [options]
+ * @param {{ targets?: boolean, targetNormals?: boolean, appearance?: import('./index.js').Appearance }} [options]
  */
-export function toGlb(face, { targets = true, targetNormals = true } = {}) {
+export function toGlb(face, { targets = true, targetNormals = true, appearance } = {}) {
   const morphs = targets ? morphTargets(face) : [];
   const expressions = targets ? expressionTargets(face) : [];
   const base = targets ? atRest(face) : face;
-  const { positions, normals, colours, uvs, corners, triangles } = meshOf(base);
+  const { positions, normals, colours, uvs, corners, triangles, parts } = meshOf(base);
   if (base !== face) base.free();
   const count = corners.length;
   const buffer = new Buffer();
 
-  const colour = new Uint16Array(4 * count);
-  for (let i = 0; i < count; i++) {
-    for (let k = 0; k < 3; k++) colour[4 * i + k] = Math.round(65_535 * linear(colours[3 * corners[i] + k]));
-    colour[4 * i + 3] = 65_535;
-  }
   const wide = count > 0xffff;
-  const index = wide ? triangles : Uint16Array.from(triangles);
-  const indices = buffer.accessor({
-    bufferView: buffer.view(index, ELEMENT_ARRAY_BUFFER),
-    componentType: wide ? UNSIGNED_INT : UNSIGNED_SHORT,
-    count: triangles.length,
-    type: 'SCALAR',
-  });
+  /** @param {Uint32Array} list */
+  function indicesOf(list) {
+    const index = wide ? list : Uint16Array.from(list);
+    return buffer.accessor({
+      bufferView: buffer.view(index, ELEMENT_ARRAY_BUFFER),
+      componentType: wide ? UNSIGNED_INT : UNSIGNED_SHORT,
+      count: list.length,
+      type: 'SCALAR',
+    });
+  }
+  const inParts = (/** @type {boolean} */ eyes) =>
+    joined(parts.filter(({ name }) => /eyeball/.test(name) === eyes).map(({ first, count: many }) => [...triangles.subarray(3 * first, 3 * (first + many))]));
+  const coordinates = uvs.slice();
+  if (appearance?.eyes) {
+    const still = atRest(face);
+    const rest = still.positions.slice();
+    still.free();
+    for (const { name, first, count: many } of parts) {
+      if (/eyeball/.test(name)) aroundGaze(coordinates, rest, corners, triangles.subarray(3 * first, 3 * (first + many)), appearance.eyes.reach);
+    }
+  }
+
+  /** @type {object[]} */
+  const images = [];
+  /** @type {object[]} */
+  const textures = [];
+  /** @param {import('./index.js').Picture} picture @param {string} name */
+  function texture({ mimeType, bytes }, name) {
+    images.push({ name, mimeType, bufferView: buffer.view(bytes) });
+    textures.push({ sampler: 0, source: images.length - 1 });
+    return { index: textures.length - 1 };
+  }
   const vectors = { componentType: FLOAT, count };
   const position = perCorner(positions, corners, METRES);
   const attributes = {
@@ -175,16 +237,25 @@ export function toGlb(face, { targets = true, targetNormals = true } = {}) {
     }),
     TEXCOORD_0: buffer.accessor({
       // glTF counts rows of a picture from its top.
-      bufferView: buffer.view(uvs.map((x, i) => (i % 2 ? 1 - x : x)), ARRAY_BUFFER),
+      bufferView: buffer.view(coordinates.map((x, i) => (i % 2 ? 1 - x : x)), ARRAY_BUFFER),
       ...vectors,
       type: 'VEC2',
     }),
-    COLOR_0: buffer.accessor({
-      bufferView: buffer.view(colour, ARRAY_BUFFER),
-      componentType: UNSIGNED_SHORT,
-      normalized: true,
-      count,
-      type: 'VEC4',
+    ...(appearance && {
+      TANGENT: buffer.accessor({
+        bufferView: buffer.view(tangentsOf(positions, normals, corners, coordinates, triangles), ARRAY_BUFFER),
+        ...vectors,
+        type: 'VEC4',
+      }),
+    }),
+    ...(!appearance && {
+      COLOR_0: buffer.accessor({
+        bufferView: buffer.view(colours16(Array.from({ length: 3 * count }, (_, i) => linear(colours[3 * corners[Math.floor(i / 3)] + (i % 3)]))), ARRAY_BUFFER),
+        componentType: UNSIGNED_SHORT,
+        normalized: true,
+        count,
+        type: 'VEC4',
+      }),
     }),
   };
 
@@ -202,8 +273,99 @@ export function toGlb(face, { targets = true, targetNormals = true } = {}) {
     return accessors;
   });
 
+  /** @type {object[]} */
+  const materials = [];
+  const primitive = (/** @type {number} */ indices, /** @type {object} */ material) => {
+    materials.push(material);
+    return { attributes, indices, material: materials.length - 1, ...(targetAccessors.length && { targets: targetAccessors }) };
+  };
+  const matt = { metallicFactor: 0, roughnessFactor: 0.55 };
+  /** @type {object[]} */
+  let primitives;
+  if (appearance) {
+    const { skin, eyes } = appearance;
+    const surface = texture(skin.surface, 'skin surface');
+    primitives = [
+      primitive(eyes ? indicesOf(inParts(false)) : indicesOf(triangles), {
+        name: 'skin',
+        pbrMetallicRoughness: { baseColorTexture: texture(skin.colour, 'skin colour'), metallicFactor: 0, metallicRoughnessTexture: surface },
+        occlusionTexture: surface,
+        normalTexture: texture(skin.normal, 'skin normal'),
+      }),
+    ];
+    const eyeballs = inParts(true);
+    if (eyes && eyeballs.length) {
+      primitives.push(
+        primitive(indicesOf(eyeballs), {
+          name: 'eyes',
+          pbrMetallicRoughness: { baseColorTexture: texture(eyes.colour, 'eyes'), metallicFactor: 0, roughnessFactor: 0.08 },
+        }),
+      );
+    }
+  } else {
+    primitives = [primitive(indicesOf(triangles), { name: 'skin', pbrMetallicRoughness: matt })];
+  }
+
   const { about } = face.model;
   const shown = face.expression;
+  /** @param {import('./index.js').Part} part a mesh beside the face */
+  function beside({ name, positions: points, normals: outward, colours: rgb, triangles: list, roughness, targets: moves }) {
+    const many = points.length / 3;
+    const shape = { componentType: FLOAT, count: many, type: 'VEC3' };
+    const metres = points.map((x) => x * METRES);
+    const named = Object.entries(targets ? moves : {});
+    materials.push({ name, doubleSided: true, pbrMetallicRoughness: { metallicFactor: 0, roughnessFactor: roughness } });
+    return {
+      name,
+      primitives: [
+        {
+          attributes: {
+            POSITION: buffer.accessor({ bufferView: buffer.view(metres, ARRAY_BUFFER), ...shape, ...bounds(metres) }),
+            NORMAL: buffer.accessor({ bufferView: buffer.view(outward, ARRAY_BUFFER), ...shape }),
+            COLOR_0: buffer.accessor({
+              bufferView: buffer.view(colours16(rgb), ARRAY_BUFFER),
+              componentType: UNSIGNED_SHORT,
+              normalized: true,
+              count: many,
+              type: 'VEC4',
+            }),
+          },
+          indices: buffer.accessor({
+            bufferView: buffer.view(many > 0xffff ? list : Uint16Array.from(list), ELEMENT_ARRAY_BUFFER),
+            componentType: many > 0xffff ? UNSIGNED_INT : UNSIGNED_SHORT,
+            count: list.length,
+            type: 'SCALAR',
+          }),
+          material: materials.length - 1,
+          ...(named.length && {
+            targets: named.map(([, move]) => {
+              const change = move.map((x) => x * METRES);
+              return { POSITION: buffer.accessor({ bufferView: buffer.view(change, ARRAY_BUFFER), ...shape, ...bounds(change) }) };
+            }),
+          }),
+        },
+      ],
+      ...(named.length && { weights: named.map(([target]) => shown[target] ?? 0), extras: { targetNames: named.map(([target]) => target) } }),
+    };
+  }
+  const meshes = [
+    {
+      name: 'face',
+      primitives,
+      ...(targetAccessors.length && {
+        weights: [...morphs.map(() => 0), ...expressions.map(({ name }) => shown[name] ?? 0)],
+        extras: {
+          targetNames: [...morphs, ...expressions].map(({ name }) => name),
+          phiz: {
+            weight: 'standard deviations',
+            targets: morphs.map(({ name, group, direction }) => ({ name, group, direction })),
+            expressions: expressions.map(({ name }) => name),
+          },
+        },
+      }),
+    },
+    ...(appearance?.parts ?? []).map(beside),
+  ];
   const json = {
     asset: {
       version: '2.0',
@@ -212,30 +374,15 @@ export function toGlb(face, { targets = true, targetNormals = true } = {}) {
     },
     extras: { phiz: { model: about.title, code: face.code } },
     scene: 0,
-    scenes: [{ nodes: [0] }],
-    nodes: [{ name: 'face', mesh: 0 }],
-    meshes: [
-      {
-        name: 'face',
-        primitives: [
-          { attributes, indices, material: 0, ...(targetAccessors.length && { targets: targetAccessors }) },
-        ],
-        ...(targetAccessors.length && {
-          weights: [...morphs.map(() => 0), ...expressions.map(({ name }) => shown[name] ?? 0)],
-          extras: {
-            targetNames: [...morphs, ...expressions].map(({ name }) => name),
-            phiz: {
-              weight: 'standard deviations',
-              targets: morphs.map(({ name, group, direction }) => ({ name, group, direction })),
-              expressions: expressions.map(({ name }) => name),
-            },
-          },
-        }),
-      },
-    ],
-    materials: [
-      { name: 'skin', pbrMetallicRoughness: { metallicFactor: 0, roughnessFactor: 0.55 } },
-    ],
+    scenes: [{ nodes: meshes.map((_, i) => i) }],
+    nodes: meshes.map(({ name }, mesh) => ({ name, mesh })),
+    meshes,
+    materials,
+    ...(images.length && {
+      images,
+      textures,
+      samplers: [{ magFilter: LINEAR, minFilter: LINEAR_MIPMAP_LINEAR, wrapS: CLAMP_TO_EDGE, wrapT: CLAMP_TO_EDGE }],
+    }),
     accessors: buffer.accessors,
     bufferViews: buffer.views,
     buffers: [{ byteLength: buffer.length }],

@@ -64,6 +64,41 @@ export interface ExpressionTarget {
  */
 export function expressionTargets(face: Face): ExpressionTarget[];
 
+/** A picture as the bytes of a file. */
+export interface Picture {
+  readonly mimeType: 'image/jpeg' | 'image/png';
+  readonly bytes: Uint8Array;
+}
+
+/** A mesh beside the face, such as a row of teeth. */
+export interface Part {
+  readonly name: string;
+  /** In the face at rest, mm, three numbers a vertex. */
+  readonly positions: Float32Array;
+  readonly normals: Float32Array;
+  /** Linear, 0 to 1, three numbers a vertex. */
+  readonly colours: Float32Array;
+  readonly triangles: Uint32Array;
+  readonly roughness: number;
+  /** By an expression's name how far weight 1 of it moves each vertex, mm. */
+  readonly targets: Readonly<Record<string, Float32Array>>;
+}
+
+/** How a face looks, in place of the model's colour a vertex. */
+export interface Appearance {
+  /**
+   * In the model's texture coordinates: colours as sRGB, normals in the tangents' axes, and in red how open to
+   * light the skin is and in green how rough.
+   */
+  readonly skin: { readonly colour: Picture; readonly normal: Picture; readonly surface: Picture };
+  /**
+   * Both eyeballs: around the gaze, which is in the middle, away from there by the angle, `reach` (radians) at
+   * the edge.
+   */
+  readonly eyes?: { readonly colour: Picture; readonly reach: number };
+  readonly parts?: readonly Part[];
+}
+
 /**
  * Binary glTF 2.0, in metres as glTF has it (y up, the face looks along +z). One mesh: vertex i < N
  * is vertex i of the model, those behind repeat vertices on a seam of the texture coordinates.
@@ -72,9 +107,11 @@ export function expressionTargets(face: Face): ExpressionTarget[];
  * @param options `targets` (default true) adds a morph target for each control, and for each
  *   expression that the model has loaded, named in `mesh.extras.targetNames`; see `MorphTarget` for
  *   what a weight means. The mesh is then the face at rest, and the weights are its expression. `targetNormals` (default
- *   true) gives them normals, which doubles the file; programs that compute normals need none.
+ *   true) gives them normals, which doubles the file; programs that compute normals need none. `appearance` puts
+ *   pictures on skin and eyeballs, which then have no colour a vertex, and meshes beside the face, each a node
+ *   whose targets have the expressions' names.
  */
 export function toGlb(
   face: Face,
-  options?: { targets?: boolean; targetNormals?: boolean },
+  options?: { targets?: boolean; targetNormals?: boolean; appearance?: Appearance },
 ): Uint8Array<ArrayBuffer>;

@@ -1,0 +1,127 @@
+// The skin and the eyes as pictures that other programs put on the mesh: what the page's shaders compute at each
+// pixel of the screen, at each pixel of a picture instead.
+
+import { Color, PlaneGeometry, ShaderMaterial } from 'three';
+import { EYE_GLSL } from '../eyes.js';
+import { SKIN_GLSL } from '../skin.js';
+import { fill, jpeg, paint } from './raster.js';
+
+/** Pixels a side. The skin has a quarter of its picture: 5.6 pixels a millimetre of it. */
+const SKIN = 4096;
+const EYE = 1024;
+/** What tells of light and gloss has no detail worth more. */
+const SURFACE = 1024;
+/** How far from the gaze the eye's picture reaches, radians: past the lids. */
+export const EYE_REACH = (110 / 180) * Math.PI;
+
+const VERTEX = /* glsl */ `
+  attribute vec3 rest;
+  attribute vec3 restNormal;
+  attribute vec3 shade;
+  varying vec3 vRest;
+  varying vec3 vRestNormal;
+  varying vec3 vShade;
+  varying vec3 vOpen;
+  varying vec2 vMark;
+  varying vec3 vHeat;
+  varying vec2 vWorn;
+  void main() {
+    vRest = rest;
+    vRestNormal = restNormal;
+    vShade = shade;
+    vOpen = vec3(1.0);
+    vMark = vec2(0.0);
+    vHeat = vec3(0.0);
+    vWorn = uv;
+    gl_Position = vec4(2.0 * uv - 1.0, 0.0, 1.0);
+  }
+`;
+
+/** What is written, by the map. */
+const MAPS = {
+  // Where no light comes, in the mouth and the nostrils, skin is dark red: few programs find that out.
+  colour: /* glsl */ `
+    diffuseColor.rgb *= mix(vec3(0.3, 0.12, 0.1), vec3(1.0), smoothstep(0.02, 0.3, occlusion));
+    gl_FragColor = sRGBTransferOETF(vec4(diffuseColor.rgb, 1.0));`,
+  // In the axes in which the texture coordinates grow.
+  normal: /* glsl */ `
+    ${SKIN_GLSL.SLOPE}
+    vec3 n = normalize(vRestNormal);
+    vec3 right = dFdx(vRest);
+    right = normalize(right - dot(right, n) * n);
+    vec3 up = cross(n, right);
+    up *= dot(up, dFdy(vRest)) < 0.0 ? -1.0 : 1.0;
+    vec3 bent = normalize(n - (slope - dot(slope, n) * n));
+    gl_FragColor = vec4(0.5 + 0.5 * vec3(dot(bent, right), dot(bent, up), dot(bent, n)), 1.0);`,
+  // As glTF has them: open to light, rough, metallic.
+  surface: /* glsl */ `
+    ${SKIN_GLSL.ROUGHNESS}
+    gl_FragColor = vec4(occlusion, roughnessFactor, 0.0, 1.0);`,
+};
+
+/** @typedef {{ mimeType: 'image/jpeg' | 'image/png', bytes: Uint8Array }} Picture */
+
+/**
+ * @param {import('three').WebGLRenderer} renderer
+ * @param {ReturnType<typeof import('../head.js').createHead>} head
+ */
+export async function skinMaps(renderer, { skin, look }) {
+  const tone = look.material.color;
+  const uniforms = { ...look.uniforms, markStrength: { value: [0, 0] }, skinTone: { value: tone }, roughness: { value: look.material.roughness } };
+  const most = renderer.capabilities.maxTextureSize;
+  /** @param {keyof typeof MAPS} name @param {number} size @param {readonly number[]} ground @param {number} quality */
+  const map = (name, size, ground, quality) => {
+    const material = new ShaderMaterial({
+      uniforms,
+      vertexShader: VERTEX,
+      fragmentShader: /* glsl */ `
+        #include <common>
+        ${SKIN_GLSL.DECLARATIONS}
+        uniform vec3 skinTone;
+        uniform float roughness;
+        void main() {
+          vec4 diffuseColor = vec4(skinTone, 1.0);
+          ${SKIN_GLSL.COLOUR}
+          ${MAPS[name]}
+        }`,
+      depthTest: false,
+      side: 2,
+      toneMapped: false,
+    });
+    const picture = paint(renderer, skin.geometry, material, Math.min(size, most));
+    fill(picture, ground);
+    return jpeg(picture, quality);
+  };
+  const ground = new Color().copyLinearToSRGB(tone).toArray().map((value) => Math.round(255 * value));
+  // One after the other: each takes 64 MB for a moment.
+  return {
+    colour: await map('colour', SKIN, ground, 0.9),
+    normal: await map('normal', SKIN, [128, 128, 255], 0.85),
+    surface: await map('surface', SURFACE, [255, 133, 0], 0.9),
+  };
+}
+
+/**
+ * An eyeball around its gaze, which is in the middle: away from there by the angle, `EYE_REACH` at the edge.
+ * @param {import('three').WebGLRenderer} renderer
+ * @param {ReturnType<typeof import('../head.js').createHead>} head
+ */
+export async function eyeMap(renderer, { eyeLook }) {
+  const material = new ShaderMaterial({
+    uniforms: eyeLook,
+    vertexShader: 'varying vec2 vAt; void main() { vAt = 2.0 * uv - 1.0; gl_Position = vec4(vAt, 0.0, 1.0); }',
+    fragmentShader: /* glsl */ `
+      varying vec2 vAt;
+      ${EYE_GLSL}
+      void main() {
+        float away = length(vAt);
+        vec2 there = away > 0.0 ? vAt / away * sin(min(away, 0.82) * ${EYE_REACH.toFixed(4)}) : vAt;
+        // Lids shade what is near them, more so the upper ones.
+        float lit = (1.0 - 0.45 * smoothstep(0.08, 0.4, there.y)) * (1.0 - 0.25 * smoothstep(0.12, 0.4, -there.y));
+        gl_FragColor = sRGBTransferOETF(vec4(0.9 * lit * eyeColour(there, smoothstep(0.55, 0.95, abs(there.x))), 1.0));
+      }`,
+    depthTest: false,
+    toneMapped: false,
+  });
+  return jpeg(paint(renderer, new PlaneGeometry(1, 1), material, EYE), 0.92);
+}
