@@ -43,7 +43,7 @@ function meter() {
 export async function budget() {
   const site = await serve();
   const browser = await launch();
-  const { context, page } = await open(browser, site);
+  const { context, page } = await open(browser, site, { sharp: true });
   await page.evaluate(meter);
   /** @type {Record<string, { ms: number, events: number, draws: number, upload: number }>} */
   const found = {};

@@ -56,7 +56,7 @@ async function looking(page) {
 
 describe('colours', () => {
   test('each slider paints what it is named for and nothing else; undo takes the paint off again', async () => {
-    const { context, page, complaints } = await open(browser, site, { viewport: { width: 1280, height: 800 } });
+    const { context, page, complaints } = await open(browser, site, { sharp: true, viewport: { width: 1280, height: 800 } });
     await choose(page);
     const look = await looking(page);
     const code = await codeOf(page);
@@ -126,7 +126,7 @@ describe('colours', () => {
   });
 
   test('the address, the browser, saved faces and files keep them', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     await moveSlider(page, 'nose 1', 0.9);
     await choose(page);
     await moveSlider(page, 'Skin, fair to deep', 0.9);
@@ -137,7 +137,7 @@ describe('colours', () => {
     assert.match(hash, /^#[\w-]+~~[\w-]+$/);
 
     // A link shows them, in another browser.
-    const second = await open(browser, site, { hash });
+    const second = await open(browser, site, { sharp: true, hash });
     assert.deepEqual(await colouring(second.page), kept);
     await choose(second.page);
     await second.page.evaluate(() => document.activeElement?.blur());

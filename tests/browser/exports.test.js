@@ -60,7 +60,7 @@ describe('exports', () => {
   }
 
   test('a GLB looks like the page: skin, eyes, teeth that open with the jaw, and nothing of the page changes', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     await page.getByRole('tab', { name: 'Colours' }).click();
     await moveSlider(page, 'Lips, pale to red', 1);
     await moveSlider(page, 'Iris, blue to brown', 0);
@@ -151,7 +151,7 @@ describe('exports', () => {
   });
 
   test('the PNG has the size that was asked for, and leaves the page as it was', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     const shown = await picture(page, 'exports-before');
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     await ask(page, 500, 640);

@@ -32,7 +32,7 @@ describe('expressions', () => {
     ['phone', { viewport: { width: 320, height: 640 }, hasTouch: true, isMobile: true, colorScheme: 'dark' }],
   ])) {
     test(`a smile, a wink, a glance, and back, on a ${device}`, async () => {
-      const { context, page, complaints, requests } = await open(browser, site, options);
+      const { context, page, complaints, requests } = await open(browser, site, { sharp: true, ...options });
       assert.ok(!requests.some((url) => url.endsWith('/expressions.phiz')), 'they come when they are wanted');
       const rest = await picture(page, `expressions-${device}-rest`);
       const code = await page.evaluate(() => window.designer.face.code);
@@ -107,7 +107,7 @@ describe('expressions', () => {
   }
 
   test('the address and the browser keep it, a new face takes it over, and the exports show it', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     await openPanel(page);
     await moveSlider(page, 'Open jawOpen', 0.37);
     await page.getByLabel('Left and right together').uncheck();
@@ -124,7 +124,7 @@ describe('expressions', () => {
     assert.match(hash, /^#[\w-]+~[\w-]+$/);
 
     // Somebody else opens the link.
-    const other = await open(browser, site, { hash });
+    const other = await open(browser, site, { sharp: true, hash });
     assert.deepEqual(await shown(other.page), wanted);
     const mesh = (/** @type {import('playwright-core').Page} */ where) => where.evaluate(() => Array.from(window.designer.face.positions));
     assert.deepEqual(await mesh(other.page), await mesh(page), 'bit for bit');
@@ -134,7 +134,7 @@ describe('expressions', () => {
     await other.page.getByRole('slider', { name: 'mouthFrownRight' }).waitFor();
     assert.equal(await other.page.getByLabel('Left and right together').isChecked(), false, 'one side alone is not shown as both');
     await other.context.close();
-    const damaged = await open(browser, site, { hash: '#~____' });
+    const damaged = await open(browser, site, { sharp: true, hash: '#~____' });
     assert.match((await damaged.page.locator('.toast').textContent()) ?? '', /expression could not be shown/);
     assert.deepEqual(await shown(damaged.page), {});
     await damaged.context.close();
@@ -229,7 +229,7 @@ describe('expressions', () => {
   });
 
   test('a mouth that opens has teeth, which stay behind the lips of every face', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     await openPanel(page);
     /** Pixels of the mouth that are paler than lips and skin are: green nearly as much as red. */
     async function teeth(name) {

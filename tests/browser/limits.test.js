@@ -32,7 +32,7 @@ describe('limits', () => {
     ['phone', { viewport: { width: 320, height: 640 }, hasTouch: true, isMobile: true, colorScheme: 'dark' }],
   ])) {
     test(`a mode goes beyond people only once it is unlocked, on a ${device}`, async () => {
-      const { context, page, complaints } = await open(browser, site, options);
+      const { context, page, complaints } = await open(browser, site, { sharp: true, ...options });
       const slider = page.getByRole('slider', { name: 'nose 1', exact: true });
       await slider.focus();
       await page.keyboard.press('End');

@@ -35,7 +35,7 @@ const codeOfPreset = async (page, name) => {
 
 describe('mixing', () => {
   test('a face dragged onto a feature lends it, and only it; what is locked stays', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     const nose = await partOf(page, 'nose');
     const median = await coefficients(page);
     const nostril = await landmarkOnScreen(page, 'ibug_30');
@@ -139,7 +139,7 @@ describe('mixing', () => {
   });
 
   test('the way between two faces is shown, not taken, until it is kept', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     await page.getByRole('tab', { name: 'Mix' }).click();
     const mine = await codeOf(page);
     const four = await codeOfPreset(page, 'Preset 4');
@@ -233,7 +233,7 @@ describe('the way as a film', () => {
 
 describe('comparing', () => {
   test('held, split, in colours and in numbers', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     const start = await picture(page, 'compare-start');
     const box = await page.locator('canvas').boundingBox();
     const nose = await landmarkOnScreen(page, 'ibug_30');

@@ -17,7 +17,7 @@ const positions = (page) =>
 
 describe('the page', () => {
   test('shows a face, says nothing on the console and asks only its own origin', async () => {
-    const { context, page, complaints, requests } = await open(browser, site);
+    const { context, page, complaints, requests } = await open(browser, site, { sharp: true });
     const shown = await picture(page, 'first');
     // Skin is redder than blue; the backdrop is grey. A face fills a good part of the stage.
     let skin = 0;
@@ -37,7 +37,7 @@ describe('the page', () => {
   });
 
   test('a slider of the nose changes the nose, not the backdrop; undo restores every pixel', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     const [nose, chin, brow] = [
       await landmarkOnScreen(page, 'ibug_30'),
       await landmarkOnScreen(page, 'ibug_08'),
@@ -145,7 +145,7 @@ describe('the page', () => {
   });
 
   test('a random face is another face, and its link gives it back bit for bit', async () => {
-    const { context, page } = await open(browser, site);
+    const { context, page } = await open(browser, site, { sharp: true });
     const median = await positions(page);
     await page.getByRole('button', { name: 'Random face', exact: true }).click();
     const random = await positions(page);
@@ -154,7 +154,7 @@ describe('the page', () => {
     const { hash } = new URL(page.url());
     assert.ok(hash.length > 10);
 
-    const second = await open(browser, site, { hash });
+    const second = await open(browser, site, { sharp: true, hash });
     assert.equal(await positions(second.page), random);
     await second.context.close();
 
@@ -190,7 +190,7 @@ describe('the page', () => {
   });
 
   test('dragging turns the head, the views turn it back, and an idle page draws nothing', async () => {
-    const { context, page } = await open(browser, site);
+    const { context, page } = await open(browser, site, { sharp: true });
     const front = await picture(page, 'front');
     const at = await landmarkOnScreen(page, 'ibug_30');
     await page.mouse.move(at.x, at.y);
@@ -240,7 +240,7 @@ describe('the page', () => {
   });
 
   test('follows the dark scheme of the system, and the toggle overrules it', async () => {
-    const { context, page } = await open(browser, site, { colorScheme: 'dark' });
+    const { context, page } = await open(browser, site, { sharp: true, colorScheme: 'dark' });
     const luminance = (shown) => (shown.rgb[0] + shown.rgb[1] + shown.rgb[2]) / 3;
     assert.ok(luminance(await picture(page, 'dark')) < 60);
     await page.screenshot({ path: join(SCREENSHOTS, 'dark-page.png') });

@@ -10,6 +10,7 @@ const { PNG } = createRequire(new URL('../../www/package.json', import.meta.url)
 const site = await serve();
 const browser = await launch();
 const { page } = await open(browser, site, {
+  sharp: true,
   viewport: { width: 1280, height: 800 },
   colorScheme: 'light',
 });
@@ -59,7 +60,7 @@ const PEOPLE = [
 const WIDTH = 300;
 const HEIGHT = 400;
 const sheet = new PNG({ width: 3 * WIDTH, height: 2 * HEIGHT });
-const small = await open(browser, site, { viewport: { width: 900, height: HEIGHT + 55 }, colorScheme: 'light' });
+const small = await open(browser, site, { sharp: true, viewport: { width: 900, height: HEIGHT + 55 }, colorScheme: 'light' });
 await small.page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
 await small.page.locator('.explain-open').evaluate((button) => (button.style.visibility = 'hidden'));
 for (const [i, { seed, colours }] of PEOPLE.entries()) {

@@ -106,17 +106,22 @@ export async function siteAndBrowser() {
   return { site, browser };
 }
 
+/** Pixels a side for each of CSS where nobody looks at pictures. */
+const UNSHARP = 0.5;
+
 /**
  * Opens the page in a fresh profile and watches what it says and asks for.
  * @param {import('playwright-core').Browser} browser
  * @param {Awaited<ReturnType<typeof serve>>} site
  * @param {import('playwright-core').BrowserContextOptions & {
- *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown> }} [options] `prepare` is
- *   called before the page is there
+ *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown>, sharp?: boolean,
+ * }} [options] `prepare` is called before the page is there. `sharp` is for who looks at pictures: most of a test's
+ *   time a processor draws, and others have half as many pixels a side.
  */
-export async function open(browser, site, { hash = '', prepare, ...options } = {}) {
+export async function open(browser, site, { hash = '', prepare, sharp = false, ...options } = {}) {
   const context = await browser.newContext({
     viewport: { width: 1000, height: 640 },
+    deviceScaleFactor: sharp ? 1 : UNSHARP,
     reducedMotion: 'reduce',
     colorScheme: 'light',
     ...options,
@@ -168,6 +173,7 @@ export function settled(page) {
  * @param {string} name the file's name among the screenshots
  */
 export async function picture(page, name) {
+  if ((await page.evaluate(() => window.devicePixelRatio)) === UNSHARP) throw new Error('open a page that is looked at with `sharp`');
   await settled(page);
   // What lies over the stage is not the face. (A style sheet for the screenshot would be refused
   // by the page's own policy.)

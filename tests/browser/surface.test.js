@@ -34,7 +34,7 @@ async function drag(page, from, dx, dy) {
 
 describe('the surface', () => {
   test('of what was clicked follows the pointer, on both sides, as one step', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     const median = await codeOf(page);
     const corner = await landmarkOnScreen(page, 'ibug_54');
     const away = { x: corner.x - 8, y: corner.y };
@@ -140,6 +140,7 @@ describe('the surface', () => {
 
   test('follows a finger on a phone', async () => {
     const { context, page, complaints } = await open(browser, site, {
+      sharp: true,
       viewport: { width: 320, height: 640 },
       hasTouch: true,
       isMobile: true,

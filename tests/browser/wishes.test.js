@@ -51,7 +51,7 @@ describe('what random faces shall be like', () => {
   });
 
   test('is anything at first, and what was chosen by pointer and by keys after that', async () => {
-    const { context, page, complaints } = await open(browser, site);
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
     for (const name of ['Sex', 'Age', 'Ethnicity']) assert.equal(await choice(page, name).inputValue(), '');
     assert.equal(await choice(page, 'Weight').count(), 0, 'the default model does not tell it');
     const median = await picture(page, 'wishes-median');
