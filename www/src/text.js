@@ -444,6 +444,7 @@ export const text = {
   badModel: (/** @type {string} */ why) =>
     `The face model on this site cannot be used: ${why}. Whoever runs the site should install it again.`,
   unknownModel: 'This link asks for a model that is not here. These are the faces of the usual one.',
+  noCard: 'the graphics card is lost for the moment',
   lostContext: 'The graphics card was lost for a moment. If the face does not come back, reload the page.',
   reload: 'Reload',
   aboutTitle: 'What is this?',

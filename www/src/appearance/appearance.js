@@ -2,6 +2,7 @@
 // teeth as meshes.
 
 import { Matrix3, Vector3 } from 'three';
+import { text } from '../text.js';
 import { EYE_REACH, eyeMap, skinMaps } from './maps.js';
 
 /** What goes less far with an expression stays where it is, mm. */
@@ -25,8 +26,10 @@ const COLUMNS = 4;
  * @param {import('phiz').Face} face
  * @param {readonly import('phiz/export').ExpressionTarget[]} targets what expressions do to it
  * @returns {Promise<import('phiz/export').Appearance>}
+ * @throws where nothing can be drawn, or kept of what was
  */
 export async function appearance(renderer, head, face, targets) {
+  if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
   const rest = face.clone();
   rest.expression = {};
   const positions = rest.positions.slice();
