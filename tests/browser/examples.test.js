@@ -143,6 +143,26 @@ describe('<phiz-designer>', () => {
     assert.equal(await page.getByRole('slider').count(), 0);
     await designer.evaluate((d) => d.removeAttribute('controls'));
     assert.equal(await page.getByRole('slider').count(), 18, 'three of each of six features');
+    const skin = async () => {
+      const { width, height, rgb } = await look(designer, 'designer-colours');
+      const o = 3 * (Math.floor(0.2 * height) * width + Math.floor(width / 2));
+      return rgb[o] + rgb[o + 1] + rgb[o + 2];
+    };
+    const own = await skin();
+    await designer.evaluate((d) => d.setAttribute('colours', 'skin: 0.95, iris: 0'));
+    assert.deepEqual(await designer.evaluate((d) => d.colours), { skin: 0.95, iris: 0 });
+    assert.ok((await skin()) < own - 150, 'the skin is deep');
+    const told = await designer.evaluate(
+      (d) =>
+        new Promise((done) => {
+          d.addEventListener('error', (event) => done(event.detail.message), { once: true });
+          d.setAttribute('colours', 'fur: 1');
+        }),
+    );
+    assert.match(told, /no colour "fur": take skin,/);
+    assert.equal(await designer.evaluate((d) => d.colours.skin), 0.95, 'what is none changes nothing');
+    await designer.evaluate((d) => (d.colours = {}));
+    assert.ok(Math.abs((await skin()) - own) < 12);
     assert.deepEqual(complaints, []);
     await context.close();
   });

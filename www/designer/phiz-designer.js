@@ -218,7 +218,13 @@ export class PhizDesigner extends HTMLElement {
     const { expressionTargets, toGlb, toObj, toPly, toStl } = await import('phiz/export');
     if (format === 'glb') {
       const { appearance } = await import('../src/appearance/appearance.js');
-      return toGlb(face, { appearance: await appearance(scene.renderer, head, face, expressionTargets(face)) });
+      // Pictures take a moment, in which the face may become another.
+      const asked = face.clone();
+      try {
+        return toGlb(asked, { appearance: await appearance(scene.renderer, head, asked, expressionTargets(asked)) });
+      } finally {
+        asked.free();
+      }
     }
     const write = { obj: toObj, ply: toPly, stl: toStl }[format];
     if (!write) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
