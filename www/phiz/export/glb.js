@@ -1,4 +1,5 @@
 import { ByteWriter } from './bytes.js';
+import { aroundGaze } from './eyeballs.js';
 import { meshOf, provenance } from './mesh.js';
 import { tangentsOf } from './tangents.js';
 import { atRest, expressionTargets, morphTargets } from './targets.js';
@@ -142,33 +143,6 @@ function colours16(rgb) {
 }
 
 /**
- * Texture coordinates around the gaze for the corners of an eyeball, in place of the model's: away from the
- * middle by the angle to +z.
- * @param {Float32Array} uvs changed @param {Float32Array} rest positions of the face at rest @param {Uint32Array} corners
- * @param {ArrayLike<number>} triangles of the eyeball @param {number} reach the angle at the edge, radians
- */
-function aroundGaze(uvs, rest, corners, triangles, reach) {
-  const used = [...new Set(Array.from(triangles))];
-  const at = (/** @type {number} */ corner) => [0, 1, 2].map((k) => rest[3 * corners[corner] + k]);
-  // A ball may be open behind: it is as deep as it is wide.
-  const points = used.map(at);
-  const least = [0, 1, 2].map((k) => Math.min(...points.map((p) => p[k])));
-  const most = [0, 1, 2].map((k) => Math.max(...points.map((p) => p[k])));
-  const radius = (most[0] - least[0] + most[1] - least[1]) / 4;
-  const centre = [(least[0] + most[0]) / 2, (least[1] + most[1]) / 2, most[2] - radius];
-  for (const corner of used) {
-    const [x, y, z] = at(corner).map((value, k) => value - centre[k]);
-    const across = Math.hypot(x, y);
-    const away = Math.min(1, Math.atan2(across, z) / reach) / 2;
-    uvs[2 * corner] = 0.5 + (across > 0 ? (x / across) * away : 0);
-    uvs[2 * corner + 1] = 0.5 + (across > 0 ? (y / across) * away : 0);
-  }
-}
-
-/** @param {number[][]} lists */
-const joined = (lists) => Uint32Array.from(lists.flat());
-
-/**
  * Binary glTF 2.0, in metres: one mesh whose first vertices are the model's in its order, with
  * vertex colours and, unless they are not wanted, a named morph target for each control and then for
  * each expression that the model has loaded. A weight of 1 moves the face by one standard deviation of
@@ -188,27 +162,26 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance }
   const count = corners.length;
   const buffer = new Buffer();
 
-  const wide = count > 0xffff;
-  /** @param {Uint32Array} list */
-  function indicesOf(list) {
-    const index = wide ? list : Uint16Array.from(list);
+  /** @param {Uint32Array} list @param {number} [vertices] how many they are of */
+  function indicesOf(list, vertices = count) {
+    const wide = vertices > 0xffff;
     return buffer.accessor({
-      bufferView: buffer.view(index, ELEMENT_ARRAY_BUFFER),
+      bufferView: buffer.view(wide ? list : Uint16Array.from(list), ELEMENT_ARRAY_BUFFER),
       componentType: wide ? UNSIGNED_INT : UNSIGNED_SHORT,
       count: list.length,
       type: 'SCALAR',
     });
   }
-  const inParts = (/** @type {boolean} */ eyes) =>
-    joined(parts.filter(({ name }) => /eyeball/.test(name) === eyes).map(({ first, count: many }) => [...triangles.subarray(3 * first, 3 * (first + many))]));
+  const isEyeball = (/** @type {{ name: string }} */ part) => /eyeball/.test(part.name);
+  const trianglesOf = (/** @type {import('phiz').Part} */ { first, count: many }) => triangles.subarray(3 * first, 3 * (first + many));
+  /** @param {readonly import('phiz').Part[]} some */
+  const allOf = (some) => Uint32Array.from(some.flatMap((part) => Array.from(trianglesOf(part))));
   const coordinates = uvs.slice();
   if (appearance?.eyes) {
     const still = atRest(face);
     const rest = still.positions.slice();
     still.free();
-    for (const { name, first, count: many } of parts) {
-      if (/eyeball/.test(name)) aroundGaze(coordinates, rest, corners, triangles.subarray(3 * first, 3 * (first + many)), appearance.eyes.reach);
-    }
+    for (const part of parts.filter(isEyeball)) aroundGaze(coordinates, rest, corners, trianglesOf(part), appearance.eyes.reach);
   }
 
   /** @type {object[]} */
@@ -286,14 +259,14 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance }
     const { skin, eyes } = appearance;
     const surface = texture(skin.surface, 'skin surface');
     primitives = [
-      primitive(eyes ? indicesOf(inParts(false)) : indicesOf(triangles), {
+      primitive(indicesOf(eyes ? allOf(parts.filter((part) => !isEyeball(part))) : triangles), {
         name: 'skin',
         pbrMetallicRoughness: { baseColorTexture: texture(skin.colour, 'skin colour'), metallicFactor: 0, metallicRoughnessTexture: surface },
         occlusionTexture: surface,
         normalTexture: texture(skin.normal, 'skin normal'),
       }),
     ];
-    const eyeballs = inParts(true);
+    const eyeballs = allOf(parts.filter(isEyeball));
     if (eyes && eyeballs.length) {
       primitives.push(
         primitive(indicesOf(eyeballs), {
@@ -330,12 +303,7 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance }
               type: 'VEC4',
             }),
           },
-          indices: buffer.accessor({
-            bufferView: buffer.view(many > 0xffff ? list : Uint16Array.from(list), ELEMENT_ARRAY_BUFFER),
-            componentType: many > 0xffff ? UNSIGNED_INT : UNSIGNED_SHORT,
-            count: list.length,
-            type: 'SCALAR',
-          }),
+          indices: indicesOf(list, many),
           material: materials.length - 1,
           ...(named.length && {
             targets: named.map(([, move]) => {
