@@ -282,8 +282,7 @@ serve() {
 lints() {
     say "Formatting, lints and docs"
     cargo fmt --check
-    # Its targets are those of the next, which have more.
-    quietly clippy cargo clippy --locked --lib -- -D warnings
+    quietly clippy cargo clippy --locked --all-targets -- -D warnings
     quietly clippy-fit cargo clippy --locked --all-targets --features fit,bench -- -D warnings
     quietly clippy-wasm cargo clippy --locked --lib --test wasm --target wasm32-unknown-unknown \
         -- -D warnings
@@ -302,19 +301,16 @@ lints() {
 run_tests() {
     say "Setting up"
     need_node
-    need_rust
+    need_wasm_tools
+    need_cargo_tool wasm-pack "$WASM_PACK"
+    rm -rf "$TOOLS/build" # what the two tools share, and nobody else
     need_lints
     need_browser
     need_base_mesh
     need_ict
-    # What links as a whole keeps one core busy, and so does the last of what lints read: both at once
-    # take little longer than one.
-    pages_beside &
-    local pages=$!
-    # Nobody waits for it when a lint fails.
-    trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
     lints
-    wait $pages
+    package
+    site
     say "Rust tests"
     cargo test --locked --features fit
     say "wasm in Node"
@@ -323,15 +319,6 @@ run_tests() {
     node --test tests/node/*.test.js
     say "The page in a browser"
     npm test --prefix www
-}
-
-# What the tests of the package and the page take.
-pages_beside() {
-    need_wasm_tools
-    need_cargo_tool wasm-pack "$WASM_PACK"
-    rm -rf "$TOOLS/build" # what the two tools share, and nobody else
-    package
-    site
 }
 
 # --- model, bench, clean ------------------------------------------------------------------------

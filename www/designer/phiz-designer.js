@@ -215,17 +215,11 @@ export class PhizDesigner extends HTMLElement {
   /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format */
   async toMesh(format) {
     const { face, head, scene } = this.#need();
-    const { expressionTargets, toGlb, toObj, toPly, toStl } = await import('phiz/export');
     if (format === 'glb') {
-      const { appearance } = await import('../src/appearance/appearance.js');
-      // Pictures take a moment, in which the face may become another.
-      const asked = face.clone();
-      try {
-        return toGlb(asked, { appearance: await appearance(scene.renderer, head, asked, expressionTargets(asked)) });
-      } finally {
-        asked.free();
-      }
+      const { glbAsShown } = await import('../src/appearance/appearance.js');
+      return glbAsShown(scene.renderer, head, face);
     }
+    const { toObj, toPly, toStl } = await import('phiz/export');
     const write = { obj: toObj, ply: toPly, stl: toStl }[format];
     if (!write) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
     return write(face);

@@ -43,6 +43,3 @@ export function readKept(kept) {
   if (typeof kept !== 'object' || kept === null || Array.isArray(kept)) return undefined;
   return readColouring(/** @type {Record<string, unknown>} */ (kept));
 }
-
-/** @param {Colouring} a @param {Colouring} b */
-export const sameColouring = (a, b) => COLOURS.every((name) => a[name] === b[name]);

@@ -1,5 +1,5 @@
 import { distances, heatColours, scaleEnd } from './heat.js';
-import { sameExpression } from './history.js';
+import { sameWeights } from './history.js';
 
 /**
  * What the stage shows: the face, or for a while another one; both, split by a line; its distance
@@ -25,7 +25,7 @@ export function createDisplay({ face, head, scene, onScale }) {
   /** Another face beside this one, or in its place, makes the same face. @param {import('phiz').Face} other */
   function alike(other) {
     const { expression } = face;
-    if (!sameExpression(other.expression, expression)) other.expression = expression;
+    if (!sameWeights(other.expression, expression)) other.expression = expression;
     return other;
   }
   const shown = () => (instead ? alike(instead) : face);

@@ -41,14 +41,13 @@ export function createExports(face, view, head, expressions) {
   /** @param {keyof typeof MESHES} ending */
   async function mesh(ending) {
     // Who exports nothing does not wait for the writers.
-    const writers = await import('phiz/export');
-    // What moves in the file is what the model knows of by then.
-    if (ending === 'glb' && expressions.any) await expressions.load();
     if (ending === 'glb') {
-      const { appearance } = await import('./appearance/appearance.js');
-      const looks = await appearance(view.renderer, head, face, writers.expressionTargets(face));
-      return new Blob([writers.toGlb(face, { appearance: looks })], { type: MESHES.glb });
+      // What moves in the file is what the model knows of by then.
+      if (expressions.any) await expressions.load();
+      const { glbAsShown } = await import('./appearance/appearance.js');
+      return new Blob([await glbAsShown(view.renderer, head, face)], { type: MESHES.glb });
     }
+    const writers = await import('phiz/export');
     const write = { obj: writers.toObj, ply: writers.toPly, stl: writers.toStl }[ending];
     return new Blob([write(face)], { type: MESHES[ending] });
   }

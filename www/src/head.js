@@ -1,6 +1,5 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { paintBrows } from './brows.js';
-import { sameColouring } from './colouring.js';
 import { createEyes } from './eyes.js';
 import { createLashes } from './lashes.js';
 import { smoothed } from './groundwork/occlusion.js';
@@ -79,7 +78,7 @@ export function atRest(model, face) {
  * @param {ArrayLike<number>} positions @param {readonly (readonly [number, number])[]} stencil
  * @param {Vector3} out
  */
-function weighted(positions, stencil, out) {
+export function weighted(positions, stencil, out) {
   out.set(0, 0, 0);
   for (const [vertex, weight] of stencil) {
     out.x += weight * positions[3 * vertex];
@@ -374,10 +373,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     get colouring() {
       return colouring;
     },
-    /** @param {import('./colouring.js').Colouring} now */
-    paint(now) {
-      if (!sameColouring(colouring, now)) paint(now);
-    },
+    paint,
     wear,
     groupAt,
     divide,

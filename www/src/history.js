@@ -1,5 +1,3 @@
-import { sameColouring } from './colouring.js';
-
 // Undo and redo. What can be undone is the whole of a face: its code, what is locked, the expression on it
 // and its colours. A step is two such states; one step a gesture, however many events it had. There
 // is no limit: a step is half a kilobyte.
@@ -28,8 +26,8 @@ function sameNames(a, b) {
   return a.length === b.length && a.every((name) => b.includes(name));
 }
 
-/** @param {Record<string, number>} a @param {Record<string, number>} b */
-export function sameExpression(a, b) {
+/** Of expressions or colourings. @param {Readonly<Record<string, number>>} a @param {Readonly<Record<string, number>>} b */
+export function sameWeights(a, b) {
   return sameNames(Object.keys(a), Object.keys(b)) && Object.entries(a).every(([name, weight]) => b[name] === weight);
 }
 
@@ -39,8 +37,8 @@ export function sameState(a, b) {
     a.code === b.code &&
     sameNames(a.locked, b.locked) &&
     sameNames(a.held, b.held) &&
-    sameExpression(a.expression, b.expression) &&
-    sameColouring(a.colouring, b.colouring)
+    sameWeights(a.expression, b.expression) &&
+    sameWeights(a.colouring, b.colouring)
   );
 }
 
@@ -48,7 +46,7 @@ export function sameState(a, b) {
 export function restore(subject, state) {
   const { face } = subject;
   subject.colouring = state.colouring;
-  if (!sameExpression(face.expression, state.expression)) face.expression = state.expression;
+  if (!sameWeights(face.expression, state.expression)) face.expression = state.expression;
   for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
   for (const region of state.locked) face.lock(region);
   // A held measure would bend what is set; it is held again at the length that the face then has.

@@ -1,4 +1,5 @@
-import { readKept, sameColouring } from './colouring.js';
+import { readKept } from './colouring.js';
+import { sameWeights } from './history.js';
 import { readExpression } from './savedexpression.js';
 import { keep, recall } from './store.js';
 import { text } from './text.js';
@@ -100,7 +101,7 @@ export function createLibrary(model, modelName) {
      * @returns {boolean} whether it was added
      */
     adopt(name, { code, expression, colouring }) {
-      const known = [...own, ...presets].some((entry) => entry.code === code && sameColouring(entry.colouring ?? {}, colouring ?? {}));
+      const known = [...own, ...presets].some((entry) => entry.code === code && sameWeights(entry.colouring ?? {}, colouring ?? {}));
       if (known || !isFace(code)) return false;
       return write([{ id: `own-${Date.now().toString(36)}`, name, code, expression, colouring, own: true }, ...own]);
     },

@@ -253,8 +253,10 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
   /**
    * Where both rows are in a face.
    * @param {ArrayLike<number>} positions @param {ArrayLike<number>} shifts
+   * @param {Matrix4} above is set @param {Matrix4} below is set
+   * @returns {number} how far the lips are apart, as the sizes of teeth are
    */
-  function place(positions, shifts) {
+  function place(positions, shifts, above, below) {
     anchors.forEach((v, i) => {
       points[i].fromArray(positions, 3 * v);
       still[i].set(points[i].x - shifts[3 * i], points[i].y - shifts[3 * i + 1], points[i].z - shifts[3 * i + 2]);
@@ -266,18 +268,18 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
     const before = behind(NAMES.length, walls[0].length) - 0.8 * size;
     const beneath = Math.min(before - 2, behind(NAMES.length + walls[0].length, walls[1].length) - 0.8) - 0.8 * size;
     // The upper edges show a little below the line between the lips; the lower ones stand behind them.
-    upper.mesh.matrix.makeScale(size, size, size).setPosition(x, y - 2.6 * size, before);
-    lower.mesh.matrix.makeScale(size, size, size).setPosition(x, y - 1.3 * size, beneath);
+    above.makeScale(size, size, size).setPosition(x, y - 2.6 * size, before);
+    below.makeScale(size, size, size).setPosition(x, y - 1.3 * size, beneath);
     jaw.multiplyMatrices(lie(points.slice(4, NAMES.length), now), lie(still.slice(4, NAMES.length), jaw).invert());
-    lower.mesh.matrix.premultiply(jaw);
-    return { gap: points[2].distanceTo(points[3]) / size };
+    below.premultiply(jaw);
+    return points[2].distanceTo(points[3]) / size;
   }
 
   return {
     meshes: rows.map(({ mesh }) => mesh),
     anchors,
     update(positions, shifts) {
-      const { gap } = place(positions, shifts);
+      const gap = place(positions, shifts, upper.mesh.matrix, lower.mesh.matrix);
       const light = Math.min(1, Math.max(0, (gap - OPEN[0]) / (OPEN[1] - OPEN[0]))) ** 0.5;
       for (const { mesh, material } of rows) {
         material.color.setScalar(light);
@@ -287,10 +289,8 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
       }
     },
     at(positions, shifts) {
-      const shown = rows.map(({ mesh }) => mesh.matrix.clone());
-      place(positions, shifts);
-      const there = rows.map(({ mesh }) => mesh.matrix.clone());
-      rows.forEach(({ mesh }, i) => mesh.matrix.copy(shown[i]));
+      const there = [new Matrix4(), new Matrix4()];
+      place(positions, shifts, there[0], there[1]);
       return there;
     },
   };

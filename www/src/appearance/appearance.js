@@ -2,6 +2,8 @@
 // teeth as meshes.
 
 import { Matrix3, Vector3 } from 'three';
+import { expressionTargets, toGlb } from 'phiz/export';
+import { weighted } from '../head.js';
 import { text } from '../text.js';
 import { EYE_REACH, eyeMap, skinMaps } from './maps.js';
 
@@ -21,23 +23,37 @@ const SHADOW = [0.02, 0.006, 0.005];
 const COLUMNS = 4;
 
 /**
+ * A face as a GLB that looks like the page.
  * @param {import('three').WebGLRenderer} renderer
  * @param {ReturnType<typeof import('../head.js').createHead>} head
- * @param {import('phiz').Face} face
- * @param {readonly import('phiz/export').ExpressionTarget[]} targets what expressions do to it
- * @returns {Promise<import('phiz/export').Appearance>}
+ * @param {import('phiz').Face} face as it is now: it may become another while pictures are made
+ * @returns {Promise<Uint8Array<ArrayBuffer>>}
  * @throws where nothing can be drawn, or kept of what was
  */
-export async function appearance(renderer, head, face, targets) {
+export async function glbAsShown(renderer, head, face) {
   if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
+  const asked = face.clone();
+  try {
+    const parts = head.teeth ? beside(head.teeth, asked) : [];
+    const skin = await skinMaps(renderer, head);
+    const eyes = { colour: await eyeMap(renderer, head), reach: EYE_REACH };
+    return toGlb(asked, { appearance: { skin, eyes, parts } });
+  } finally {
+    asked.free();
+  }
+}
+
+/**
+ * What is drawn that the model does not have.
+ * @param {NonNullable<ReturnType<typeof import('../teeth.js').createTeeth>>} rows @param {import('phiz').Face} face
+ */
+function beside(rows, face) {
+  const targets = expressionTargets(face);
   const rest = face.clone();
   rest.expression = {};
   const positions = rest.positions.slice();
   rest.free();
-  const parts = head.teeth ? [...teeth(head.teeth, positions, targets), ...lipShadow(face.model, positions, targets)] : [];
-  const skin = await skinMaps(renderer, head);
-  const eyes = { colour: await eyeMap(renderer, head), reach: EYE_REACH };
-  return { skin, eyes, parts };
+  return [...teeth(rows, positions, targets), ...lipShadow(face.model, positions, targets)];
 }
 
 /**
@@ -94,11 +110,12 @@ function teeth(teeth, rest, targets) {
  * @returns {import('phiz/export').Part[]}
  */
 function lipShadow(model, rest, targets) {
+  if (![...ABOVE, ...BELOW].every((name) => model.landmarks.some((landmark) => landmark.name === name))) return [];
   /** @param {readonly string[]} names @returns {(values: Float32Array) => number[][]} */
   const along = (names) => {
     const stencils = names.map((name) => model.landmarks.find((landmark) => landmark.name === name)?.stencil ?? []);
     return (values) => {
-      const points = stencils.map((stencil) => [0, 1, 2].map((k) => stencil.reduce((sum, [v, w]) => sum + w * values[3 * v + k], 0)));
+      const points = stencils.map((stencil) => weighted(values, stencil, new Vector3()).toArray());
       return Array.from({ length: COLUMNS * (names.length - 1) + 1 }, (_, i) => {
         const at = Math.min(names.length - 2, Math.floor(i / COLUMNS));
         return points[at].map((from, k) => from + (i / COLUMNS - at) * (points[at + 1][k] - from));

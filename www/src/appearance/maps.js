@@ -59,8 +59,6 @@ const MAPS = {
     gl_FragColor = vec4(occlusion, roughnessFactor, 0.0, 1.0);`,
 };
 
-/** @typedef {{ mimeType: 'image/jpeg' | 'image/png', bytes: Uint8Array }} Picture */
-
 /**
  * @param {import('three').WebGLRenderer} renderer
  * @param {ReturnType<typeof import('../head.js').createHead>} head

@@ -2,7 +2,7 @@ import './photo.css';
 import { element } from '../element.js';
 import { Failure } from '../failure.js';
 import { drawnByProcessor } from '../graphics.js';
-import { sameExpression } from '../history.js';
+import { sameWeights } from '../history.js';
 import { icon } from '../icons.js';
 import { text } from '../text.js';
 import { createChoice } from './choose.js';
@@ -240,7 +240,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   let asking = false;
   let asked = false;
   async function follow() {
-    back.disabled = !own || (own.code === face.code && sameExpression(own.expression, face.expression));
+    back.disabled = !own || (own.code === face.code && sameWeights(own.expression, face.expression));
     if (!editable) return;
     asked = true;
     if (asking) return;
