@@ -16,7 +16,7 @@ async function looking(page) {
   assert.ok(box);
   /** @type {Record<string, { x: number, y: number }>} */
   const at = {};
-  for (const name of ['ibug_19', 'ibug_30', 'ibug_33', 'ibug_36', 'ibug_39', 'ibug_48', 'ibug_54', 'ibug_57', 'ibug_66']) {
+  for (const name of ['ibug_19', 'ibug_30', 'ibug_33', 'ibug_36', 'ibug_39', 'ibug_48', 'ibug_54', 'ibug_57', 'ibug_66', 'ibug_08', 'metopion', 'trichion', 'intertragic notch left', 'superaurale left', 'gonion left']) {
     const { x, y } = await landmarkOnScreen(page, name);
     at[name] = { x: x - box.x, y: y - box.y };
   }
@@ -30,6 +30,13 @@ async function looking(page) {
     // Beside the pupil, below the window that is mirrored in it.
     iris: { x: eye.x - 0.14 * across, y: eye.y + 0.07 * across },
     brow: at.ibug_19,
+    // Half a forehead above the hairline, and below it.
+    scalp: middle('metopion', 'trichion', 1.6),
+    forehead: at.metopion,
+    chin: middle('ibug_57', 'ibug_08'),
+    ear: at['intertragic notch left'],
+    'above the ear': { x: at['superaurale left'].x, y: at['superaurale left'].y - 0.6 * Math.abs(at.metopion.y - at.trichion.y) },
+    jaw: middle('ibug_54', 'gonion left', 0.6),
   };
   return {
     places,
@@ -98,6 +105,36 @@ describe('colours', () => {
       const back = await picture(page, 'colours-undone');
       assert.ok(back.rgb.equals(rest.rgb), `undo left some of ${name}`);
     }
+
+    // Hair and beard grow where they do on people, and nowhere else; their colour is the hair's.
+    for (const view of ['Front', 'Profile']) {
+      await page.getByRole('button', { name: view, exact: true }).click();
+      await settled(page);
+      const seen = await looking(page);
+      const bald = await picture(page, `colours-bald-${view}`);
+      for (const [name, grows, bare] of view === 'Front'
+        ? /** @type {const} */ ([
+            ['Cropped hair, none to dense', ['scalp'], ['forehead', 'chin', 'cheek', 'lip', 'iris']],
+            ['Stubble, none to dense', ['chin'], ['scalp', 'forehead', 'lip', 'iris']],
+          ])
+        : /** @type {const} */ ([
+            ['Cropped hair, none to dense', ['above the ear'], ['ear', 'jaw']],
+            ['Stubble, none to dense', ['jaw'], ['ear', 'above the ear']],
+          ])) {
+        await moveSlider(page, name, 0.9);
+        const grown = await picture(page, `colours-${view}-${name.split(',')[0]}`);
+        for (const place of grows) {
+          const [was, is] = [seen.colour(bald, place, 4), seen.colour(grown, place, 4)];
+          assert.ok(light(is) < 0.6 * light(was), `${view}: ${name} at the ${place}: ${was} to ${is}`);
+        }
+        for (const place of bare) assert.equal(seen.around(bald, grown, place, 4), 0, `${view}: ${name} grows at the ${place}`);
+        await moveSlider(page, 'Hair, fair to black', 0);
+        const fair = await picture(page, 'colours-fair');
+        for (const place of grows) assert.ok(light(seen.colour(fair, place, 4)) > 1.3 * light(seen.colour(grown, place, 4)), `${view}: fair hair at the ${place}`);
+        await page.getByRole('button', { name: 'The model’s own' }).click();
+      }
+    }
+    await page.getByRole('button', { name: 'Front', exact: true }).click();
 
     await moveSlider(page, 'Iris, blue to brown', 0);
     const blue = look.colour(await picture(page, 'colours-blue'), 'iris', 1);

@@ -64,6 +64,7 @@ describe('exports', () => {
     await page.getByRole('tab', { name: 'Colours' }).click();
     await moveSlider(page, 'Lips, pale to red', 1);
     await moveSlider(page, 'Iris, blue to brown', 0);
+    await moveSlider(page, 'Cropped hair, none to dense', 0.9);
     const shown = await picture(page, 'exports-glb-before');
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     const { bytes } = await download(page, 'GLB');
@@ -127,9 +128,10 @@ describe('exports', () => {
         },
         [image(name), points],
       );
-    const [nose, mouth, bare] = await read('skin colour', ['ibug_30', 'ibug_57 ibug_66', [0.3, 0.5]]);
+    const [nose, mouth, bare, crown, brow] = await read('skin colour', ['ibug_30', 'ibug_57 ibug_66', [0.3, 0.5], 'vertex', 'metopion']);
     assert.ok(nose[0] > nose[1] && nose[1] > nose[2] && nose[0] > 150, `the nose is ${nose}`);
     assert.ok(mouth[1] < 0.75 * nose[1] && mouth[0] > 1.6 * mouth[1], `red lips are ${mouth}, the nose ${nose}`);
+    assert.ok(crown[0] < 0.5 * brow[0] && brow[0] > 150, `cropped hair is ${crown}, the forehead ${brow}`);
     assert.ok(bare.every((value, k) => Math.abs(value - nose[k]) < 60), 'what is not skin has its colour, for pictures that are shrunk');
     const [pupil, iris, white] = await read('eyes', [[0.5, 0.5], [0.5 + 0.09, 0.5], [0.5 + 0.24, 0.5]]);
     assert.ok(Math.max(...pupil) < 40, `the pupil is ${pupil}`);

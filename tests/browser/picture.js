@@ -15,6 +15,10 @@ const { page } = await open(browser, site, {
   colorScheme: 'light',
 });
 await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
+await page.getByRole('tab', { name: 'Colours' }).click();
+await moveSlider(page, 'Cropped hair, none to dense', 0.9);
+await moveSlider(page, 'Stubble, none to dense', 0.2);
+await page.getByRole('tab', { name: 'Features' }).click();
 await page.getByRole('button', { name: 'Three-quarter' }).click();
 await moveSlider(page, 'nose 1', 0.86);
 await moveSlider(page, 'nose 3', 0.3);
@@ -28,7 +32,8 @@ await page.evaluate(() => {
   const { model } = window.designer;
   const other = model.face();
   other.randomize({ seed: 12, spread: 0.8 });
-  location.hash = other.code;
+  // In the same colours.
+  location.hash = other.code + location.hash.slice(location.hash.indexOf('~'));
   other.free();
 });
 await page.reload();
@@ -50,12 +55,12 @@ await page.context().close();
 
 // Random faces in colours of their own, side by side.
 const PEOPLE = [
-  { seed: 7, colours: { skin: 0.08, hair: 0.25, red: 0.75, iris: 0.05, blood: 0.4 } },
-  { seed: 20, colours: { skin: 0.85, hair: 1, iris: 1 } },
-  { seed: 12, colours: { skin: 0.42, hair: 0.95, iris: 0.95, lips: 0.75 } },
-  { seed: 43, colours: { skin: 0.25, hair: 0.6, iris: 0.38, brows: 0.7 } },
-  { seed: 24, colours: { skin: 0.66, hair: 1, iris: 0.9, lips: 0.5 } },
-  { seed: 58, colours: { skin: 0.2, hair: 0.7, grey: 0.9, iris: 0.2, lips: 0.25 } },
+  { seed: 7, colours: { skin: 0.08, hair: 0.25, red: 0.75, iris: 0.05, blood: 0.4, crop: 0.75 } },
+  { seed: 20, colours: { skin: 0.85, hair: 1, iris: 1, crop: 0.9, beard: 0.45 } },
+  { seed: 12, colours: { skin: 0.42, hair: 0.95, iris: 0.95, lips: 0.75, crop: 1 } },
+  { seed: 43, colours: { skin: 0.25, hair: 0.6, iris: 0.38, brows: 0.7, crop: 0.6, beard: 0.8 } },
+  { seed: 24, colours: { skin: 0.66, hair: 1, iris: 0.9, lips: 0.5, crop: 0.95 } },
+  { seed: 58, colours: { skin: 0.2, hair: 0.7, grey: 0.9, iris: 0.2, lips: 0.25, crop: 0.45, beard: 0.2 } },
 ];
 const WIDTH = 300;
 const HEIGHT = 400;

@@ -13,6 +13,8 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
   red: 0,
   grey: 0,
   iris: 0.7,
+  crop: 0,
+  beard: 0,
 });
 
 export const COLOURS = Object.keys(REST);

@@ -7,7 +7,7 @@ import { text } from './text.js';
 
 const GROUPS = /** @type {const} */ ([
   ['skin', ['skin', 'blood', 'lips']],
-  ['brows', ['brows', 'hair', 'red', 'grey']],
+  ['hair', ['hair', 'red', 'grey', 'brows', 'crop', 'beard']],
   ['eyes', ['iris']],
 ]);
 
@@ -26,6 +26,8 @@ const PAINTED = {
   hair: ({ brows }) => brows,
   red: ({ brows }) => brows,
   grey: ({ brows }) => brows,
+  crop: ({ skin, brows, dense }) => skin.clone().lerp(brows, 0.9 * dense[0]),
+  beard: ({ skin, brows, dense }) => skin.clone().lerp(brows, 0.7 * dense[1]),
   iris: ({ iris }) => iris.outer.clone().lerp(iris.inner, 0.3),
 };
 
@@ -47,6 +49,8 @@ function anybody() {
     red: Math.random() < 0.2 * fair ? Math.random() : 0,
     grey: Math.random() < 0.12 ? Math.random() : 0,
     iris: Math.random() < fair ? 0.9 * Math.random() : dark(),
+    crop: Math.random() < 0.85 ? 0.3 + 0.7 * Math.random() : 0,
+    beard: Math.random() < 0.2 ? 0.15 + 0.6 * Math.random() : 0,
   };
 }
 

@@ -1,6 +1,7 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { paintBrows } from './brows.js';
 import { createEyes } from './eyes.js';
+import { growth } from './hair.js';
 import { createLashes } from './lashes.js';
 import { smoothed } from './groundwork/occlusion.js';
 import { pigments } from './pigments.js';
@@ -180,6 +181,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     shade[3 * v + 2] = t * t * (3 - 2 * t) * s * s * (3 - 2 * s);
   }
   geometry.setAttribute('shade', perCorner(shade));
+  const cavities = model.parts.filter(({ name }) => /cavit/.test(name)).flatMap(({ first, count }) => [...model.triangles.subarray(3 * first, 3 * (first + count))]);
+  const grows = growth(rest, at, cavities.map((corner) => corners[corner]), skinTriangles);
+  geometry.setAttribute('growth', new BufferAttribute(Float32Array.from({ length: 2 * cornerCount }, (_, i) => (i % 2 ? grows.beard : grows.scalp)[corners[i >> 1]]), 2));
   geometry.boundingSphere = new Sphere(
     bounds.getCenter(new Vector3()),
     0.6 * bounds.getSize(new Vector3()).length(),

@@ -1,6 +1,7 @@
-import { Color, DataTexture, MeshPhysicalMaterial, ShaderChunk, Vector4 } from 'three';
+import { Color, DataTexture, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4 } from 'three';
 import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from './environment.js';
+import { paintStrands, TILE } from './hair.js';
 
 // Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
 // stand for that: each colour channel wraps around the terminator by its own amount, the edges
@@ -63,6 +64,9 @@ const DECLARATIONS = /* glsl */ `
   uniform vec3 accent;
   uniform vec2 markStrength;
   uniform float faceDepth;
+  varying vec2 vGrowth; // hair, beard
+  uniform sampler2D strandMap;
+  uniform vec2 dense;
   varying vec2 vWorn;
   uniform sampler2D wornMap;
   uniform float worn;
@@ -81,6 +85,18 @@ const DECLARATIONS = /* glsl */ `
           + vec3(b.r - 0.5, 0.0, b.g - 0.5) * weight.y
           + vec3(c.r - 0.5, c.g - 0.5, 0.0) * weight.z;
     return a * weight.x + b * weight.y + c * weight.z;
+  }
+
+  // Hairs that lie on the head, in the same way: cover, lightness; and how far they lean.
+  vec2 strands(out vec3 slope) {
+    vec3 weight = abs(vRestNormal);
+    weight *= weight * weight;
+    weight /= weight.x + weight.y + weight.z;
+    vec3 a = texture2D(strandMap, vRest.zy / ${TILE.toFixed(1)}).rgb;
+    vec3 b = texture2D(strandMap, vRest.xz / ${TILE.toFixed(1)}).rgb;
+    vec3 c = texture2D(strandMap, vRest.xy / ${TILE.toFixed(1)}).rgb;
+    slope = vec3((b.b - 0.5) * weight.y + (c.b - 0.5) * weight.z, 0.0, (a.b - 0.5) * weight.x);
+    return a.rg * weight.x + b.rg * weight.y + c.rg * weight.z;
   }
 `;
 
@@ -115,6 +131,23 @@ const COLOUR = /* glsl */ `
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
+  float hairs = 0.0;
+  vec3 lying = vec3(0.0);
+  if (dense.x + dense.y > 0.0) {
+    vec2 strand = strands(lying);
+    // No hairline is a line: each hair has its own.
+    vec2 grown = vGrowth + 0.3 * (broad.a - 0.5) + 0.8 * (strand.g - 0.5);
+    grown = smoothstep(vec2(-0.3, -0.35), vec2(0.45, 0.4), grown) * dense;
+    grown.y *= 1.0 - smoothSkin;
+    float thick = max(grown.x, grown.y) * (1.0 - lip);
+    // Roots show through the skin; hairs lie over it.
+    tone = mix(tone, mix(tone * 0.55, browColour, 0.5), thick * (0.5 + 0.45 * thick));
+    hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);
+    tone = mix(tone, browColour * (0.4 + 1.2 * strand.g), hairs);
+    // A photo that is worn has its own.
+    hairs *= 1.0 - worn;
+    lying *= hairs;
+  }
   // A photo is exposed so that lit skin is brighter than its albedo.
   if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb * 0.8, worn);
   float marked = dot(smoothstep(0.15, 0.85, vMark), markStrength);
@@ -123,11 +156,11 @@ const COLOUR = /* glsl */ `
 `;
 
 const SLOPE = /* glsl */ `
-  float depth = mix(1.0, 0.35, smoothSkin) * (1.0 - lip) * (1.0 - 0.7 * brow);
+  float depth = mix(1.0, 0.35, smoothSkin) * (1.0 - lip) * (1.0 - 0.7 * brow) * (1.0 - 0.8 * hairs);
   vec3 slope = fine * 0.55 * depth + coarse * 0.16 * depth;
   // Lips are furrowed from edge to edge, not pitted.
   float furrow = sin(vRest.x * 5.2 + 2.6 * (broad.a - 0.5) + 5.0 * (relief.a - 0.5));
-  slope += vec3(0.055 * furrow * lip, 0.0, 0.0);
+  slope += vec3(0.055 * furrow * lip, 0.0, 0.0) + 1.3 * lying;
 `;
 
 const NORMAL = /* glsl */ `
@@ -146,7 +179,7 @@ const ROUGHNESS = /* glsl */ `
   float roughnessFactor = roughness;
   roughnessFactor += 0.10 * (relief.a - 0.5) + 0.07 * (broad.a - 0.5) - 0.07 * oil;
   roughnessFactor = mix(roughnessFactor, 0.33, lip);
-  roughnessFactor = mix(roughnessFactor, 0.62, clamp(brow, 0.0, 1.0));
+  roughnessFactor = mix(roughnessFactor, 0.62, clamp(brow + hairs, 0.0, 1.0));
   roughnessFactor = clamp(roughnessFactor, 0.2, 1.0);
 `;
 
@@ -157,7 +190,7 @@ const OCCLUSION = /* glsl */ `
     float shine = computeSpecularOcclusion(dotNV, occlusion, material.roughness);
     reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) ;
     reflectedLight.directDiffuse *= mix(vec3(1.0), vOpen, 0.55);
-    reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip));
+    reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip)) * (1.0 - 0.85 * hairs);
   }
 `;
 
@@ -193,6 +226,9 @@ export function createSkin({ pores, face, brows, depth }) {
     browFrame: { value: new Vector4().fromArray(brows.frame) },
     browColour: { value: new Color() },
     bushy: { value: 1 },
+    /** Painted when there is hair. */
+    strandMap: { value: /** @type {import('three').Texture} */ (new DataTexture(new Uint8Array(4), 1, 1)) },
+    dense: { value: new Vector2() },
     lipColour: { value: new Color() },
     lipCover: { value: 0 },
     accent: { value: new Color('#39a79c') },
@@ -203,6 +239,7 @@ export function createSkin({ pores, face, brows, depth }) {
     wornMap: { value: new DataTexture(new Uint8Array(4), 1, 1) },
     worn: { value: 0 },
   };
+  let haired = false;
   const material = new MeshPhysicalMaterial({
     roughness: 0.52,
     specularIntensity: 0.85,
@@ -220,6 +257,11 @@ export function createSkin({ pores, face, brows, depth }) {
         attribute vec3 restNormal;
         attribute vec3 shade;
         attribute vec2 mark;
+        attribute vec2 growth;
+        varying vec2 vGrowth;
+        uniform vec2 dense;
+        uniform float heatStrength;
+        uniform float worn;
         varying vec3 vRest;
         varying vec3 vRestNormal;
         varying vec3 vShade;
@@ -238,6 +280,9 @@ export function createSkin({ pores, face, brows, depth }) {
         // Light bounced between skin and skin is red: occlusion darkens red least.
         vOpen = pow(vec3(shade.x), vec3(0.78, 1.08, 1.18));
         vMark = mark;
+        vGrowth = growth;
+        // Hair stands off the head, but where distances are shown.
+        transformed += objectNormal * (3.5 * (1.0 - heatStrength) * (1.0 - worn) * dense.x * smoothstep(-0.1, 0.9, growth.x));
         vHeat = heat;
         vWorn = uv;`,
       );
@@ -265,13 +310,18 @@ export function createSkin({ pores, face, brows, depth }) {
     material,
     uniforms,
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ skin, bright, lips, bare, brows, bushy }) {
+    paint({ skin, bright, lips, bare, brows, bushy, dense }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
       uniforms.lipCover.value = 1 - 0.34 * bare;
       uniforms.browColour.value.copy(brows);
       uniforms.bushy.value = bushy;
+      uniforms.dense.value.fromArray(dense);
+      if (!haired && dense.some((much) => much > 0)) {
+        haired = true;
+        uniforms.strandMap.value = paintStrands();
+      }
     },
   };
 }

@@ -22,6 +22,8 @@ const VERTEX = /* glsl */ `
   varying vec3 vRestNormal;
   varying vec3 vShade;
   varying vec3 vOpen;
+  attribute vec2 growth;
+  varying vec2 vGrowth;
   varying vec2 vMark;
   varying vec3 vHeat;
   varying vec2 vWorn;
@@ -31,6 +33,7 @@ const VERTEX = /* glsl */ `
     vShade = shade;
     vOpen = vec3(1.0);
     vMark = vec2(0.0);
+    vGrowth = growth;
     vHeat = vec3(0.0);
     vWorn = uv;
     gl_Position = vec4(2.0 * uv - 1.0, 0.0, 1.0);

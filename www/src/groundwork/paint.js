@@ -53,7 +53,7 @@ function closedCurve(through) {
  * Signed distance to a polygon, negative inside.
  * @param {number[][]} polygon @param {number} x @param {number} y
  */
-function distanceTo(polygon, x, y) {
+export function distanceTo(polygon, x, y) {
   let nearest = Infinity;
   let inside = false;
   for (let i = 0, j = polygon.length - 1; i < polygon.length; j = i++) {

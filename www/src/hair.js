@@ -1,0 +1,115 @@
+import { CanvasTexture, RepeatWrapping } from 'three';
+import { chance } from './chance.js';
+import { smoothed } from './groundwork/occlusion.js';
+import { distanceTo } from './groundwork/paint.js';
+import { sharpen } from './textures.js';
+
+// Hair that is cropped to the skin, and a beard that is: where either grows on the generic head, and a tile of it.
+
+/** How far inside or outside of its line hair is told from skin, mm. */
+export const MARGIN = 20;
+
+// Lines around the head, from the middle of the face to the middle of the nape: degrees around an upright axis, and
+// heights of which 0 is the tragion's and 1 the trichion's, the hairline's midpoint. A man's who keeps his hair:
+// a little back above the temples, down before the ear and around it, and along the nape.
+const HAIRLINE = [
+  [0, 1], [14, 1.01], [27, 1.05], [36, 1.02], [44, 0.86], [51, 0.68], [57, 0.54], [64, 0.48], [71, 0.4], [77, 0.27],
+  [81, 0.1], [83, -0.04], [97, -0.05], [112, -0.1], [128, -0.22], [150, -0.34], [180, -0.38],
+];
+/** From below the nose over the cheek to the ear, and back along the throat. */
+const BEARD = [
+  [0, -0.31], [8, -0.32], [15, -0.41], [21, -0.5], [31, -0.45], [43, -0.38], [56, -0.27], [70, -0.15], [80, -0.05], [84, 0.02], [97, 0],
+  [98, -0.3], [90, -0.58], [78, -0.78], [60, -0.95], [38, -1.07], [18, -1.12], [0, -1.13],
+];
+/** Of a head around its axis, mm: what makes a line of angles and heights one of lengths. */
+const RADIUS = 75;
+
+/**
+ * How far inside the lines within which hair and beard grow each vertex is, in `MARGIN`s, -1 to 1.
+ * A head without the landmarks that they go by has neither.
+ * @param {Float32Array} rest 3 a vertex, mm
+ * @param {import('./groundwork/paint.js').Points} at landmarks
+ * @param {Iterable<number>} hollow vertices in the mouth and behind the lids
+ * @param {Uint32Array} triangles
+ */
+export function growth(rest, at, hollow, triangles) {
+  const count = rest.length / 3;
+  const [scalp, beard] = [0, 1].map(() => new Float32Array(count).fill(-1));
+  const [trichion, tragion, root, behind, below] = ['trichion', 'tragion left', 'helix root left', 'postaurale left', 'subaurale left'].map((name) => at.get(name));
+  if (!trichion || !tragion || !root || !behind || !below) return { scalp, beard };
+  const tall = trichion[1] - tragion[1];
+  const axis = tragion[2] + 0.11 * tall;
+  const line = (/** @type {number[][]} */ points) => points.map(([angle, height]) => [(angle / 180) * Math.PI * RADIUS, tragion[1] + height * tall]);
+  const mirrored = (/** @type {number[][]} */ points) => points.slice(1).reverse().map(([x, y]) => [-x, y]);
+  const hairline = line(HAIRLINE);
+  // Past the nape, so that its two ends are no edges, and over the crown.
+  const past = 4 * RADIUS;
+  const [, nape] = hairline[hairline.length - 1];
+  const over = trichion[1] + 10 * tall;
+  const within = [...mirrored(hairline), ...hairline, [past, nape], [past, over], [-past, over], [-past, nape]];
+  const half = line(BEARD);
+  const around = [...mirrored(half.slice(0, -1)), ...half];
+  for (let v = 0; v < count; v++) {
+    const [x, y, z] = [rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]];
+    // What stands off the head where ears are is an ear.
+    const ear = z < root[2] + 3 && z > behind[2] - 4 && y > below[1] - 4 && (Math.abs(x) > root[0] + 0.6 || (y < root[1] + 1 && z > behind[2] + 2));
+    if (ear) continue;
+    const turn = Math.atan2(x, z - axis) * RADIUS;
+    scalp[v] = Math.max(-1, Math.min(1, -distanceTo(within, turn, y) / MARGIN));
+    beard[v] = Math.max(-1, Math.min(1, -distanceTo(around, turn, y) / MARGIN));
+  }
+  for (const v of hollow) scalp[v] = beard[v] = -1;
+  // An ear ends where its triangles do, and not in steps.
+  return { scalp: smoothed(scalp, triangles, 2), beard: smoothed(beard, triangles, 1) };
+}
+
+/** Of the tile, mm. */
+export const TILE = 27;
+const SIZE = 512;
+const HAIRS = 1500;
+
+/**
+ * A tile of hairs that lie along the second axis. Red: how much of the skin they cover. Green: how light each is.
+ * Blue: how far the surface leans along the first axis.
+ */
+export function paintStrands() {
+  const canvas = document.createElement('canvas');
+  canvas.width = canvas.height = SIZE;
+  const draw = canvas.getContext('2d');
+  if (!draw) throw new Error('this browser gives no 2D canvas');
+  draw.fillStyle = 'rgb(0 128 128)';
+  draw.fillRect(0, 0, SIZE, SIZE);
+  const scale = SIZE / TILE;
+  draw.lineCap = 'round';
+  const random = chance(41);
+  for (let n = 0; n < HAIRS; n++) {
+    const [x, y] = [random() * TILE, random() * TILE];
+    const length = 2.4 + 2.6 * random();
+    const lean = 0.9 * (random() + random() - 1);
+    const [dx, dy] = [length * Math.sin(lean), length * Math.cos(lean)];
+    const bend = 0.5 * (random() - 0.5);
+    const width = 0.11 + 0.07 * random();
+    const light = Math.round(70 + 150 * random());
+    draw.globalAlpha = 0.55 + 0.45 * random();
+    // What crosses an edge comes in again at the other one.
+    for (const i of [-TILE, 0, TILE]) {
+      for (const j of [-TILE, 0, TILE]) {
+        if (x + i < -6 || x + i > TILE + 6 || y + j < -6 || y + j > TILE + 6) continue;
+        // Both flanks of a hair.
+        for (const side of [-1, 1]) {
+          draw.setTransform(scale, 0, 0, scale, (x + i + side * 0.25 * width) * scale, (y + j) * scale);
+          draw.strokeStyle = `rgb(255 ${light} ${128 + 80 * side})`;
+          draw.lineWidth = width * (side < 0 ? 1 : 0.55);
+          draw.beginPath();
+          draw.moveTo(0, 0);
+          draw.quadraticCurveTo(dx * 0.5 + bend, dy * 0.5, dx, dy);
+          draw.stroke();
+        }
+      }
+    }
+  }
+  const tile = new CanvasTexture(canvas);
+  tile.wrapS = tile.wrapT = RepeatWrapping;
+  sharpen(tile, 8);
+  return tile;
+}
