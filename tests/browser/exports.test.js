@@ -72,7 +72,7 @@ describe('exports', () => {
     assert.deepEqual([issues.numErrors, issues.numWarnings], [0, 0], JSON.stringify(issues.messages));
     const length = bytes.readUInt32LE(12);
     const json = JSON.parse(bytes.toString('utf8', 20, 20 + length));
-    assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow']);
+    assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow', 'lashes']);
     const [, upper, lower] = json.meshes;
     assert.equal(upper.extras, undefined, 'the upper row goes with the skull');
     assert.ok(lower.extras.targetNames.includes('jawOpen') && !lower.extras.targetNames.includes('eyeBlinkLeft'), lower.extras.targetNames.join());
@@ -93,6 +93,22 @@ describe('exports', () => {
     const there = json.accessors[shadow.primitives[0].attributes.POSITION];
     assert.ok(there.max[2] < lip[2] && there.max[2] > place.max[2] - 0.002, `${there.max[2]} between ${place.max[2]} and ${lip[2]}`);
     assert.ok(shadow.extras.targetNames.includes('mouthUpperUpLeft'));
+
+    // Lashes stand before the eyes and go down with the lids; the jaw leaves them alone.
+    const fringe = json.meshes[4];
+    const blink = json.accessors[fringe.primitives[0].targets[fringe.extras.targetNames.indexOf('eyeBlinkLeft')].POSITION];
+    assert.ok(blink.min[1] < -0.004 && blink.max[1] < 0.003, `a blink moves lashes by ${blink.min[1]} to ${blink.max[1]} m`);
+    assert.ok(!fringe.extras.targetNames.includes('jawOpen'), fringe.extras.targetNames.join());
+    const eyes = await page.evaluate(() => {
+      const { model, face } = window.designer;
+      return [36, 45].map((i) => {
+        const { stencil } = model.landmarks.find(({ name }) => name === `ibug_${i}`);
+        return [0, 1, 2].map((k) => stencil.reduce((sum, [v, w]) => sum + (w * face.positions[3 * v + k]) / 1000, 0));
+      });
+    });
+    const { min, max } = json.accessors[fringe.primitives[0].attributes.POSITION];
+    assert.ok(Math.abs(min[0] - eyes[0][0]) < 0.008 && Math.abs(max[0] - eyes[1][0]) < 0.008, `lashes from ${min[0]} to ${max[0]}, eyes ${eyes.map(([x]) => x)}`);
+    assert.ok(max[2] > eyes[0][2] && max[2] < eyes[0][2] + 0.03, `lashes to ${max[2]}, outer corners at ${eyes[0][2]}`);
 
     // The pictures, where features are.
     const image = (name) => {

@@ -1,6 +1,6 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { paintBrows } from './brows.js';
-import { createEyes } from './eyes.js';
+import { createEyes, fitSphere } from './eyes.js';
 import { growth } from './hair.js';
 import { createLashes } from './lashes.js';
 import { smoothed } from './groundwork/occlusion.js';
@@ -367,6 +367,12 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     /** What the skin's shader, the eyes' and the teeth are made of, for pictures and files of them. */
     look: { material: skin.material, uniforms: skin.uniforms },
     eyeLook: eyes.look,
+    /** What the lashes are on a face of the model. @param {Float32Array} positions */
+    lashesOn(positions) {
+      const centres = eyeVertices.map((vertices) => new Vector3().fromArray(positions, 3 * vertices[0]));
+      centres.forEach((centre, i) => fitSphere(positions, eyeVertices[i], centre));
+      return { ...lashes.bodies(positions, centres), colour: lashes.colour };
+    },
     teeth,
     update,
     highlight,

@@ -27,6 +27,10 @@ const FRAGMENT = /* glsl */ `
 `;
 
 const SEGMENTS = 4;
+/** Half of a lash's width on its way from root (0) to tip (1), mm. */
+const thickness = (/** @type {number} */ t) => 0.075 * (1 - 0.8 * t);
+/** Around a lash that is a body. */
+const SIDES = 3;
 
 /**
  * The shortest way along edges from each vertex to the next.
@@ -126,7 +130,7 @@ export function createLashes(triangles, rest, vertexOf) {
   const edges = new Float32Array(lashes.length * perLash * 2);
   for (let i = 0; i < edges.length / 2; i++) {
     const t = Math.floor((i % perLash) / 2) / SEGMENTS;
-    edges.set([i % 2 ? 1 : -1, 0.075 * (1 - 0.8 * t)], 2 * i);
+    edges.set([i % 2 ? 1 : -1, thickness(t)], 2 * i);
   }
   geometry.setAttribute('edge', new BufferAttribute(edges, 2));
   const colour = { value: new Color() };
@@ -151,9 +155,12 @@ export function createLashes(triangles, rest, vertexOf) {
   const out = new Vector3();
   const point = new Vector3();
   const before = new Vector3();
-  /** @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first */
-  function update(positions, eyes) {
-    let o = 0;
+  /**
+   * Follows each lash from its root to its tip.
+   * @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
+   * @param {(point: Vector3, course: Vector3, t: number) => void} pass where it is, and where from
+   */
+  function trace(positions, eyes, pass) {
     for (const { lid, at, length, lean, curl } of lashes) {
       const where = at * (lid.path.length - 1);
       const i = Math.min(lid.path.length - 2, Math.floor(where));
@@ -176,18 +183,60 @@ export function createLashes(triangles, rest, vertexOf) {
           .setComponent(1, root.y + out.y * reach * t + lid.rise * reach * (0.42 * curl * t * t - 0.3 * t * (1 - t)));
         if (s === 0) before.copy(point).sub(out);
         before.subVectors(point, before);
-        for (let side = 0; side < 2; side++, o += 3) {
-          point.toArray(array, o);
-          before.toArray(course, o);
-        }
+        pass(point, before, t);
         before.copy(point);
       }
     }
+  }
+  /** @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first */
+  function update(positions, eyes) {
+    let o = 0;
+    trace(positions, eyes, (at, way) => {
+      for (let side = 0; side < 2; side++, o += 3) {
+        at.toArray(array, o);
+        way.toArray(course, o);
+      }
+    });
     position.needsUpdate = along.needsUpdate = true;
+  }
+  /**
+   * The same lashes as bodies, which are seen from every side, on any face of the model.
+   * @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
+   */
+  function bodies(positions, eyes) {
+    const rings = SEGMENTS + 1;
+    const points = new Float32Array(lashes.length * rings * SIDES * 3);
+    const normals = new Float32Array(points.length);
+    const triangles = [];
+    const [across, up, outward] = [new Vector3(), new Vector3(), new Vector3()];
+    let o = 0;
+    trace(positions, eyes, (at, way, t) => {
+      across.set(1, 0, 0).cross(way).normalize();
+      up.crossVectors(across, way).normalize();
+      for (let side = 0; side < SIDES; side++, o += 3) {
+        const angle = (2 * Math.PI * side) / SIDES;
+        outward.copy(across).multiplyScalar(Math.cos(angle)).addScaledVector(up, Math.sin(angle));
+        outward.toArray(normals, o);
+        outward.multiplyScalar(thickness(t)).add(at).toArray(points, o);
+      }
+    });
+    for (let ring = 0; ring < lashes.length * rings; ring++) {
+      if (ring % rings === SEGMENTS) continue;
+      for (let side = 0; side < SIDES; side++) {
+        const [a, b] = [SIDES * ring + side, SIDES * ring + ((side + 1) % SIDES)];
+        triangles.push(a, a + SIDES, b, b, a + SIDES, b + SIDES);
+      }
+    }
+    return { positions: points, normals, triangles: Uint32Array.from(triangles) };
   }
   return {
     mesh,
     update,
+    bodies,
+    /** As the screen shows it, sRGB. */
+    get colour() {
+      return colour.value;
+    },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
     paint: ({ lashes }) => void colour.value.copy(lashes),
   };

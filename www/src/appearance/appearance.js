@@ -1,7 +1,7 @@
-// How the head looks on the page, for files that other programs open: the skin's and the eyes' pictures, and the
-// teeth as meshes.
+// How the head looks on the page, for files that other programs open: the skin's and the eyes' pictures, and lashes
+// and teeth as meshes.
 
-import { Matrix3, Vector3 } from 'three';
+import { Color, Matrix3, Vector3 } from 'three';
 import { expressionTargets, toGlb } from 'phiz/export';
 import { weighted } from '../head.js';
 import { text } from '../text.js';
@@ -34,7 +34,7 @@ export async function glbAsShown(renderer, head, face) {
   if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
   const asked = face.clone();
   try {
-    const parts = head.teeth ? beside(head.teeth, asked) : [];
+    const parts = beside(head, asked);
     const skin = await skinMaps(renderer, head);
     const eyes = { colour: await eyeMap(renderer, head), reach: EYE_REACH };
     return toGlb(asked, { appearance: { skin, eyes, parts } });
@@ -45,15 +45,43 @@ export async function glbAsShown(renderer, head, face) {
 
 /**
  * What is drawn that the model does not have.
- * @param {NonNullable<ReturnType<typeof import('../teeth.js').createTeeth>>} rows @param {import('phiz').Face} face
+ * @param {ReturnType<typeof import('../head.js').createHead>} head @param {import('phiz').Face} face
  */
-function beside(rows, face) {
+function beside(head, face) {
   const targets = expressionTargets(face);
   const rest = face.clone();
   rest.expression = {};
   const positions = rest.positions.slice();
   rest.free();
-  return [...teeth(rows, positions, targets), ...lipShadow(face.model, positions, targets)];
+  const mouth = head.teeth ? [...teeth(head.teeth, positions, targets), ...lipShadow(face.model, positions, targets)] : [];
+  return [...mouth, ...lashes(head, positions, targets)];
+}
+
+/**
+ * The lashes, which go with the lids.
+ * @param {ReturnType<typeof import('../head.js').createHead>} head
+ * @param {Float32Array} rest @param {readonly import('phiz/export').ExpressionTarget[]} targets
+ * @returns {import('phiz/export').Part[]}
+ */
+function lashes(head, rest, targets) {
+  const { positions, normals, triangles, colour } = head.lashesOn(rest);
+  const shade = new Color().copySRGBToLinear(colour).toArray();
+  return [
+    {
+      name: 'lashes',
+      positions,
+      normals,
+      colours: Float32Array.from(positions, (_, i) => shade[i % 3]),
+      triangles,
+      roughness: 0.6,
+      targets: Object.fromEntries(
+        targets.flatMap(({ name, positions: moves }) => {
+          const change = head.lashesOn(rest.map((value, i) => value + moves[i])).positions.map((value, i) => value - positions[i]);
+          return change.some((value) => Math.abs(value) > STILL) ? [[name, change]] : [];
+        }),
+      ),
+    },
+  ];
 }
 
 /**
