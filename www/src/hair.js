@@ -66,7 +66,7 @@ export function growth(rest, at, hollow, triangles) {
 /** Of the tile, mm. */
 export const TILE = 27;
 const SIZE = 512;
-const HAIRS = 1500;
+const HAIRS = 2800;
 
 /**
  * A tile of hairs that lie along the second axis. Red: how much of the skin they cover. Green: how light each is.

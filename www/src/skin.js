@@ -141,7 +141,7 @@ const COLOUR = /* glsl */ `
     grown.y *= 1.0 - smoothSkin;
     float thick = max(grown.x, grown.y) * (1.0 - lip);
     // Roots show through the skin; hairs lie over it.
-    tone = mix(tone, mix(tone * 0.55, browColour, 0.5), thick * (0.5 + 0.45 * thick));
+    tone = mix(tone, mix(tone * 0.55, browColour, 0.5 + 0.3 * thick), thick * (0.5 + 0.45 * thick));
     hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);
     tone = mix(tone, browColour * (0.4 + 1.2 * strand.g), hairs);
     // A photo that is worn has its own.

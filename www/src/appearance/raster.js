@@ -3,7 +3,7 @@
 import { Mesh, OrthographicCamera, Scene, WebGLRenderTarget } from 'three';
 
 /** How far what is painted runs out over its edges, pixels: programs that shrink a picture mix neighbours. */
-const MARGIN = 8;
+const MARGIN = 32;
 
 /**
  * Paints a geometry by its texture coordinates.
