@@ -186,6 +186,9 @@ const ROUGHNESS = /* glsl */ `
 const OCCLUSION = /* glsl */ `
   {
     reflectedLight.indirectDiffuse *= vOpen;
+    // Where light comes through flesh alone, between lips and in nostrils, it is a deep red and not black.
+    float closed = 1.0 - smoothstep(0.0, 0.45, occlusion);
+    reflectedLight.indirectDiffuse += diffuseColor.rgb * vec3(0.11, 0.022, 0.018) * closed;
     float dotNV = saturate(dot(normal, geometryViewDir));
     float shine = computeSpecularOcclusion(dotNV, occlusion, material.roughness);
     reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) ;
