@@ -4,6 +4,7 @@ import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { after, before, describe, test } from 'node:test';
 
+import { glbJson, readPicture } from './glb.js';
 import { SCREENSHOTS, decodePng, differing, launch, moveSlider, open, picture, serve, settled } from './site.js';
 
 const validator = createRequire(new URL('../../www/package.json', import.meta.url))('gltf-validator');
@@ -70,8 +71,7 @@ describe('exports', () => {
     const { bytes } = await download(page, 'GLB');
     const { issues } = await validator.validateBytes(new Uint8Array(bytes));
     assert.deepEqual([issues.numErrors, issues.numWarnings], [0, 0], JSON.stringify(issues.messages));
-    const length = bytes.readUInt32LE(12);
-    const json = JSON.parse(bytes.toString('utf8', 20, 20 + length));
+    const json = glbJson(bytes);
     assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow', 'lashes']);
     const [, upper, lower] = json.meshes;
     assert.equal(upper.extras, undefined, 'the upper row goes with the skull');
@@ -111,39 +111,7 @@ describe('exports', () => {
     assert.ok(max[2] > eyes[0][2] && max[2] < eyes[0][2] + 0.03, `lashes to ${max[2]}, outer corners at ${eyes[0][2]}`);
 
     // The pictures, where features are.
-    const image = (name) => {
-      const { bufferView, mimeType } = json.images.find((one) => one.name === name);
-      const { byteOffset, byteLength } = json.bufferViews[bufferView];
-      return `data:${mimeType};base64,${bytes.subarray(28 + length + byteOffset, 28 + length + byteOffset + byteLength).toString('base64')}`;
-    };
-    const read = (name, points) =>
-      page.evaluate(
-        async ([url, places]) => {
-          const picture = new Image();
-          picture.src = url;
-          await picture.decode();
-          const sheet = document.createElement('canvas');
-          sheet.width = picture.naturalWidth;
-          sheet.height = picture.naturalHeight;
-          const draw = sheet.getContext('2d', { willReadFrequently: true });
-          draw.drawImage(picture, 0, 0);
-          const { model } = window.designer;
-          return places.map((place) => {
-            let [u, v] = Array.isArray(place) ? place : [0, 0];
-            // Between landmarks. No seams are where these are: a vertex has one corner.
-            const names = typeof place === 'string' ? place.split(' ') : [];
-            for (const name of names) {
-              const { stencil } = model.landmarks.find((landmark) => landmark.name === name);
-              for (const [vertex, weight] of stencil) {
-                u += (weight * model.uvs[2 * vertex]) / names.length;
-                v += (weight * (1 - model.uvs[2 * vertex + 1])) / names.length;
-              }
-            }
-            return [...draw.getImageData(u * sheet.width, v * sheet.height, 1, 1).data.slice(0, 3)];
-          });
-        },
-        [image(name), points],
-      );
+    const read = (name, points) => readPicture(page, bytes, name, points);
     const [nose, mouth, bare, crown, brow] = await read('skin colour', ['ibug_30', 'ibug_57 ibug_66', [0.3, 0.5], 'vertex', 'metopion']);
     assert.ok(nose[0] > nose[1] && nose[1] > nose[2] && nose[0] > 150, `the nose is ${nose}`);
     assert.ok(mouth[1] < 0.75 * nose[1] && mouth[0] > 1.6 * mouth[1], `red lips are ${mouth}, the nose ${nose}`);

@@ -7,6 +7,7 @@ import { describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
+import { readPicture } from './glb.js';
 import { decodePng, differing, moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
@@ -324,6 +325,31 @@ describe('a face in a photo', () => {
     await page.waitForFunction(() => window.designer.photo.worn);
     const dressed = await head();
     await page.screenshot({ path: join(SCREENSHOTS, 'photo-head.png') });
+    // A GLB of it wears them, too: of the skin's redness, which light that is white does not change.
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    const dialog = page.getByRole('dialog');
+    const [file] = await Promise.all([page.waitForEvent('download'), dialog.getByRole('button', { name: 'GLB', exact: true }).click()]);
+    const glb = readFileSync(await file.path());
+    await dialog.getByRole('button', { name: 'Close' }).click();
+    const between = [[21, 22], [36, 48], [45, 54]];
+    const worn = await readPicture(page, glb, 'skin colour', between.map(([a, b]) => `ibug_${a} ibug_${b}`));
+    const { points } = await stateOf(page);
+    const photo = await page.evaluate(
+      async ([url, places]) => {
+        const picture = await createImageBitmap(await (await fetch(url)).blob());
+        const draw = new OffscreenCanvas(1, 1).getContext('2d', { willReadFrequently: true });
+        // The mean of nine pixels a side.
+        return places.map(([x, y]) => {
+          draw.drawImage(picture, x - 4, y - 4, 9, 9, 0, 0, 1, 1);
+          return [...draw.getImageData(0, 0, 1, 1).data];
+        });
+      },
+      [new URL('astronaut.jpg', site.url).href, between.map(([a, b]) => [0, 1].map((k) => (points[2 * a + k] + points[2 * b + k]) / 2))],
+    );
+    const redness = (/** @type {number[][]} */ colours) => colours.map(([r, g]) => r / g);
+    // Less than 0.03 apart as measured; the head's own skin is 0.19 redder and more.
+    const there = redness(photo);
+    assert.ok(redness(worn).every((value, i) => Math.abs(value - there[i]) < 0.06), `the GLB’s skin is ${redness(worn)}, the photo’s ${there}`);
     await colours.uncheck();
     const plainHead = await head();
     assert.ok(differing(dressed, plainHead) > 0.05 * plainHead.width * plainHead.height);
