@@ -133,7 +133,8 @@ const COLOUR = /* glsl */ `
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
   float hairs = 0.0;
   vec3 lying = vec3(0.0);
-  if (dense.x + dense.y > 0.0) {
+  // Distances are the head's, and their colours no darker under hair.
+  if (dense.x + dense.y > 0.0 && heatStrength < 1.0) {
     vec2 strand = strands(lying);
     // No hairline is a line: each hair has its own.
     vec2 grown = vGrowth + 0.3 * (broad.a - 0.5) + 0.8 * (strand.g - 0.5);
@@ -284,7 +285,7 @@ export function createSkin({ pores, face, brows, depth }) {
         vOpen = pow(vec3(shade.x), vec3(0.78, 1.08, 1.18));
         vMark = mark;
         vGrowth = growth;
-        // Hair stands off the head, but where distances are shown.
+        // Hair stands off the head.
         transformed += objectNormal * (3.5 * (1.0 - heatStrength) * (1.0 - worn) * dense.x * smoothstep(-0.1, 0.9, growth.x));
         vHeat = heat;
         vWorn = uv;`,

@@ -68,7 +68,7 @@ const MAPS = {
  */
 export async function skinMaps(renderer, { skin, look }) {
   const tone = look.material.color;
-  const uniforms = { ...look.uniforms, markStrength: { value: [0, 0] }, skinTone: { value: tone }, roughness: { value: look.material.roughness } };
+  const uniforms = { ...look.uniforms, markStrength: { value: [0, 0] }, heatStrength: { value: 0 }, skinTone: { value: tone }, roughness: { value: look.material.roughness } };
   const most = renderer.capabilities.maxTextureSize;
   /** @param {keyof typeof MAPS} name @param {number} size @param {readonly number[]} ground @param {number} quality */
   const map = (name, size, ground, quality) => {
