@@ -35,8 +35,8 @@ const RADIUS = 75;
 export function growth(rest, at, hollow, triangles) {
   const count = rest.length / 3;
   const [scalp, beard] = [0, 1].map(() => new Float32Array(count).fill(-1));
-  const [trichion, tragion, root, behind, below] = ['trichion', 'tragion left', 'helix root left', 'postaurale left', 'subaurale left'].map((name) => at.get(name));
-  if (!trichion || !tragion || !root || !behind || !below) return { scalp, beard };
+  const [trichion, tragion, root, above, behind, below] = ['trichion', 'tragion left', 'helix root left', 'superaurale left', 'postaurale left', 'subaurale left'].map((name) => at.get(name));
+  if (!trichion || !tragion || !root || !above || !behind || !below) return { scalp, beard };
   const tall = trichion[1] - tragion[1];
   const axis = tragion[2] + 0.11 * tall;
   const line = (/** @type {number[][]} */ points) => points.map(([angle, height]) => [(angle / 180) * Math.PI * RADIUS, tragion[1] + height * tall]);
@@ -51,15 +51,17 @@ export function growth(rest, at, hollow, triangles) {
   const around = [...mirrored(half.slice(0, -1)), ...half];
   for (let v = 0; v < count; v++) {
     const [x, y, z] = [rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]];
-    // What stands off the head where ears are is an ear.
-    const ear = z < root[2] + 3 && z > behind[2] - 4 && y > below[1] - 4 && (Math.abs(x) > root[0] + 0.6 || (y < root[1] + 1 && z > behind[2] + 2));
-    if (ear) continue;
+    // What stands off the head where ears are is an ear: how far into it, mm. Skin around it stays bare for a
+    // millimetre, and hair is whole after three.
+    const off = Math.max(Math.abs(x) - root[0] - 0.6, Math.min(root[1] + 1 - y, z - behind[2] - 2));
+    const ear = Math.min(off, above[1] + 2 - y, root[2] + 3 - z, z - behind[2] + 4, y - below[1] + 4);
+    const most = (-5 * ear - 4) / MARGIN;
     const turn = Math.atan2(x, z - axis) * RADIUS;
-    scalp[v] = Math.max(-1, Math.min(1, -distanceTo(within, turn, y) / MARGIN));
-    beard[v] = Math.max(-1, Math.min(1, -distanceTo(around, turn, y) / MARGIN));
+    scalp[v] = Math.max(-1, Math.min(1, most, -distanceTo(within, turn, y) / MARGIN));
+    beard[v] = Math.max(-1, Math.min(1, most, -distanceTo(around, turn, y) / MARGIN));
   }
   for (const v of hollow) scalp[v] = beard[v] = -1;
-  // An ear ends where its triangles do, and not in steps.
+  // Triangles around ears are no steps.
   return { scalp: smoothed(scalp, triangles, 2), beard: smoothed(beard, triangles, 1) };
 }
 
