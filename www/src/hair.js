@@ -7,7 +7,7 @@ import { sharpen } from './textures.js';
 // Hair that is cropped to the skin, and a beard that is: where either grows on the generic head, and a tile of it.
 
 /** How far inside or outside of its line hair is told from skin, mm. */
-export const MARGIN = 20;
+const MARGIN = 20;
 
 // Lines around the head, from the middle of the face to the middle of the nape: degrees around an upright axis, and
 // heights of which 0 is the tragion's and 1 the trichion's, the hairline's midpoint. A man's who keeps his hair:

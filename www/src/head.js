@@ -181,8 +181,12 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     shade[3 * v + 2] = t * t * (3 - 2 * t) * s * s * (3 - 2 * s);
   }
   geometry.setAttribute('shade', perCorner(shade));
-  const cavities = model.parts.filter(({ name }) => /cavit/.test(name)).flatMap(({ first, count }) => [...model.triangles.subarray(3 * first, 3 * (first + count))]);
-  const grows = growth(rest, at, cavities.map((corner) => corners[corner]), skinTriangles);
+  /** @param {RegExp} name of parts */
+  const verticesOf = (name) =>
+    model.parts
+      .filter((part) => name.test(part.name))
+      .flatMap(({ first, count }) => [...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => corners[corner]))]);
+  const grows = growth(rest, at, verticesOf(/cavit/), skinTriangles);
   geometry.setAttribute('growth', new BufferAttribute(Float32Array.from({ length: 2 * cornerCount }, (_, i) => (i % 2 ? grows.beard : grows.scalp)[corners[i >> 1]]), 2));
   geometry.boundingSphere = new Sphere(
     bounds.getCenter(new Vector3()),
@@ -225,10 +229,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     return stencil.reduce((best, entry) => (entry[1] > best[1] ? entry : best))[0];
   };
   const lashes = createLashes(skinTriangles, rest, vertexOf);
-  const cavity = model.parts.filter(({ name }) => name === 'mouth cavity').flatMap(({ first, count }) => [
-    ...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => corners[corner])),
-  ]);
-  const teeth = createTeeth(rest, at, cavity, vertexOf);
+  const teeth = createTeeth(rest, at, verticesOf(/^mouth cavity$/), vertexOf);
   eyes.update(rest);
   lashes.update(rest, eyes.centres);
 
