@@ -1,11 +1,10 @@
 // What leaves the page: the dialog's downloads, as a person takes them.
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { after, before, describe, test } from 'node:test';
 
 import { glbJson, readPicture } from './glb.js';
-import { SCREENSHOTS, decodePng, differing, launch, moveSlider, open, picture, serve, settled } from './site.js';
+import { SCREENSHOTS, decodePng, differing, download, launch, moveSlider, open, picture, serve, settled } from './site.js';
 
 const validator = createRequire(new URL('../../www/package.json', import.meta.url))('gltf-validator');
 
@@ -21,15 +20,6 @@ after(async () => {
   await browser?.close();
   await site?.close();
 });
-
-/** @param {import('playwright-core').Page} page @param {string} button */
-async function download(page, button) {
-  const [file] = await Promise.all([
-    page.waitForEvent('download'),
-    page.getByRole('dialog').getByRole('button', { name: button, exact: true }).click(),
-  ]);
-  return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
-}
 
 /** @param {import('playwright-core').Page} page @param {number} width @param {number} height */
 async function ask(page, width, height) {

@@ -8,7 +8,7 @@ import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
 import { readPicture } from './glb.js';
-import { decodePng, differing, moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
@@ -327,10 +327,8 @@ describe('a face in a photo', () => {
     await page.screenshot({ path: join(SCREENSHOTS, 'photo-head.png') });
     // A GLB of it wears them, too: of the skin's redness, which light that is white does not change.
     await page.getByRole('button', { name: 'Take the face with you' }).click();
-    const dialog = page.getByRole('dialog');
-    const [file] = await Promise.all([page.waitForEvent('download'), dialog.getByRole('button', { name: 'GLB', exact: true }).click()]);
-    const glb = readFileSync(await file.path());
-    await dialog.getByRole('button', { name: 'Close' }).click();
+    const { bytes: glb } = await download(page, 'GLB');
+    await page.getByRole('dialog').getByRole('button', { name: 'Close' }).click();
     const between = [[21, 22], [36, 48], [45, 54]];
     const worn = await readPicture(page, glb, 'skin colour', between.map(([a, b]) => `ibug_${a} ibug_${b}`));
     const { points } = await stateOf(page);

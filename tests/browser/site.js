@@ -2,6 +2,7 @@
 
 import { execFileSync } from 'node:child_process';
 import { createReadStream, existsSync, mkdirSync, statSync } from 'node:fs';
+import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
 import { extname, join, normalize, sep } from 'node:path';
@@ -270,6 +271,18 @@ export async function moveSlider(page, name, value) {
   const slider = page.getByRole('slider', { name, exact: true });
   await slider.fill(String(value));
   await slider.dispatchEvent('change');
+}
+
+/**
+ * A file that the dialog of exports gives.
+ * @param {import('playwright-core').Page} page @param {string} button
+ */
+export async function download(page, button) {
+  const [file] = await Promise.all([
+    page.waitForEvent('download'),
+    page.getByRole('dialog').getByRole('button', { name: button, exact: true }).click(),
+  ]);
+  return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
 }
 
 /**

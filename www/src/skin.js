@@ -220,6 +220,8 @@ const FUZZ = new Color(0.95, 0.72, 0.62);
  * }} look `depth` is the z (mm, at rest) from which on the maps apply
  */
 export function createSkin({ pores, face, brows, depth }) {
+  /** @type {import('three').Texture} */
+  const hairless = new DataTexture(new Uint8Array(4), 1, 1);
   const uniforms = {
     ...backdropUniforms,
     ...studioUniforms,
@@ -231,7 +233,7 @@ export function createSkin({ pores, face, brows, depth }) {
     browColour: { value: new Color() },
     bushy: { value: 1 },
     /** Painted when there is hair. */
-    strandMap: { value: /** @type {import('three').Texture} */ (new DataTexture(new Uint8Array(4), 1, 1)) },
+    strandMap: { value: hairless },
     dense: { value: new Vector2() },
     lipColour: { value: new Color() },
     lipCover: { value: 0 },
@@ -243,7 +245,6 @@ export function createSkin({ pores, face, brows, depth }) {
     wornMap: { value: new DataTexture(new Uint8Array(4), 1, 1) },
     worn: { value: 0 },
   };
-  let haired = false;
   const material = new MeshPhysicalMaterial({
     roughness: 0.52,
     specularIntensity: 0.85,
@@ -322,10 +323,7 @@ export function createSkin({ pores, face, brows, depth }) {
       uniforms.browColour.value.copy(brows);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
-      if (!haired && dense.some((much) => much > 0)) {
-        haired = true;
-        uniforms.strandMap.value = paintStrands();
-      }
+      if (uniforms.strandMap.value === hairless && dense.some((much) => much > 0)) uniforms.strandMap.value = paintStrands();
     },
   };
 }
