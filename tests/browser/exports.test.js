@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { createRequire } from 'node:module';
 import { after, before, describe, test } from 'node:test';
 
-import { glbJson, readPicture } from './glb.js';
+import { glbJson, readPicture, readVectors } from './glb.js';
 import { SCREENSHOTS, decodePng, differing, download, launch, moveSlider, open, picture, serve, settled } from './site.js';
 
 const validator = createRequire(new URL('../../www/package.json', import.meta.url))('gltf-validator');
@@ -64,7 +64,8 @@ describe('exports', () => {
     const json = glbJson(bytes);
     assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow', 'lashes']);
     const [, upper, lower] = json.meshes;
-    assert.equal(upper.extras, undefined, 'the upper row goes with the skull');
+    const controls = await page.evaluate(() => window.designer.face.controls.map(({ name }) => name));
+    assert.deepEqual(upper.extras.targetNames.filter((name) => !controls.includes(name)), [], 'no expression moves the upper row: it goes with the skull');
     assert.ok(lower.extras.targetNames.includes('jawOpen') && !lower.extras.targetNames.includes('eyeBlinkLeft'), lower.extras.targetNames.join());
     const jaw = json.accessors[lower.primitives[0].targets[lower.extras.targetNames.indexOf('jawOpen')].POSITION];
     assert.ok(jaw.min[1] < -0.01, `the lower teeth go down by ${jaw.min[1]} m`);
@@ -99,6 +100,62 @@ describe('exports', () => {
     const { min, max } = json.accessors[fringe.primitives[0].attributes.POSITION];
     assert.ok(Math.abs(min[0] - eyes[0][0]) < 0.008 && Math.abs(max[0] - eyes[1][0]) < 0.008, `lashes from ${min[0]} to ${max[0]}, eyes ${eyes.map(([x]) => x)}`);
     assert.ok(max[2] > eyes[0][2] && max[2] < eyes[0][2] + 0.03, `lashes to ${max[2]}, outer corners at ${eyes[0][2]}`);
+
+    // Sliders take along what stands in the face: roots of lashes go as far as the lid beneath, teeth as far as the lips.
+    const [face] = json.meshes;
+    const skinOf = face.primitives[0];
+    const rest = readVectors(bytes, skinOf.attributes.POSITION);
+    /** @param {any} mesh @param {string} name @returns {Float32Array | null} */
+    const target = (mesh, name) => {
+      const index = mesh.extras.targetNames.indexOf(name);
+      return index < 0 ? null : readVectors(bytes, mesh.primitives[0].targets[index].POSITION);
+    };
+    const hairs = readVectors(bytes, fringe.primitives[0].attributes.POSITION);
+    // A lash is five rings of three; the middle of its first one is on the lid. Every seventh is enough.
+    const middle = (/** @type {Float32Array} */ values, /** @type {number} */ lash) => [0, 1, 2].map((k) => (values[45 * lash + k] + values[45 * lash + 3 + k] + values[45 * lash + 6 + k]) / 3);
+    const roots = Array.from({ length: Math.floor(hairs.length / 45 / 7) }, (_, n) => {
+      const at = middle(hairs, 7 * n);
+      let [nearest, least] = [0, Infinity];
+      for (let v = 0; v < rest.length / 3; v++) {
+        const away = Math.hypot(rest[3 * v] - at[0], rest[3 * v + 1] - at[1], rest[3 * v + 2] - at[2]);
+        if (away < least) [nearest, least] = [v, away];
+      }
+      assert.ok(least < 0.002, `a lash stands ${1000 * least} mm from the skin`);
+      return { lash: 7 * n, lid: nearest };
+    });
+    for (const name of ['eyes size', 'eyes vertical position', 'inner eye distance', 'eyes 1', 'head 1']) {
+      const [lids, lashes] = [target(face, name), target(fringe, name)];
+      const far = roots.map(({ lid }) => Math.hypot(...lids.subarray(3 * lid, 3 * lid + 3)));
+      assert.ok(Math.max(...far) > 0.0005, `${name} moves lids`);
+      const off = roots.map(({ lash, lid }) => Math.hypot(...middle(lashes, lash).map((value, k) => value - lids[3 * lid + k]))).sort((a, b) => a - b);
+      // A root is up to half an edge of the lid, 0.7 mm, from that vertex, and the lid stretches between.
+      assert.ok(off[Math.floor(0.9 * off.length)] < 0.2 * Math.max(...far), `${name}: lids go up to ${1000 * Math.max(...far)} mm, lashes are off by ${1000 * off[Math.floor(0.9 * off.length)]}`);
+    }
+    const lipAt = await page.evaluate(() => {
+      const { model } = window.designer;
+      return model.landmarks.find(({ name }) => name === 'ibug_62').stencil;
+    });
+    for (const name of ['mouth vertical position', 'head 1', 'head 2']) {
+      const lips = target(face, name);
+      const lipMove = [0, 1, 2].map((k) => lipAt.reduce((sum, [v, w]) => sum + w * lips[3 * v + k], 0));
+      for (const row of [upper, lower]) {
+        const moves = target(row, name);
+        const mean = [0, 1, 2].map((k) => moves.reduce((sum, value, i) => (i % 3 === k ? sum + value : sum), 0) / (moves.length / 3));
+        // They stand between both lips, which do not go equally far; how deep is a matter of the wall behind.
+        const away = Math.hypot(mean[0] - lipMove[0], mean[1] - lipMove[1]);
+        assert.ok(away < 0.5 * Math.hypot(...lipMove), `${name}: the lip goes by ${lipMove.map((x) => 1000 * x)} mm, ${row.name} by ${mean.map((x) => 1000 * x)}`);
+      }
+    }
+    assert.equal(target(fringe, 'chin 1'), null);
+
+    // Behind parted lips the shadow draws back: its lower edge in the middle comes as high as its upper one.
+    const ribbon = readVectors(bytes, shadow.primitives[0].attributes.POSITION);
+    const opened = target(shadow, 'jawOpen');
+    const columns = ribbon.length / 6;
+    const centre = (columns - 1) / 2;
+    const heights = [centre, columns + centre].map((i) => ribbon[3 * i + 1] + opened[3 * i + 1]);
+    assert.ok(heights[0] - heights[1] < 1e-5, `the shadow hangs ${1000 * (heights[0] - heights[1])} mm into an open mouth`);
+    assert.ok(ribbon[3 * centre + 1] - ribbon[3 * (columns + centre) + 1] > 0.0015, 'and is there between lips at rest');
 
     // The pictures, where features are.
     const read = (name, points) => readPicture(page, bytes, name, points);

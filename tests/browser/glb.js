@@ -4,6 +4,28 @@
 export const glbJson = (bytes) => JSON.parse(bytes.toString('utf8', 20, 20 + bytes.readUInt32LE(12)));
 
 /**
+ * The vectors of an accessor, those of a sparse one as well.
+ * @param {Buffer} bytes @param {number} index
+ * @returns {Float32Array} three each
+ */
+export function readVectors(bytes, index) {
+  const { accessors, bufferViews } = glbJson(bytes);
+  const { bufferView, count, sparse } = accessors[index];
+  const start = 28 + bytes.readUInt32LE(12);
+  /** @param {number} view */
+  const at = (view) => start + bufferViews[view].byteOffset;
+  const out = new Float32Array(3 * count);
+  if (bufferView !== undefined) for (let i = 0; i < out.length; i++) out[i] = bytes.readFloatLE(at(bufferView) + 4 * i);
+  const wide = sparse?.indices.componentType === 5125;
+  for (let i = 0; i < (sparse?.count ?? 0); i++) {
+    const from = at(sparse.indices.bufferView) + (wide ? 4 : 2) * i;
+    const vertex = wide ? bytes.readUInt32LE(from) : bytes.readUInt16LE(from);
+    for (let k = 0; k < 3; k++) out[3 * vertex + k] = bytes.readFloatLE(at(sparse.values.bufferView) + 4 * (3 * i + k));
+  }
+  return out;
+}
+
+/**
  * The colours of a picture in it, as the browser shows it.
  * @param {import('playwright-core').Page} page with a face of the same model
  * @param {Buffer} bytes

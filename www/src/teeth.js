@@ -22,7 +22,7 @@ const LIGHTS = ShaderChunk.lights_fragment_begin.replace(
 );
 
 /** Between lips that are no further apart than the first nothing is seen, mm; past the second all is. */
-const OPEN = [1.4, 3.6];
+export const OPEN = [1.4, 3.6];
 
 /** The corners and the middles of the lips' inner line; the chin from its right to its left. */
 const NAMES = ['ibug_60', 'ibug_64', 'ibug_62', 'ibug_66', 'ibug_06', 'ibug_07', 'ibug_08', 'ibug_09', 'ibug_10'];

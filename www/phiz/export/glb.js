@@ -287,6 +287,7 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance }
     const shape = { componentType: FLOAT, count: many, type: 'VEC3' };
     const metres = points.map((x) => x * METRES);
     const named = Object.entries(targets ? moves : {});
+    const movesOf = (/** @type {Float32Array} */ move) => Array.from({ length: many }, (_, v) => [0, 1, 2].some((k) => Math.abs(move[3 * v + k]) > STILL));
     materials.push({ name, doubleSided: true, pbrMetallicRoughness: { metallicFactor: 0, roughnessFactor: roughness } });
     return {
       name,
@@ -307,8 +308,7 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance }
           material: materials.length - 1,
           ...(named.length && {
             targets: named.map(([, move]) => {
-              const change = move.map((x) => x * METRES);
-              return { POSITION: buffer.accessor({ bufferView: buffer.view(change, ARRAY_BUFFER), ...shape, ...bounds(change) }) };
+              return { POSITION: displacement(buffer, move.map((x) => x * METRES), movesOf(move)) };
             }),
           }),
         },

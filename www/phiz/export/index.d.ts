@@ -80,7 +80,7 @@ export interface Part {
   readonly colours: Float32Array;
   readonly triangles: Uint32Array;
   readonly roughness: number;
-  /** By an expression's name how far weight 1 of it moves each vertex, mm. */
+  /** By a control's or an expression's name how far weight 1 of it moves each vertex, mm. */
   readonly targets: Readonly<Record<string, Float32Array>>;
 }
 
@@ -109,7 +109,7 @@ export interface Appearance {
  *   what a weight means. The mesh is then the face at rest, and the weights are its expression. `targetNormals` (default
  *   true) gives them normals, which doubles the file; programs that compute normals need none. `appearance` puts
  *   pictures on skin and eyeballs, which then have no colour a vertex, and meshes beside the face, each a node
- *   whose targets have the expressions' names.
+ *   whose targets have the names of the face's.
  */
 export function toGlb(
   face: Face,

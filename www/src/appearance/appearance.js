@@ -2,13 +2,14 @@
 // and teeth as meshes.
 
 import { Color, Matrix3, Vector3 } from 'three';
-import { expressionTargets, toGlb } from 'phiz/export';
+import { expressionTargets, morphTargets, toGlb } from 'phiz/export';
 import { weighted } from '../head.js';
+import { OPEN } from '../teeth.js';
 import { text } from '../text.js';
 import { EYE_REACH, eyeMap, skinMaps } from './maps.js';
 
-/** What goes less far with an expression stays where it is, mm. */
-const STILL = 0.15;
+/** What goes less far than this with an expression, or with a standard deviation of a slider, stays where it is, mm. */
+const STILL = { expression: 0.15, slider: 0.1 };
 
 /** The lips' inner line from corner to corner, above and below. */
 const ABOVE = ['ibug_60', 'ibug_61', 'ibug_62', 'ibug_63', 'ibug_64'];
@@ -44,60 +45,85 @@ export async function glbAsShown(renderer, head, face) {
 }
 
 /**
- * What is drawn that the model does not have.
+ * What is drawn that the model does not have: where it is in any face, as the page places it.
+ *
+ * @typedef {Omit<import('phiz/export').Part, 'positions' | 'targets'> & {
+ *   on: (rest: Float32Array, expression: Float32Array | null) => Float32Array,
+ * }} Follower
+ * `on` takes the face at rest and what an expression adds to it, mm
+ */
+
+/**
+ * What is drawn that the model does not have, with what expressions and sliders do to it.
  * @param {ReturnType<typeof import('../head.js').createHead>} head @param {import('phiz').Face} face
+ * @returns {import('phiz/export').Part[]}
  */
 function beside(head, face) {
-  const targets = expressionTargets(face);
-  const rest = face.clone();
-  rest.expression = {};
-  const positions = rest.positions.slice();
-  rest.free();
-  const mouth = head.teeth ? [...teeth(head.teeth, positions, targets), ...lipShadow(face.model, positions, targets)] : [];
-  return [...mouth, ...lashes(head, positions, targets)];
+  const still = face.clone();
+  still.expression = {};
+  const rest = still.positions.slice();
+  still.free();
+  const followers = [
+    ...(head.teeth ? [...teeth(head.teeth, rest), ...lipShadow(face.model)] : []),
+    lashes(head, rest),
+  ];
+  const expressions = expressionTargets(face);
+  const sliders = morphTargets(face);
+  return followers.map(({ on, ...part }) => {
+    const positions = on(rest, null);
+    /** @param {Float32Array} to @param {Float32Array} from @param {number} share */
+    const between = (to, from, share) => to.map((value, i) => share * (value - from[i]));
+    /** @type {Record<string, Float32Array>} */
+    const targets = {};
+    /** @param {string} name @param {Float32Array} change @param {number} least */
+    const keep = (name, change, least) => {
+      if (change.some((value) => Math.abs(value) > least)) targets[name] = change;
+    };
+    // Where things are is not linear in the face; half of both ways is the slope.
+    for (const { name, positions: moves } of sliders) {
+      const shifted = (/** @type {1 | -1} */ way) => on(rest.map((value, i) => value + way * moves[i]), null);
+      keep(name, between(shifted(1), shifted(-1), 0.5), STILL.slider);
+    }
+    for (const { name, positions: moves } of expressions) keep(name, between(on(rest, moves), positions, 1), STILL.expression);
+    return { ...part, positions, targets };
+  });
 }
+
+/** @param {Float32Array} rest @param {Float32Array | null} expression */
+const together = (rest, expression) => (expression ? rest.map((value, i) => value + expression[i]) : rest);
 
 /**
  * The lashes, which go with the lids.
- * @param {ReturnType<typeof import('../head.js').createHead>} head
- * @param {Float32Array} rest @param {readonly import('phiz/export').ExpressionTarget[]} targets
- * @returns {import('phiz/export').Part[]}
+ * @param {ReturnType<typeof import('../head.js').createHead>} head @param {Float32Array} rest
+ * @returns {Follower}
  */
-function lashes(head, rest, targets) {
+function lashes(head, rest) {
   const { positions, normals, triangles, colour } = head.lashesOn(rest);
   const shade = new Color().copySRGBToLinear(colour).toArray();
-  return [
-    {
-      name: 'lashes',
-      positions,
-      normals,
-      colours: Float32Array.from(positions, (_, i) => shade[i % 3]),
-      triangles,
-      roughness: 0.6,
-      targets: Object.fromEntries(
-        targets.flatMap(({ name, positions: moves }) => {
-          const change = head.lashesOn(rest.map((value, i) => value + moves[i])).positions.map((value, i) => value - positions[i]);
-          return change.some((value) => Math.abs(value) > STILL) ? [[name, change]] : [];
-        }),
-      ),
-    },
-  ];
+  return {
+    name: 'lashes',
+    normals,
+    colours: Float32Array.from(positions, (_, i) => shade[i % 3]),
+    triangles,
+    roughness: 0.6,
+    on: (face, expression) => head.lashesOn(together(face, expression)).positions,
+  };
 }
 
 /**
- * Both rows in the face at rest, and what of them goes along with expressions.
- * @param {NonNullable<ReturnType<typeof import('../teeth.js').createTeeth>>} teeth
- * @param {Float32Array} rest @param {readonly import('phiz/export').ExpressionTarget[]} targets
- * @returns {import('phiz/export').Part[]}
+ * Both rows: the upper one stands still in an expression, the lower one goes with the jaw.
+ * @param {NonNullable<ReturnType<typeof import('../teeth.js').createTeeth>>} teeth @param {Float32Array} rest
+ * @returns {Follower[]}
  */
-function teeth(teeth, rest, targets) {
+function teeth(teeth, rest) {
   const { anchors, meshes } = teeth;
   const none = new Float32Array(3 * anchors.length);
-  const places = teeth.at(rest, none);
-  const moved = targets.map(({ name, positions }) => {
-    const shifts = Float32Array.from(none, (_, i) => positions[3 * anchors[Math.floor(i / 3)] + (i % 3)]);
-    return { name, places: teeth.at(rest.map((value, i) => value + positions[i]), shifts) };
-  });
+  /** @param {Float32Array} face @param {Float32Array | null} expression */
+  const places = (face, expression) => {
+    const shifts = expression ? none.map((_, i) => expression[3 * anchors[Math.floor(i / 3)] + (i % 3)]) : none;
+    return teeth.at(together(face, expression), shifts);
+  };
+  const upright = places(rest, null);
   const point = new Vector3();
   return meshes.map(({ name, geometry }, row) => {
     /** @param {string} attribute @param {(point: Vector3) => void} change */
@@ -110,22 +136,17 @@ function teeth(teeth, rest, targets) {
       }
       return out;
     };
-    const at = (/** @type {import('three').Matrix4[]} */ there) => each('position', (p) => p.applyMatrix4(there[row]));
-    const turn = new Matrix3().getNormalMatrix(places[row]);
-    const positions = at(places);
+    const turn = new Matrix3().getNormalMatrix(upright[row]);
     return {
       name,
-      positions,
       normals: each('normal', (n) => n.applyMatrix3(turn).normalize()),
       colours: Float32Array.from(geometry.getAttribute('color').array),
       triangles: Uint32Array.from(geometry.index?.array ?? []),
       roughness: 0.36,
-      targets: Object.fromEntries(
-        moved.flatMap(({ name: expression, places: there }) => {
-          const change = at(there).map((value, i) => value - positions[i]);
-          return change.some((value) => Math.abs(value) > STILL) ? [[expression, change]] : [];
-        }),
-      ),
+      on(face, expression) {
+        const place = places(face, expression)[row];
+        return each('position', (p) => p.applyMatrix4(place));
+      },
     };
   });
 }
@@ -134,10 +155,9 @@ function teeth(teeth, rest, targets) {
  * What lips at rest leave open is a millimetre, and dark: few programs cast the shadow of a lip on teeth. A dark ribbon
  * behind the line between them goes along with the upper one.
  * @param {import('phiz').FaceModel} model
- * @param {Float32Array} rest @param {readonly import('phiz/export').ExpressionTarget[]} targets
- * @returns {import('phiz/export').Part[]}
+ * @returns {Follower[]}
  */
-function lipShadow(model, rest, targets) {
+function lipShadow(model) {
   if (![...ABOVE, ...BELOW].every((name) => model.landmarks.some((landmark) => landmark.name === name))) return [];
   /** @param {readonly string[]} names @returns {(values: Float32Array) => number[][]} */
   const along = (names) => {
@@ -151,31 +171,30 @@ function lipShadow(model, rest, targets) {
     };
   };
   const [above, below] = [along(ABOVE), along(BELOW)];
-  const [top, bottom] = [above(rest), below(rest)];
-  const many = top.length;
-  const positions = new Float32Array(6 * many);
-  top.forEach(([x, y, z], i) => {
-    positions.set([x, y + OVER, z - BEHIND], 3 * i);
-    positions.set([bottom[i][0], Math.min(y, bottom[i][1]) - UNDER, bottom[i][2] - BEHIND], 3 * (many + i));
-  });
+  const many = COLUMNS * (ABOVE.length - 1) + 1;
   return [
     {
       name: 'lip shadow',
-      positions,
-      normals: Float32Array.from(positions, (_, i) => (i % 3 === 2 ? 1 : 0)),
-      colours: Float32Array.from(positions, (_, i) => SHADOW[i % 3]),
-      triangles: Uint32Array.from({ length: many - 1 }, (_, i) => i).reduce(
-        (list, i) => Uint32Array.of(...list, i, many + i, i + 1, i + 1, many + i, many + i + 1),
-        new Uint32Array(0),
+      normals: Float32Array.from({ length: 6 * many }, (_, i) => (i % 3 === 2 ? 1 : 0)),
+      colours: Float32Array.from({ length: 6 * many }, (_, i) => SHADOW[i % 3]),
+      triangles: Uint32Array.from(
+        Array.from({ length: many - 1 }, (_, i) => [i, many + i, i + 1, i + 1, many + i, many + i + 1]).flat(),
       ),
       roughness: 1,
-      targets: Object.fromEntries(
-        targets.flatMap(({ name, positions: moves }) => {
-          const shift = above(moves).flat();
-          const both = Float32Array.of(...shift, ...shift);
-          return both.some((value) => Math.abs(value) > STILL) ? [[name, both]] : [];
-        }),
-      ),
+      on(face, expression) {
+        const bottom = below(face);
+        const [rise, fall] = expression ? [above(expression), below(expression)] : [null, null];
+        const rows = above(face).map(([x, y, z], i) => {
+          const low = [bottom[i][0], Math.min(y, bottom[i][1]) - UNDER, bottom[i][2] - BEHIND];
+          const column = [[x, y + OVER, z - BEHIND], low];
+          if (!rise || !fall) return column;
+          // Where lips part it draws back behind the upper one: an open mouth has no curtain.
+          const gap = Math.hypot(...[x, y, z].map((value, k) => value + rise[i][k] - bottom[i][k] - fall[i][k]));
+          low[1] += Math.min(1, Math.max(0, (gap - OPEN[0]) / (OPEN[1] - OPEN[0]))) * (y + OVER - low[1]);
+          return column.map((point) => point.map((value, k) => value + rise[i][k]));
+        });
+        return Float32Array.from([0, 1].flatMap((row) => rows.flatMap((column) => column[row])));
+      },
     },
   ];
 }
