@@ -12,7 +12,8 @@ Nothing beats the posterior: how far off the best estimate is of people of the m
 is unknown but near enough to be linear, and who estimates knows the noise. So do two more rows tell: `posterior`, errors
 drawn from it, and `nearest`, the model's own face nearest to each person, which is what people are off
 who are not of the model. Both together (`attainable`, the root of the sum of squares) are about what
-can be had of points alone.
+can be had of points alone, if the model's people vary as these do: of whom the mean face is off as the
+rows `mean face` and `model's people` tell.
 """
 
 import argparse
@@ -180,6 +181,9 @@ def main():
         rows["mean face"]["pose"] = float("nan")  # it has none of its own
         drawn = [e for p in photos for e in posterior(p, SETS[setting], mean.reshape(-1, 3), modes, random)]
         rows["posterior"] = dict(zip(MEASURES, (*numpy.mean(drawn, 0), float("nan"))))
+        people = (numpy.tensordot(random.standard_normal(len(modes)), modes[:, POINTS:], 1) for _ in range(400))
+        vary = [errors(face, face + person)[:3] for person in people]
+        rows["model's people"] = dict(zip(MEASURES, (*numpy.mean(vary, 0), float("nan"))))
         near = [errors(nearest(t, face, modes[:, POINTS:]), t)[:3] for t in truths]
         rows["nearest"] = dict(zip(MEASURES, (*numpy.mean(near, 0), float("nan"))))
         rows["attainable"] = {key: numpy.hypot(rows["posterior"][key], rows["nearest"][key])
