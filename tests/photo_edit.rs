@@ -307,6 +307,73 @@ fn the_background_stays_but_for_what_is_beside_the_head() {
     );
 }
 
+/// A person's light is not their background's: nothing glows beside a cheek whose shade changes.
+#[test]
+fn what_is_behind_the_head_keeps_its_light() {
+    let (face, camera) = (person(4), camera([0.6, 0.1, 0.0]));
+    let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+    let triangles = face.model().parts().topology.triangles();
+    let size = SIZE.map(|s| s as usize);
+    let raster = Raster::new(&camera, size, &positions, &triangles);
+    let head = |at: DVec2| {
+        let at = at.clamp(
+            DVec2::ZERO,
+            DVec2::new(size[0] as f64, size[1] as f64) - 1.0,
+        );
+        raster.triangles[at.y as usize * size[0] + at.x as usize] != NOTHING
+    };
+    let image = |background: u8| -> Vec<u8> {
+        let alpha = raster.triangles.iter().map(|&t| match t {
+            NOTHING => background,
+            _ => 255,
+        });
+        alpha.flat_map(|alpha| [128, 128, 128, alpha]).collect()
+    };
+    let untold = edit(&face, &camera, Some(window()));
+    let [told, all] = [0, 255].map(|background| {
+        let rgba = image(background);
+        let mut edit = untold.clone();
+        edit.set_background(&Image::new(SIZE[0], SIZE[1], &rgba).unwrap())
+            .unwrap();
+        edit
+    });
+    let (mut glowing, mut shaded) = (0, 0);
+    for control in EDITS {
+        let other = moved(&face, control, 2.0);
+        let everywhere = field(&all, &other).expect("it changes");
+        for edit in [&untold, &told] {
+            let field = field(edit, &other).expect("it changes");
+            for (at, (motion, gain)) in field.motion.iter().zip(&field.gain).enumerate() {
+                let node = DVec2::new((at % field.columns) as f64, (at / field.columns) as f64);
+                let [x, y] = motion.map(f64::from);
+                let from = field.origin + node * field.step + DVec2::new(x, y);
+                let ring = |cells: f64, steps: u32| {
+                    (0..steps).map(move |i| {
+                        let angle = f64::from(i) / f64::from(steps) * std::f64::consts::TAU;
+                        from + DVec2::from_angle(angle) * (cells * field.step)
+                    })
+                };
+                let around = |cells: u32| (0..=cells).flat_map(move |c| ring(f64::from(c), 24));
+                // Three cells of fading (distances are good to a twentieth), a diagonal of one between cells.
+                if !around(5).any(head) {
+                    assert_eq!(*gain, [1.0; 3], "{control}: {from}");
+                    let gain = everywhere.gain[at];
+                    glowing += usize::from(gain.iter().any(|g| (g - 1.0).abs() > 0.01));
+                } else if around(1).all(head) && everywhere.motion[at] == *motion {
+                    // On the head it is as if all of the photo were, to half a step of a byte: where
+                    // background is held the grids' equations are others.
+                    let off = gain.iter().zip(everywhere.gain[at]);
+                    let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                    assert!(off < 2e-3, "{control}: {from}: {off}");
+                    shaded += usize::from(gain.iter().any(|g| (g - 1.0).abs() > 0.01));
+                }
+            }
+        }
+    }
+    // It would glow otherwise, and the face does change.
+    assert!(glowing > 20 && shaded > 500, "{glowing}, {shaded}");
+}
+
 #[test]
 fn mirror_images_change_as_mirror_images() {
     // A symmetric face straight ahead, in the middle between two nodes.

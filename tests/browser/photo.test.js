@@ -212,6 +212,16 @@ describe('a face in a photo', () => {
     // She has hair over her forehead; her skin tells the shape all the same.
     assert.ok(state.fit.appearance?.rms < 0.15, `${JSON.stringify(state.fit.appearance)}`);
     assert.ok(state.person, 'where she ends is seen');
+    // Drawn over white, as the fit and the edit have it: her nose, her hair, the wall on both sides.
+    const shares = await page.evaluate((places) => {
+      const { person, width, height } = window.designer.photo;
+      const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+      context.fillStyle = 'white';
+      context.fillRect(0, 0, width, height);
+      context.drawImage(person.mask, person.x, person.y, person.side, person.side);
+      return places.map(([x, y]) => context.getImageData(x, y, 1, 1).data[0]);
+    }, [[223, 127], [230, 60], [125, 60], [325, 60]]);
+    assert.ok(shares[0] > 200 && shares[1] > 200 && shares[2] < 60 && shares[3] < 60, `parts of a person: ${shares}`);
     const own = await page.evaluate(() => ({ code: window.designer.face.code, expression: window.designer.face.expression }));
     assert.notEqual(own.code, start);
     assert.ok((own.expression.mouthSmileLeft ?? 0) > 0.2 && (own.expression.mouthSmileRight ?? 0) > 0.2, 'she smiles');

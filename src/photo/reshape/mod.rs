@@ -5,7 +5,8 @@
 //! pores, beard and make-up stay what they are. What moves is told backwards, for each place of the new
 //! photo where in the old one it comes from. Round the face, in hair, background, and what a head hides
 //! of itself, the motion fades out smoothly ([`membrane`]), so that nothing tears and nothing is seen
-//! twice.
+//! twice. Light does so in hair; what is read from behind the person keeps its own, or the person would
+//! have a halo.
 
 mod membrane;
 mod render;
@@ -44,6 +45,8 @@ const CELLS: f64 = 130.0;
 const REACH: f64 = 0.45;
 /// Of background, what is farther away from the person than this never moves.
 const BACKGROUND_REACH: f64 = 0.12;
+/// Beyond the person light fades out within so many cells: a person's edge in a mask is off by as much.
+const HALO: f32 = 3.0;
 /// Skin is trusted where the cosine of the angle at which it is seen is above the first, wholly above the
 /// second.
 const FACING: [f64; 2] = [0.3, 0.5];
@@ -90,6 +93,8 @@ pub struct Edit {
     raster: Raster,
     /// The cells that never move.
     far: Vec<bool>,
+    /// How much of a change of light each cell of the photo takes, 0 to 1.
+    lit: Vec<f32>,
 }
 
 /// What a triangle is for an edit.
@@ -191,9 +196,14 @@ impl Edit {
             triangle != NOTHING && kinds[triangle as usize] == Kind::Bare
         };
         let away = distances(grid.columns, grid.rows, face);
+        // Hair stands farther out, so this is for a photo of which nobody tells the background.
+        let on_head = distances(grid.columns, grid.rows, |at| {
+            raster.triangles[at] != NOTHING
+        });
         let reach = (5.0 * REACH * CELLS) as u16;
         Ok(Self {
             far: away.into_iter().map(|away| away >= reach).collect(),
+            lit: on_head.into_iter().map(lit).collect(),
             seen: positions.iter().map(|&p| own.project(p)).collect(),
             raster,
             model: model.clone(),
@@ -211,7 +221,7 @@ impl Edit {
     }
 
     /// Tells what is background, by an image of the size that the photo was opened with: then only what is
-    /// near the person moves.
+    /// near the person moves, and all of the person is lit as the face is.
     ///
     /// # Errors
     /// When the image has another size.
@@ -228,9 +238,12 @@ impl Edit {
             image.pixel(origin + cell * step).is_some()
         });
         let reach = (5.0 * BACKGROUND_REACH * CELLS) as u16;
-        for (far, away) in self.far.iter_mut().zip(away) {
-            // Where there is nobody the image tells nothing.
-            *far |= away >= reach && away < FARTHEST;
+        // Where there is nobody the image tells nothing.
+        if away.contains(&0) {
+            for (far, &away) in self.far.iter_mut().zip(&away) {
+                *far |= away >= reach;
+            }
+            self.lit = away.into_iter().map(lit).collect();
         }
         Ok(())
     }
@@ -245,7 +258,8 @@ impl Edit {
         if moved == self.positions {
             return Ok(None);
         }
-        let cells = self.known(&moved, normals).extend();
+        let mut cells = self.known(&moved, normals).extend();
+        self.keep_background(&mut cells);
         Ok(self.field_of(cells))
     }
 
@@ -356,6 +370,27 @@ impl Edit {
         }
     }
 
+    /// What is read from behind the person keeps its light.
+    fn keep_background(&self, cells: &mut [Cell]) {
+        let Grid { columns, rows, .. } = self.grid;
+        let most = [columns - 1, rows - 1];
+        for (at, cell) in cells.iter_mut().enumerate() {
+            let here = [at % columns, at / columns];
+            let from: [f32; 2] =
+                std::array::from_fn(|i| (here[i] as f32 + cell[i]).clamp(0.0, most[i] as f32));
+            let near = from.map(|x| x as usize);
+            let next: [usize; 2] = std::array::from_fn(|i| (near[i] + 1).min(most[i]));
+            let [right, down] = std::array::from_fn(|i| from[i] - near[i] as f32);
+            let along = |y: usize| {
+                let [left, other] = [near[0], next[0]].map(|x| self.lit[y * columns + x]);
+                left + right * (other - left)
+            };
+            let [upper, lower] = [near[1], next[1]].map(along);
+            let lit = upper + down * (lower - upper);
+            cell[2..].iter_mut().for_each(|gain| *gain *= lit);
+        }
+    }
+
     /// The field of what cells do; `None` when none does anything.
     fn field_of(&self, cells: Vec<Cell>) -> Option<Field> {
         let Grid { columns, rows, .. } = self.grid;
@@ -386,6 +421,12 @@ impl Edit {
             gain,
         })
     }
+}
+
+/// How much of a change of light is taken so far from a person, fifths of a cell.
+fn lit(away: u16) -> f32 {
+    let t = (1.0 - f32::from(away) / (5.0 * HALO)).max(0.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 fn mix(share: [f64; 3], corners: [DVec3; 3]) -> DVec3 {

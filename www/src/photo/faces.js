@@ -4,7 +4,7 @@ import { text } from '../text.js';
 import { boxOf } from './points.js';
 
 /** @typedef {{ bitmap: ImageBitmap, width: number, height: number }} Photo */
-/** How much of each pixel of a square of the photo (px) is a person's: red. @typedef {{ mask: ImageBitmap, x: number, y: number, side: number }} Person */
+/** How much of each pixel of a square of the photo (px) is a person's: red, and opaque. @typedef {{ mask: ImageBitmap, x: number, y: number, side: number }} Person */
 
 /** The photo is shown to it at most so large; it looks at faces with 192 px. */
 const LONGEST = 2560;

@@ -195,7 +195,11 @@ async function mask(folder, photo, { x, y, side }) {
   context.drawImage(photo, -x * scale, -y * scale, photo.width * scale, photo.height * scale);
   await segmentation.send({ image: canvas });
   if (!found) throw new Error('no mask');
-  return createImageBitmap(found);
+  // What it gives is red where the person is, and clear elsewhere: drawn over anything it would be no mask.
+  context.fillStyle = 'black';
+  context.fillRect(0, 0, MASK, MASK);
+  context.drawImage(found, 0, 0, MASK, MASK);
+  return createImageBitmap(canvas);
 }
 
 addEventListener('message', async ({ data: { folder, photo, square } }) => {
