@@ -598,6 +598,64 @@ fn a_head_wears_the_photo_without_its_light() {
     assert_eq!(green.count(), 0);
 }
 
+/// Of a head that is turned the temple faces the camera, and the hair on it; a beard is worn.
+#[test]
+fn hair_on_a_temple_is_no_skin() {
+    let face = person(9);
+    let parts = face.model().parts();
+    let landmark = |name: &str| {
+        let found = parts.landmarks.iter().find(|l| l.name == name);
+        stencil(found.expect("is there"), &parts.mean)
+    };
+    let [corner, nose] = ["ibug_45", "ibug_33"].map(landmark);
+    // Behind the corner of the eye, and below the mouth.
+    let is_hair = |p: Vec3| p.z < corner.z - 18.0 && p.y > nose.y + 14.0;
+    let is_beard = |p: Vec3| p.y < nose.y - 30.0;
+    let skin = DVec3::new(0.5, 0.35, 0.25);
+    let each = parts.mean.iter().map(|&p| match (is_hair(p), is_beard(p)) {
+        (true, _) => skin * 0.12,
+        (_, true) => skin * 0.4,
+        _ => skin,
+    });
+    let albedo: Vec<DVec3> = each.collect();
+    for yaw in [-0.7, 0.7] {
+        let (camera, light) = (camera([yaw, 0.0, 0.0]), window());
+        let rgba = picture(&face, &camera, &light, &albedo);
+        let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+        let edit = edit(&face, &camera, Some(light));
+        let worn = edit.texture(&image, 512).unwrap();
+        let red = |is_one: &dyn Fn(Vec3) -> bool| -> Vec<u8> {
+            let each = parts.topology.part_vertices("skin").into_iter();
+            let each = each.filter(|&v| is_one(parts.mean[v as usize]));
+            let each = each.map(|v| {
+                let [u, w] = parts.topology.uvs[v as usize];
+                let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
+                worn.rgba[4 * (512 * y + x)]
+            });
+            let mut all: Vec<u8> = each.collect();
+            all.sort_unstable();
+            assert!(all.len() > 100, "{}", all.len());
+            all
+        };
+        let near = |p: Vec3, x: f32| (p.x.abs() - x).abs() < 12.0;
+        let cheek = red(&|p| p.z > corner.z && (p.y - nose.y).abs() < 10.0 && near(p, 35.0));
+        let cheek = f64::from(cheek[cheek.len() / 2]);
+        // From the edge of the hair on, but for where painted brows and ears end.
+        let temple = red(&|p| is_hair(p) && p.z > corner.z - 45.0 && p.y < corner.y + 40.0);
+        let dark = f64::from(temple[temple.len() / 50]);
+        assert!(
+            dark > 0.75 * cheek,
+            "a temple is {dark} of 255, a cheek {cheek}"
+        );
+        let chin = red(&|p| is_beard(p) && p.z > corner.z && near(p, 0.0));
+        let chin = f64::from(chin[chin.len() / 2]);
+        assert!(
+            chin < 0.8 * cheek,
+            "a beard is {chin} of 255, a cheek {cheek}"
+        );
+    }
+}
+
 #[test]
 fn colours_that_nobody_knows_are_refused() {
     let face = person(1);

@@ -34,6 +34,12 @@ const INNER: f64 = 0.85;
 /// Hair falls into foreheads: from so many mm above the brows on other tones are doubted, too, wholly
 /// from the second on.
 const FOREHEAD: [f32; 2] = [2.0, 9.0];
+/// So it does into temples, which face the camera when a head is turned: from so far behind the outer
+/// corners of the eyes on, mm, wholly from the second on; and from so far above the nose's base, below
+/// which it is a beard, that is worn.
+const TEMPLE: [[f32; 2]; 2] = [[4.0, 16.0], [0.0, 12.0]];
+/// Around what is doubted there so many edges of the mesh are doubted as well.
+const EDGE: usize = 2;
 /// The logarithms of tones that are another: none of the first is, all of the second are.
 const OTHER: [f64; 2] = [0.2, 0.42];
 /// The photo is worn within this distance of the 68 points, mm, wholly within the second.
@@ -170,26 +176,46 @@ impl Worn<'_> {
         each.collect()
     }
 
-    /// Believes less of what is near the outline and has another tone than the skin.
+    /// Believes less of what is near the outline or the hairline and has another tone than the skin.
     fn doubt(&mut self, facings: &[f64]) {
         let tones = self.seen_tones();
         let inner = tones.iter().filter(|t| facings[t.0] > INNER);
         let usual = median(inner.map(|t| t.1));
         let parts = self.model.parts();
-        let brow = |l: &&Landmark| ("ibug_17"..="ibug_26").contains(&l.name.as_str());
-        let brows = parts
-            .landmarks
-            .iter()
-            .filter(brow)
-            .map(|l| l.position(&parts.mean).y);
+        let places = |names: std::ops::RangeInclusive<&'static str>| {
+            let named = move |l: &&Landmark| names.contains(&l.name.as_str());
+            let found = parts.landmarks.iter().filter(named);
+            found.map(|l| l.position(&parts.mean))
+        };
+        let brows = places("ibug_17"..="ibug_26").map(|p| p.y);
         let brows = brows.fold(f32::NEG_INFINITY, f32::max);
+        let corners = places("ibug_36"..="ibug_36").chain(places("ibug_45"..="ibug_45"));
+        let corners = corners.map(|p| p.z).fold(f32::INFINITY, f32::min);
+        let nose = places("ibug_33"..="ibug_33").map(|p| p.y);
+        let nose = nose.fold(f32::NEG_INFINITY, f32::max);
+        let mut hairless = vec![1.0; self.trust.len()];
+        let within = |[from, to]: [f32; 2], x: f32| ((x - from) / (to - from)).clamp(0.0, 1.0);
         for (v, tone) in tones {
             let off = ((tone - usual).length() - OTHER[0]) / (OTHER[1] - OTHER[0]);
             let outer = ((INNER - facings[v]) / (INNER - FACING[1])).clamp(0.0, 1.0);
-            let above = parts.mean[v].y - brows - FOREHEAD[0];
-            let above = (above / (FOREHEAD[1] - FOREHEAD[0])).clamp(0.0, 1.0);
-            let outer = outer.max(f64::from(above));
-            self.trust[v] *= 1.0 - off.clamp(0.0, 1.0) * outer;
+            let at = parts.mean[v];
+            let above = within(FOREHEAD, at.y - brows);
+            let beside = within(TEMPLE[0], corners - at.z) * within(TEMPLE[1], at.y - nose);
+            let off = off.clamp(0.0, 1.0);
+            self.trust[v] *= 1.0 - off * outer.max(f64::from(above));
+            hairless[v] = 1.0 - off * f64::from(beside);
+        }
+        // The edge of hair is half skin. (Brows are beside the forehead, and theirs is worn.)
+        let neighbours = self.neighbours();
+        for _ in 0..EDGE {
+            let before = hairless.clone();
+            for (own, near) in hairless.iter_mut().zip(&neighbours) {
+                let least = near.iter().map(|&n| before[n as usize]);
+                *own = least.fold(*own, f64::min);
+            }
+        }
+        for (trust, hairless) in self.trust.iter_mut().zip(hairless) {
+            *trust *= hairless;
         }
     }
 
