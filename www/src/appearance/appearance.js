@@ -171,6 +171,7 @@ function lipShadow(model) {
     };
   };
   const [above, below] = [along(ABOVE), along(BELOW)];
+  const parted = (/** @type {number} */ gap) => Math.min(1, Math.max(0, (gap - OPEN[0]) / (OPEN[1] - OPEN[0])));
   const many = COLUMNS * (ABOVE.length - 1) + 1;
   return [
     {
@@ -188,9 +189,11 @@ function lipShadow(model) {
           const low = [bottom[i][0], Math.min(y, bottom[i][1]) - UNDER, bottom[i][2] - BEHIND];
           const column = [[x, y + OVER, z - BEHIND], low];
           if (!rise || !fall) return column;
-          // Where lips part it draws back behind the upper one: an open mouth has no curtain.
-          const gap = Math.hypot(...[x, y, z].map((value, k) => value + rise[i][k] - bottom[i][k] - fall[i][k]));
-          low[1] += Math.min(1, Math.max(0, (gap - OPEN[0]) / (OPEN[1] - OPEN[0]))) * (y + OVER - low[1]);
+          // Where lips part more than at rest it draws back behind the upper one: an open mouth has no curtain.
+          const gap = [x, y, z].map((value, k) => value - bottom[i][k]);
+          const before = parted(Math.hypot(...gap));
+          const after = parted(Math.hypot(...gap.map((value, k) => value + rise[i][k] - fall[i][k])));
+          if (after > before) low[1] += ((after - before) / (1 - before)) * (y + OVER - low[1]);
           return column.map((point) => point.map((value, k) => value + rise[i][k]));
         });
         return Float32Array.from([0, 1].flatMap((row) => rows.flatMap((column) => column[row])));
