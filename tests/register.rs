@@ -19,6 +19,7 @@ use phiz::fit::generic_head::flip;
 use phiz::fit::ply::write_mesh;
 use phiz::fit::register::batch::{Job, register_scan};
 use phiz::fit::register::{Pulls, Registered, Registrar, Settings};
+use phiz::fit::render::normals;
 use phiz::fit::scan::Scan;
 use phiz::fit::simulate::{self, Simulator};
 use phiz::fit::template::Template;
@@ -265,6 +266,86 @@ fn the_template_stays_on_itself() {
     println!("drift {drift:.4} mm");
     // Twice what is measured: the fit starts from the prior, not from the rest pose.
     assert!(drift < 0.05, "{drift}");
+}
+
+/// Someone whom the prior can tell, and what became of their scan when `raise` lifts what lies so
+/// high above the tip of the nose and so far behind it (mm) by so much (mm). The truth comes with
+/// how high and how far behind each vertex lies.
+fn raised(
+    given: &Given,
+    raise: impl Fn(f64, f64) -> f64,
+) -> (Vec<DVec3>, Vec<(f64, f64)>, Registered) {
+    let prior = given.template.prior.as_ref().expect("it has a prior");
+    let mut random = Random::new(5);
+    let usual: Vec<f64> = prior.modes.iter().map(|_| random.normal()).collect();
+    let head = prior.face(&given.template.positions, &usual);
+    let points = heads::points(given.template, &head);
+    let names = |p: &&(usize, DVec3)| given.template.landmarks[p.0].name == "ibug_30";
+    let tip = points.iter().find(names).expect("it has a nose").1;
+    let from_tip = |p: &DVec3| (p.y - tip.y, tip.z - p.z);
+    let mut scan = heads::scan(given.template, &head, 6);
+    let facing = normals(&scan.positions, &scan.triangles);
+    for (p, normal) in scan.positions.iter_mut().zip(facing) {
+        let (above, behind) = from_tip(p);
+        *p += normal * raise(above, behind);
+    }
+    let registered = (given.registrar).register(&scan, &points, &Settings::default());
+    let places = head.iter().map(from_tip).collect();
+    (head, places, registered.expect("registers"))
+}
+
+#[test]
+fn hair_moves_neither_the_face_nor_the_skull() {
+    let Some(given) = given() else { return };
+    // 0 to 1: above the brows and behind the ears.
+    let hair = |above: f64, behind: f64| {
+        let crown = (above - 85.0) / 10.0;
+        let back = ((behind - 95.0) / 12.0).min((above + 90.0) / 20.0);
+        crown.max(back).clamp(0.0, 1.0)
+    };
+    let skin = given.template.part_vertices("skin").expect("it has skin");
+    let off = |thick: f64| {
+        let (head, places, registered) = raised(given, |above, behind| thick * hair(above, behind));
+        let mean = |wanted: &dyn Fn(f64, f64) -> bool| {
+            let lengths: Vec<f64> = (skin.iter().map(|&v| v as usize))
+                .filter(|&v| wanted(places[v].0, places[v].1))
+                .map(|v| registered.positions[v].distance(head[v]))
+                .collect();
+            lengths.iter().sum::<f64>() / lengths.len() as f64
+        };
+        let face = mean(&|above, behind| behind < 60.0 && hair(above, behind) == 0.0);
+        let skull = mean(&|above, behind| hair(above, behind) == 1.0);
+        println!("{thick} mm of hair: face {face:.2} mm, skull {skull:.2} mm");
+        (face, skull)
+    };
+    let (face, skull) = off(0.0);
+    assert!(face < 0.06 && skull < 0.25, "{face} {skull}");
+    // Measured are 0.17 and 6.0 mm, and 0.43 and 15.8 where hair is taken for skin.
+    let (face, skull) = off(20.0);
+    assert!(face < 0.3 && skull < 10.0, "{face} {skull}");
+}
+
+#[test]
+fn a_large_skull_is_no_hair() {
+    let Some(given) = given() else { return };
+    // 15 mm at the crown, over 60.
+    let rise = |above: f64, behind: f64| {
+        let t = (0.8 * (above - 60.0) + 0.6 * (behind - 100.0) + 10.0) / 60.0;
+        let t = t.clamp(0.0, 1.0);
+        15.0 * t * t * (3.0 - 2.0 * t)
+    };
+    let (_, places, registered) = raised(given, rise);
+    let skin = given.template.part_vertices("skin").expect("it has skin");
+    let crown = |v: &&u32| {
+        let (above, behind) = places[**v as usize];
+        rise(above, behind) == 15.0
+    };
+    let crown: Vec<&u32> = skin.iter().filter(crown).collect();
+    let followed = crown.iter().filter(|v| registered.covered[***v as usize]);
+    let followed = followed.count() as f64 / crown.len() as f64;
+    println!("{followed:.3} of {} vertices", crown.len());
+    // Measured are all.
+    assert!(followed > 0.95, "{followed}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! deformation").
 //!
 //! The scan is brought into the template's frame by the landmarks. With a prior, its coefficients
-//! are fitted first ([`statistical`]); without one the landmarks warp the head
+//! are fitted first ([`statistical`]), by bare skin before the rest ([`hair`]); without one the landmarks warp the head
 //! ([`warp`](crate::fit::warp)), and [`space`] is bent until the surface agrees too. Then an
 //! elastic [`sheet`] is drawn onto the scan, stiff at first and softer level by level, by
 //! [`correspondence`]s to closest points of the scan. Last, vertices that have a point on the scan
@@ -29,6 +29,7 @@
 pub mod batch;
 pub mod correspondence;
 pub mod embed;
+pub mod hair;
 pub mod lips;
 pub mod noise;
 pub mod sheet;
@@ -39,7 +40,7 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use self::correspondence::{Admission, correspond};
+use self::correspondence::{Admission, Correspondence, correspond};
 use self::lips::Lips;
 use self::noise::Neighbours;
 use self::sheet::{Pull, Sheet};
@@ -152,6 +153,8 @@ pub struct Registrar<'a> {
     open: Vec<f64>,
     /// Area times openness, of all vertices.
     weights: Vec<f64>,
+    /// Which vertices are skin on everybody.
+    bare: Vec<bool>,
     eyes: Vec<Eye>,
     lips: Lips,
     /// The pairs of the skin's triangles that should not fold.
@@ -239,6 +242,7 @@ impl<'a> Registrar<'a> {
             sheet,
             open,
             weights,
+            bare: hair::bare(template),
             eyes,
             lips: Lips::new(template)?,
             folds: Folds::new(&template.positions, template.part_triangles("skin")?),
@@ -313,6 +317,7 @@ impl<'a> Registrar<'a> {
                     triangles: &self.triangles,
                     prior,
                     weights: &self.weights,
+                    bare: &self.bare,
                     stencils: &stencils,
                 };
                 let error = (POINT_ERROR * POINT_ERROR + 3.0 * off * off).sqrt();
@@ -331,6 +336,16 @@ impl<'a> Registrar<'a> {
         let every: Vec<u32> = (0..base.len() as u32)
             .filter(|&i| self.open[i as usize] > 0.0)
             .collect();
+        let outward = normals(&base, &self.soft_triangles);
+        let skin = |c: &Correspondence| {
+            let v = c.vertex as usize;
+            match prior {
+                Some(_) if !self.bare[self.soft[v] as usize] => {
+                    hair::skin(outward[v].dot(c.point - base[v]))
+                }
+                _ => 1.0,
+            }
+        };
         let mut reach = 15.0;
         let pull_of_points =
             POINT_PULL * POINT_SCATTER.powi(2) / (POINT_SCATTER.powi(2) + off * off);
@@ -369,7 +384,7 @@ impl<'a> Registrar<'a> {
                     let v = c.vertex as usize;
                     pull.targets[v] = c.point - base[v];
                     pull.normals[v] = c.normal;
-                    pull.weights[v] = self.open[v];
+                    pull.weights[v] = self.open[v] * skin(c);
                 }
                 self.sheet.relax(level, &pull, &mut moves, STEPS);
                 reach = (8.0 * typical).clamp(2.0, reach);

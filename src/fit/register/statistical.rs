@@ -17,8 +17,50 @@ const INDEPENDENT_AREA: f64 = 60.0;
 /// What the prior leaves unexplained of a surface, mm.
 const SURFACE_ERROR: f64 = 0.5;
 
-/// Gauss-Newton rounds; each looks for closest points anew.
-const ROUNDS: usize = 6;
+/// A round of Gauss-Newton; each looks for closest points anew.
+struct Round {
+    /// The least cosine between normals: few agree while the face is still the wrong one.
+    cosine: f64,
+    /// The farthest point, mm; later as the bare skin of the round before has it.
+    reach: Option<f64>,
+    /// What is believed where hair grows; nothing is, while the bare skin is not found.
+    hairy: Option<Hairy>,
+}
+
+/// What a scan shows where hair grows is skin, or hair above it.
+struct Hairy {
+    /// What lies higher above the face that the bare skin asks for is hair, mm. It sinks as skin
+    /// that is seen takes part: a skull that no prior knows rises gradually, hair in a step.
+    above: f64,
+    /// Up to here distances are errors of a guess that is still coarse, mm.
+    scale: f64,
+}
+
+const fn bare(cosine: f64, reach: f64) -> Round {
+    Round {
+        cosine,
+        reach: Some(reach),
+        hairy: None,
+    }
+}
+
+const fn whole(reach: Option<f64>, above: f64, scale: f64) -> Round {
+    Round {
+        cosine: 0.7,
+        reach,
+        hairy: Some(Hairy { above, scale }),
+    }
+}
+
+const ROUNDS: [Round; 7] = [
+    bare(0.5, 30.0),
+    bare(0.5, 20.0),
+    bare(0.5, 20.0),
+    whole(Some(20.0), 10.0, 6.0),
+    whole(Some(20.0), 8.0, 4.0),
+    whole(None, 6.0, 2.5),
+    whole(None, 5.0, 0.0),
+];
 
 /// Vertices that are compared with the scan: every vertex would only cost time.
 const SAMPLE: usize = 2500;
@@ -41,6 +83,8 @@ pub struct Shape<'a> {
     pub prior: &'a ShapePrior,
     /// How much each vertex counts: its area times how open it lies to a scanner, mm^2.
     pub weights: &'a [f64],
+    /// Which vertices are skin on everybody ([`bare`](super::hair::bare)).
+    pub bare: &'a [bool],
     /// The landmarks as weights on vertices.
     pub stencils: &'a [&'a [(u32, f64)]],
 }
@@ -64,32 +108,50 @@ pub fn fit(
         rotation: DMat3::IDENTITY,
         translation: DVec3::ZERO,
     };
-    let mut reach = 30.0;
-    for round in 0..ROUNDS {
+    let bare: Vec<u32> = (sample.iter().copied())
+        .filter(|&v| shape.bare[v as usize])
+        .collect();
+    let share = shape.weights.len() as f64 / sample.len() as f64;
+    let mut typical = 1.0;
+    for round in &ROUNDS {
         let local = shape.prior.face(shape.rest, &coefficients);
         let face: Vec<DVec3> = local.iter().map(|&p| pose.apply(p)).collect();
         let face_normals = normals(&face, shape.triangles);
         let admission = Admission {
-            reach,
-            // Few normals agree while the face is still the wrong one.
-            cosine: if round < 3 { 0.5 } else { 0.7 },
+            reach: (round.reach).unwrap_or((8.0_f64 * typical).clamp(4.0, 20.0)),
+            cosine: round.cosine,
         };
-        let found = correspond(scan, &face, &face_normals, &sample, &admission);
+        let looked_at = if round.hairy.is_some() {
+            &sample
+        } else {
+            &bare
+        };
+        let found = correspond(scan, &face, &face_normals, looked_at, &admission);
         let mut system = System::new(k);
         let mut residuals: Vec<f64> = found
             .iter()
             .flatten()
+            .filter(|c| shape.bare[c.vertex as usize])
             .map(|c| c.normal.dot(c.point - face[c.vertex as usize]).abs())
             .collect();
         residuals.sort_unstable_by(f64::total_cmp);
-        let typical = residuals.get(residuals.len() / 2).copied().unwrap_or(1.0);
+        typical = residuals.get(residuals.len() / 2).copied().unwrap_or(1.0);
         let scale = (3.0 * 1.4826 * typical).max(3.0 * SURFACE_ERROR);
         for c in found.iter().flatten() {
             let v = c.vertex as usize;
             let residual = c.normal.dot(c.point - face[v]);
-            // Geman and McClure: what lies far off is hair, a collar or the wrong place.
+            let scale = match &round.hairy {
+                Some(hairy) if !shape.bare[v] => {
+                    // However little it counted, there is much of it.
+                    if residual > hairy.above {
+                        continue;
+                    }
+                    scale.max(hairy.scale)
+                }
+                _ => scale,
+            };
+            // Geman and McClure: what lies far off is a collar or the wrong place.
             let robust = 1.0 / (1.0 + (residual / scale).powi(2)).powi(2);
-            let share = shape.weights.len() as f64 / sample.len() as f64;
             let weight = robust * shape.weights[v] * share
                 / (INDEPENDENT_AREA * SURFACE_ERROR * SURFACE_ERROR);
             let direction = pose.rotation.transpose() * c.normal;
@@ -101,9 +163,13 @@ pub fn fit(
                 modes.iter().map(|m| m[v].dot(direction)),
             );
         }
+        let place = |point: usize| -> DVec3 {
+            let stencil = shape.stencils[point].iter();
+            stencil.map(|&(v, w)| face[v as usize] * w).sum()
+        };
         for &(point, target) in points {
             let stencil = shape.stencils[point];
-            let at: DVec3 = stencil.iter().map(|&(v, w)| face[v as usize] * w).sum();
+            let at = place(point);
             let off = target - at;
             let scale = 4.0 * point_error;
             let robust = 1.0 / (1.0 + (off.length() / scale).powi(2)).powi(2);
@@ -131,7 +197,6 @@ pub fn fit(
             .iter_mut()
             .zip(step.iter().skip(6))
             .for_each(|(c, d)| *c += d);
-        reach = (8.0 * typical).clamp(4.0, 20.0);
     }
     StatisticalFit { pose, coefficients }
 }
