@@ -162,6 +162,59 @@ describe('colours', () => {
     await context.close();
   });
 
+  test('whole faces bring theirs, features do not, and what is locked stays as it looks', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    const preset = (name) => page.locator('.tray-face').filter({ hasText: new RegExp(`^${name}$`) });
+    await preset('Preset 5').click();
+    await page.getByRole('button', { name: 'Take over' }).click();
+    const five = await colouring(page);
+    assert.ok(Object.keys(five).length > 3);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await colouring(page), {});
+    await page.getByLabel('Where').selectOption('Nose');
+    await page.getByRole('button', { name: 'Take over' }).click();
+    assert.deepEqual(await colouring(page), {}, 'a nose has no colours');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+
+    // Half of the way there in an amount, and on the way between two.
+    await page.getByLabel('Where').selectOption('Whole face');
+    const amount = page.getByRole('slider', { name: 'How much', exact: true });
+    await amount.fill('50');
+    const half = (await colouring(page)).skin ?? 0.3;
+    assert.ok(Math.abs(half - (0.3 + five.skin) / 2) < 0.0051, `half of the way from 0.3 to ${five.skin} is ${half}`);
+    await amount.fill('0');
+    assert.deepEqual(await colouring(page), {});
+    await page.getByLabel('To', { exact: true }).selectOption('Preset 5');
+    await page.getByRole('slider', { name: 'On the way', exact: true }).fill('100');
+    assert.deepEqual(await colouring(page), {}, 'the way is only shown');
+    await page.getByRole('button', { name: 'Keep this face' }).click();
+    assert.deepEqual(await colouring(page), five);
+
+    // A random face is someone else, the same for a seed.
+    const random = page.getByRole('button', { name: 'Random face', exact: true });
+    await random.click();
+    const another = await colouring(page);
+    assert.notDeepEqual(another, five);
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await page.locator('summary').filter({ hasText: 'Advanced' }).click();
+    const seed = await page.getByLabel('Seed').inputValue();
+    await random.click();
+    assert.notDeepEqual(await colouring(page), another);
+    await page.getByLabel('Seed').fill(seed);
+    await page.getByRole('button', { name: 'Use' }).click();
+    assert.deepEqual(await colouring(page), another);
+    await page.evaluate(() => window.designer.face.lock('nose'));
+    await random.click();
+    assert.deepEqual(await colouring(page), another, 'a locked nose changed its colour');
+    await page.evaluate(() => window.designer.face.unlock('nose'));
+    await page.getByLabel('In colours of their own').uncheck();
+    await random.click();
+    assert.deepEqual(await colouring(page), another);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('the address, the browser, saved faces and files keep them', async () => {
     const { context, page, complaints } = await open(browser, site, { sharp: true });
     await moveSlider(page, 'nose 1', 0.9);

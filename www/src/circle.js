@@ -1,3 +1,4 @@
+import { mixture } from './colouring.js';
 import { element } from './element.js';
 import { text } from './text.js';
 
@@ -30,7 +31,7 @@ function places(count) {
  */
 export function createCircle(editor, { portraits, say }) {
   const { model, face } = editor;
-  const mixture = model.face();
+  const mixed = model.face();
   /** @type {{ entry: import('./library.js').Entry, coefficients: Float32Array }[]} */
   let members = [];
   /** @type {[number, number]} */
@@ -56,9 +57,11 @@ export function createCircle(editor, { portraits, say }) {
     members.forEach((member, i) => {
       for (let c = 0; c < coefficients.length; c++) coefficients[c] += weights[i] * member.coefficients[c];
     });
-    mixture.coefficients = coefficients;
+    mixed.coefficients = coefficients;
     base ??= editor.state;
-    editor.moveFrom(base, (present) => present.blend(mixture, 1));
+    const own = base.colouring;
+    const colours = mixture(members.map(({ entry }, i) => [entry.colouring ?? own, weights[i]]));
+    editor.moveFrom(base, (present) => present.blend(mixed, 1), colours);
     refresh();
   }
   function refresh() {
@@ -157,8 +160,8 @@ export function createCircle(editor, { portraits, say }) {
     add(entry) {
       if (members.some((member) => member.entry.id === entry.id)) return say(text.inCircle(entry.name));
       if (members.length === MOST) return say(text.circleFull);
-      mixture.code = entry.code;
-      members = [...members, { entry, coefficients: mixture.coefficients }];
+      mixed.code = entry.code;
+      members = [...members, { entry, coefficients: mixed.coefficients }];
       at = [0, 0];
       build();
       root.scrollIntoView({ block: 'nearest' });

@@ -38,6 +38,15 @@ export function readColouring(numbers) {
 }
 
 /**
+ * Of several colourings so much of each; the amounts sum to 1.
+ * @param {readonly (readonly [colouring: Colouring, amount: number])[]} parts
+ */
+export function mixture(parts) {
+  const mean = (/** @type {string} */ name) => parts.reduce((sum, [colouring, amount]) => sum + amount * (colouring[name] ?? REST[name]), 0);
+  return readColouring(Object.fromEntries(COLOURS.map((name) => [name, mean(name)])));
+}
+
+/**
  * A colouring that was kept somewhere.
  * @param {unknown} kept @returns {Colouring | undefined} undefined when nothing was kept
  */

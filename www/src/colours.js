@@ -3,6 +3,7 @@ import { COLOURS, REST, whole } from './colouring.js';
 import { element } from './element.js';
 import { icon } from './icons.js';
 import { createSlider } from './slider.js';
+import { someone } from './someone.js';
 import { text } from './text.js';
 
 const GROUPS = /** @type {const} */ ([
@@ -30,29 +31,6 @@ const PAINTED = {
   beard: ({ skin, brows, dense }) => skin.clone().lerp(brows, 0.7 * dense[1]),
   iris: ({ iris }) => iris.outer.clone().lerp(iris.inner, 0.3),
 };
-
-/**
- * Some person's colours: brown eyes and black hair are the most of the world's, and fair hair, red hair and
- * light eyes go with fair skin.
- */
-function anybody() {
-  const skin = Math.random() ** 0.8;
-  const fair = Math.max(0, 1 - skin / 0.55);
-  const dark = () => 0.8 + 0.2 * Math.random();
-  const hair = Math.random() < fair ? 0.1 + 0.8 * Math.random() : dark();
-  return {
-    skin,
-    blood: 0.15 + 0.35 * Math.random(),
-    lips: 0.25 + 0.35 * Math.random(),
-    brows: 0.3 + 0.5 * Math.random(),
-    hair,
-    red: Math.random() < 0.2 * fair ? Math.random() : 0,
-    grey: Math.random() < 0.12 ? Math.random() : 0,
-    iris: Math.random() < fair ? 0.9 * Math.random() : dark(),
-    crop: Math.random() < 0.85 ? 0.3 + 0.7 * Math.random() : 0,
-    beard: Math.random() < 0.2 ? 0.15 + 0.6 * Math.random() : 0,
-  };
-}
 
 /**
  * The colours of skin, lips, brows and eyes, each a slider over what it gives.
@@ -91,7 +69,7 @@ export function createColours(editor, paints) {
     }),
   );
   const own = element('button', { type: 'button', class: 'button', onclick: () => editor.paint({}) }, icon('reset'), text.ownColours);
-  const some = element('button', { type: 'button', class: 'button', onclick: () => editor.paint(anybody()) }, icon('dice'), text.someColours);
+  const some = element('button', { type: 'button', class: 'button', onclick: () => editor.paint(someone(editor.face, Math.floor(2 ** 32 * Math.random()))) }, icon('dice'), text.someColours);
 
   function refresh() {
     if (!visible) return;

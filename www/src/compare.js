@@ -51,7 +51,7 @@ export function createCompare(editor, { library, display, stage }) {
   const { button: hold } = createHold(text.hold, {
     changed(down) {
       stage.classList.toggle('shows-other', down);
-      display.show(down ? reference : null, true);
+      display.show(down ? reference : null, { uncoloured: true });
     },
   });
 

@@ -96,7 +96,7 @@ export async function createDesigner(model, stage, chosen) {
   const glow = createGlow(head, scene);
   stage.root.append(hint, toast.root, createViewpoint(canvas, scene));
 
-  const display = createDisplay({ face, head, scene, onScale: (millimetres) => compare.setScale(millimetres) });
+  const display = createDisplay({ face, head, scene, colouring: () => editor.colouring, onScale: (millimetres) => compare.setScale(millimetres) });
   const library = createLibrary(model, chosen.name);
   const portraits = createPortraits(model, display);
 

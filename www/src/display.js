@@ -9,10 +9,11 @@ import { sameWeights } from './history.js';
  *   face: import('phiz').Face,
  *   head: ReturnType<typeof import('./head.js').createHead>,
  *   scene: ReturnType<typeof import('./scene.js').createScene>,
+ *   colouring: () => import('./colouring.js').Colouring,
  *   onScale: (millimetres: number) => void,
- * }} parts `onScale` is told where the colours end
+ * }} parts `colouring` tells how the face is coloured, `onScale` is told where the heat map's colours end
  */
-export function createDisplay({ face, head, scene, onScale }) {
+export function createDisplay({ face, head, scene, colouring, onScale }) {
   /** @type {import('phiz').Face | null} */
   let instead = null;
   let plain = false;
@@ -62,11 +63,14 @@ export function createDisplay({ face, head, scene, onScale }) {
     refresh,
     /**
      * Shows another face; null goes back.
-     * @param {import('phiz').Face | null} other @param {boolean} [uncoloured]
+     * @param {import('phiz').Face | null} other
+     * @param {{ uncoloured?: boolean, colours?: import('./colouring.js').Colouring }} [options] without the heat
+     *   map; in other colours than the face's
      */
-    show(other, uncoloured = false) {
+    show(other, { uncoloured = false, colours } = {}) {
       instead = other;
       plain = uncoloured && other !== null;
+      head.paint(colours ?? colouring());
       refresh();
     },
     /**
@@ -120,7 +124,7 @@ export function createDisplay({ face, head, scene, onScale }) {
       // Others do not wear this person's colours.
       const worn = head.wornStrength.value;
       head.wornStrength.value = 0;
-      const { colouring } = head;
+      const before = head.colouring;
       const done = scene.portraits(
         sitters.map(({ pose, into }) => ({
           pose() {
@@ -131,7 +135,7 @@ export function createDisplay({ face, head, scene, onScale }) {
           into,
         })),
       );
-      head.paint(colouring);
+      head.paint(before);
       head.markStrength[0] = marks[0];
       head.markStrength[1] = marks[1];
       head.wornStrength.value = worn;

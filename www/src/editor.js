@@ -79,6 +79,10 @@ export function createEditor(model, face, colouring) {
       return undefined;
     }
   }
+  /** What is locked stays as it looks. @param {import('./colouring.js').Colouring} colours */
+  function dress(colours) {
+    if (face.locked.length === 0) subject.colouring = colours;
+  }
   /** The name of a step that never becomes one with the step before. @param {string} what */
   const alone = (what) => `${what} (${(steps += 1)})`;
 
@@ -139,11 +143,15 @@ export function createEditor(model, face, colouring) {
      * where it began.
      * @param {import('./history.js').State} state
      * @param {(face: import('phiz').Face) => void} change
+     * @param {import('./colouring.js').Colouring} [colours] that it then has, unless something is locked
      */
-    moveFrom(state, change) {
+    moveFrom(state, change, colours = state.colouring) {
       history.begin();
       restore(subject, state);
-      attempt(() => change(face));
+      attempt(() => {
+        change(face);
+        dress(colours);
+      });
       shapeChanged();
     },
     finish,
@@ -200,14 +208,30 @@ export function createEditor(model, face, colouring) {
     },
     /**
      * @param {Chance} options
+     * @param {(seed: number) => import('./colouring.js').Colouring} [colours] that it then has, unless something is locked
      * @returns {number | undefined} the seed, unless the change was refused
      */
-    randomise(options) {
-      return step(alone('random'), () => attempt(() => face.randomize(options)));
+    randomise(options, colours) {
+      return step(alone('random'), () =>
+        attempt(() => {
+          const seed = face.randomize(options);
+          if (colours) dress(colours(seed));
+          return seed;
+        }),
+      );
     },
-    /** @param {import('phiz').Face} other @param {number} t @param {string[]} [regions] */
-    blend(other, t, regions) {
-      step(alone('blend'), () => attempt(() => face.blend(other, t, regions && { regions })));
+    /**
+     * @param {import('phiz').Face} other
+     * @param {{ regions?: string[], colours?: import('./colouring.js').Colouring }} options all regions when absent;
+     *   the colours that it then has unless something is locked, its own when absent
+     */
+    become(other, { regions, colours }) {
+      step(alone('blend'), () =>
+        attempt(() => {
+          face.blend(other, 1, regions && { regions });
+          if (colours) dress(colours);
+        }),
+      );
     },
     /**
      * Becomes another face; what is locked stays locked, and changes all the same: it was asked for

@@ -2,6 +2,7 @@ import { readKept } from './colouring.js';
 import { sameWeights } from './history.js';
 import { readExpression } from './savedexpression.js';
 import { keep, recall } from './store.js';
+import { someone } from './someone.js';
 import { text } from './text.js';
 
 /** The seeds of the faces that everybody finds in the tray. */
@@ -31,7 +32,7 @@ export function createLibrary(model, modelName) {
   const presets = SEEDS.map((seed, i) => {
     sampled.reset();
     sampled.randomize({ seed });
-    return { id: `preset-${i + 1}`, name: text.preset(i + 1), code: sampled.code, expression: {}, colouring: {}, own: false };
+    return { id: `preset-${i + 1}`, name: text.preset(i + 1), code: sampled.code, expression: {}, colouring: someone(sampled, seed), own: false };
   });
   sampled.free();
 

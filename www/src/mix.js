@@ -1,4 +1,5 @@
 import { createCircle } from './circle.js';
+import { mixture } from './colouring.js';
 import { element } from './element.js';
 import { icon } from './icons.js';
 import { shows } from './savedexpression.js';
@@ -36,14 +37,12 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
 
   /** @param {string} group @param {string} name */
   const where = (group, name) => (group === '' ? text.tookAll(name) : text.took(titleOf(group).toLowerCase(), name));
-  /** @param {string} group */
-  const regions = (group) => (group === '' ? undefined : [group]);
 
   /** @param {import('./library.js').Entry} entry @param {string} group */
   function takeOver(entry, group) {
     if (group !== '' && face.locked.includes(group)) return say(text.lockedAgainst(titleOf(group).toLowerCase()));
     other.code = entry.code;
-    editor.blend(other, 1, regions(group));
+    editor.become(other, group === '' ? { colours: entry.colouring } : { regions: [group] });
     say(where(group, entry.name));
   }
 
@@ -101,7 +100,11 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
     other.code = chosen.code;
     base ??= editor.state;
     amount = percent;
-    editor.moveFrom(base, (present) => present.blend(other, percent / 100, region.value ? { regions: [region.value] } : {}));
+    const t = percent / 100;
+    const regions = region.value ? { regions: [region.value] } : {};
+    // A feature has no colours of its own.
+    const colours = region.value || !chosen.colouring ? base.colouring : mixture([[base.colouring, 1 - t], [chosen.colouring, t]]);
+    editor.moveFrom(base, (present) => present.blend(other, t, regions), colours);
     slider.show(amount);
   }
   /** Whatever comes next counts from the face as it is now. */

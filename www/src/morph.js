@@ -1,3 +1,4 @@
+import { mixture } from './colouring.js';
 import { element } from './element.js';
 import { createFaceList } from './facelist.js';
 import { icon } from './icons.js';
@@ -29,6 +30,8 @@ export function createMorph(editor, { library, display, canvas }) {
   const from = model.face();
   const to = model.face();
   const between = model.face();
+  /** @type {import('./colouring.js').Colouring} */
+  let colours = {};
   let percent = 0;
   let playing = false;
   let showing = false;
@@ -40,10 +43,11 @@ export function createMorph(editor, { library, display, canvas }) {
   end.select.value = library.presets[0].id;
   const aside = element('p', { class: 'note', hidden: true }, text.morphAtRest);
 
-  /** @param {import('phiz').Face} target @param {string} id */
+  /** Puts a face at an end. @param {import('phiz').Face} target @param {string} id @returns {import('./colouring.js').Colouring} its colours */
   function load(target, id) {
     const entry = library.find(id);
     target.code = entry ? entry.code : face.code;
+    return entry?.colouring ?? editor.colouring;
   }
   function changed() {
     aside.hidden = ![start, end].some(({ select }) => shows(select.value === present.id ? face.expression : library.find(select.value)?.expression));
@@ -53,11 +57,11 @@ export function createMorph(editor, { library, display, canvas }) {
   function show(at) {
     percent = at;
     showing = true;
-    load(from, start.select.value);
-    load(to, end.select.value);
+    const t = at / 100;
+    colours = mixture([[load(from, start.select.value), 1 - t], [load(to, end.select.value), t]]);
     between.code = from.code;
-    between.blend(to, at / 100);
-    display.show(between);
+    between.blend(to, t);
+    display.show(between, { colours });
     refresh();
   }
   function leave() {
@@ -115,9 +119,9 @@ export function createMorph(editor, { library, display, canvas }) {
       type: 'button',
       class: 'button',
       onclick: () => {
-        const code = between.code;
+        const likeness = { code: between.code, colouring: colours };
         leave();
-        editor.take({ code });
+        editor.take(likeness);
       },
     },
     text.keepThis,

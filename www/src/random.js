@@ -1,4 +1,5 @@
 import { element } from './element.js';
+import { someone } from './someone.js';
 import { createSlider } from './slider.js';
 import { text } from './text.js';
 import { createWishes } from './wishes.js';
@@ -61,20 +62,23 @@ export function createRandom(editor, say) {
     const options = { spread, attributes: wishes.attributes };
     if (regions) options.regions = regions;
     if (withSeed !== undefined) options.seed = withSeed;
-    const used = editor.randomise(options);
+    const used = editor.randomise(options, dressed.checked && !regions ? (drawn) => someone(editor.face, drawn) : undefined);
     if (used === undefined) return;
     seed.value = String(used);
     const locked = editor.face.locked.length + (editor.face.lockedMeasures?.length ?? 0);
     say(locked ? text.randomisedRest(used) : text.randomised(used));
   }
 
+  const dressed = element('input', { type: 'checkbox', id: 'random-colours', checked: true });
+  const colours = element('label', { class: 'check', for: dressed.id }, dressed, text.randomColours);
+
   const root = element('section', { class: 'part' }, element('h3', {}, text.randomFaces));
   if (wishes.root) {
     // The toolbar has a button of this kind; on a phone it is far from here.
     const draw = element('button', { type: 'button', class: 'button', onclick: () => randomise() }, text.wishes.draw);
-    root.append(wishes.root, amount.root, draw);
+    root.append(wishes.root, amount.root, colours, draw);
   } else {
-    root.append(amount.root);
+    root.append(amount.root, colours);
   }
 
   return { root, again, randomise };

@@ -64,6 +64,7 @@ export const text = {
   },
   spread: 'How unusual',
   spreadAbout: 'At × 1 random faces differ as people do; below, they keep close to the average.',
+  randomColours: 'In colours of their own',
   unusual: (/** @type {number} */ spread) =>
     `${spread < 0.45 ? 'near the average' : spread < 0.85 ? 'ordinary' : spread <= 1.15 ? 'as people are' : spread < 1.55 ? 'unusual' : 'rare'}, × ${spread.toFixed(2)}`,
   randomised: (/** @type {number} */ seed) => `Random face, seed ${seed}`,
@@ -144,7 +145,7 @@ export const text = {
   where: 'Where',
   amount: 'How much',
   amountTyped: 'How much, in per cent',
-  amountAbout: 'Towards the chosen face. What is locked stays.',
+  amountAbout: 'Towards the chosen face; a whole face brings its colours. What is locked stays.',
   percent: (/** @type {number} */ value) => `${Math.round(value)} %`,
   takeOver: 'Take over',
   took: (/** @type {string} */ group, /** @type {string} */ name) => `The ${group} of ${name}`,
