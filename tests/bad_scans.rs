@@ -656,6 +656,9 @@ fn odd_scans_are_read_and_said() {
         (1e-3, "metres"),
         (0.1, "centimetres"),
         (1.0 / 25.4, "inches"),
+        (3.0, "its own, of 0.3333 mm"),
+        (0.02, "its own, of 50.0000 mm"),
+        (5e-3, "its own, of 200.0000 mm"),
     ] {
         let scan = write("u.obj", obj(&scaled(&positions, by), &triangles).as_bytes());
         let points = write("u.json", json(&scaled(&right, by)).as_bytes());

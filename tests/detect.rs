@@ -15,7 +15,8 @@ use glam::{DMat3, DVec3};
 
 use phiz::Random;
 use phiz::fit::detect::{Detection, Detector};
-use phiz::fit::scan::Scan;
+use phiz::fit::ply::write_mesh;
+use phiz::fit::scan::{Scan, Unit};
 use phiz::fit::simulate::{Settings, Simulator};
 use phiz::fit::template::Template;
 use phiz::fit::{FitResult, generic_head, population};
@@ -156,6 +157,70 @@ fn made_up_people_are_found_in_any_pose() {
         let mean = error(template, &found, &named, INNER);
         assert!(mean < 2.5, "{mean}");
     }
+}
+
+#[test]
+fn a_face_in_units_of_its_own_is_found_and_nothing_else_is() {
+    let Some((template, detector)) = head() else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scan.ply");
+    let data = base_mesh::folder().expect("it was there for the head");
+    let face = (population::sample(template, &data, 1, 32)
+        .expect("samples")
+        .faces)
+        .remove(0);
+    let truth: Vec<DVec3> = (0..68)
+        .map(|i| {
+            let name = format!("ibug_{i:02}");
+            let at = template.landmarks.iter().position(|l| l.name == name);
+            template.landmark(at.expect("an iBUG point"), &face)
+        })
+        .collect();
+    let known = detector.find(&face, &template.triangles()).expect("a face");
+    let known = error(template, &known, &truth, INNER);
+    for by in [0.02, 3.0] {
+        let scaled: Vec<DVec3> = face.iter().map(|&p| p * by).collect();
+        write_mesh(&path, &scaled, &template.triangles()).expect("writes");
+        let mut scan = Scan::read(&path, None).expect("reads");
+        let mut found = detector.find_on(&mut scan, template).expect("a face");
+        let said = |note: &String| note.starts_with("units: its own");
+        assert_eq!(
+            scan.notes.iter().filter(|n| said(n)).count(),
+            1,
+            "{:?}",
+            scan.notes
+        );
+        assert!(
+            scan.notes
+                .iter()
+                .all(|n| said(n) || !n.starts_with("units: "))
+        );
+        // Its face is taken to be of average size, which is some per cent off.
+        assert!((scan.scale * by - 1.0).abs() < 0.12, "{}", scan.scale * by);
+        for p in &mut found.points {
+            *p /= scan.scale * by;
+        }
+        let mean = error(template, &found, &truth, INNER);
+        println!("{by}: {mean:.2} mm off, {known:.2} where the unit is known");
+        assert!(mean < known + 0.4, "{mean}");
+        // A unit that was asked for is kept.
+        let mut asked = Scan::read(&path, Some(Unit::Own(300.0 / by / 500.0))).expect("reads");
+        let scale = asked.scale;
+        let _ = detector.find_on(&mut asked, template);
+        assert_eq!(asked.scale, scale);
+    }
+    let (positions, triangles) = ellipsoid(DVec3::new(3.0, 4.0, 3.5), DVec3::ZERO, 0.05);
+    write_mesh(&path, &positions, &triangles).expect("writes");
+    let mut scan = Scan::read(&path, None).expect("reads");
+    let (scale, notes) = (scan.scale, scan.notes.clone());
+    let message = detector.find_on(&mut scan, template).expect_err("no face");
+    assert!(
+        message.to_string().contains("no face was found"),
+        "{message}"
+    );
+    assert_eq!((scan.scale, scan.notes), (scale, notes));
 }
 
 #[test]

@@ -16,7 +16,7 @@ pub struct LandmarksArgs {
     /// The scan: OBJ, PLY or GLB, in any pose.
     #[arg(long, value_name = "FILE")]
     scan: PathBuf,
-    /// The scan's unit: mm, cm, m or inch. Without it it is guessed by size, and said.
+    /// The scan's unit: mm, cm, m, inch, or how many mm it has. Without it it is guessed by size, and said.
     #[arg(long)]
     unit: Option<Unit>,
     /// How sure a point must be, 0 to 1; others are left out.
@@ -33,13 +33,11 @@ pub fn run(args: &LandmarksArgs) -> FitResult<()> {
         return Err(FitError::Input(cause));
     }
     let template = super::read_template(&args.template)?;
-    let scan = super::step("reading the scan", || Scan::read(&args.scan, args.unit))?;
-    scan.notes.iter().for_each(|note| eprintln!("{note}"));
+    let mut scan = super::step("reading the scan", || Scan::read(&args.scan, args.unit))?;
     let found = super::step("looking for the face", || {
-        Detector::new(&template)?
-            .find(&scan.positions, &scan.triangles)
-            .map_err(|e| FitError::file(&args.scan, e))
+        Detector::new(&template)?.find_on(&mut scan, &template)
     })?;
+    scan.notes.iter().for_each(|note| eprintln!("{note}"));
     let points = found.landmarks(args.least);
     let Some(output) = &args.output else {
         println!("{:16} {:>12} {:>12} {:>12}  confidence", "", "x", "y", "z");

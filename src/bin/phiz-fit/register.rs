@@ -27,7 +27,7 @@ pub struct RegisterArgs {
     /// Every scan of a folder, with landmarks in NAME.json or NAME.txt beside NAME.ply.
     #[arg(long, value_name = "DIR")]
     scans: Option<PathBuf>,
-    /// The scans' unit: mm, cm, m or inch; without it, it is guessed and said.
+    /// The scans' unit: mm, cm, m, inch, or how many mm it has; without it, it is guessed and said.
     #[arg(long)]
     unit: Option<Unit>,
     /// Start from the landmarks alone, not from what the template knows of faces.

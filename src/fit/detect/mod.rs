@@ -19,6 +19,7 @@ mod fit;
 mod search;
 mod shape;
 mod surfels;
+mod units;
 
 use fit::{Fit, Match, Pull, Uncertainty, step};
 use search::{Breadth, Lookout, PART, WHOLE, agreement, starts};

@@ -104,10 +104,7 @@ pub fn prepare(
     let points = match points {
         Some(path) => landmarks::read(path, &mut scan, template)?,
         None => {
-            let found = registrar
-                .detector()?
-                .find(&scan.positions, &scan.triangles)
-                .map_err(|e| FitError::file(&scan.path, e))?;
+            let found = registrar.detector()?.find_on(&mut scan, template)?;
             let points = found.landmarks(CONFIDENT);
             let sure: f64 = points.iter().map(|&(l, _)| found.confidences[l]).sum();
             said.push(format!(

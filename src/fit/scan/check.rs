@@ -23,7 +23,7 @@ const MIRRORED: f64 = 1.3;
 
 /// Where the generic head stands by some landmarks: the similarity that brings its landmarks
 /// closest to them.
-pub(super) struct Placement {
+pub(in crate::fit) struct Placement {
     /// Lengths there in lengths of the template.
     pub scale: f64,
     /// The template's turn.

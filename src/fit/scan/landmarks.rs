@@ -11,6 +11,7 @@ use glam::DVec3;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 
 use super::check::{Placement, spread};
+use super::unit::LARGEST_FACE;
 use super::{Scan, Unit, extent};
 use crate::fit::files::write_atomically;
 use crate::fit::template::Template;
@@ -20,8 +21,6 @@ use crate::fit::{FitError, FitResult};
 const IBUG: usize = 68;
 /// The fewest points that place a head and tell it from its mirror image.
 const FEWEST: usize = 4;
-/// Between this and its inverse lie the sizes of all people's faces beside the generic one's.
-const LARGEST_FACE: f64 = 1.55;
 
 /// Reads the landmarks of a scan, in mm: `(index in the template's landmarks, point)`, in the
 /// order of the template.
@@ -174,15 +173,17 @@ fn settle_unit(
         true => likely.millimetres(),
         false => scan.scale,
     };
+    if matches!(likely, Unit::Own(_)) && scan.unit_guessed && !scan.surrounds(points) {
+        let size = Unit::nearest(scale).millimetres() / scale;
+        let cause = format!("its landmarks are {size:.3} times as far apart as a face's");
+        return Err(FitError::file(path, cause));
+    }
     let size = unit / scale;
     if !(1.0 / LARGEST_FACE..=LARGEST_FACE).contains(&size) {
-        let cause = match scan.unit_guessed {
-            true => format!("its landmarks are {size:.3} times as far apart as a face's"),
-            false => format!(
-                "in the scan's units its landmarks are {size:.3} times as far apart as a \
-                 face's; they fit in {likely}"
-            ),
-        };
+        let cause = format!(
+            "in the scan's units its landmarks are {size:.3} times as far apart as a face's; they \
+             fit in {likely}"
+        );
         return Err(FitError::file(path, cause));
     }
     if scan.unit_guessed && unit != scan.scale {
@@ -196,9 +197,7 @@ fn settle_unit(
             );
             return Err(FitError::file(path, cause));
         }
-        scan.notes.retain(|note| !note.starts_with("units: "));
-        let note = format!("units: {likely}, because the landmarks then are a face's");
-        scan.notes.push(note);
+        scan.say_unit(likely, "because the landmarks then are a face's");
     }
     Ok(())
 }

@@ -19,7 +19,8 @@ mod polygon;
 mod unit;
 
 pub use check::check;
-pub(in crate::fit) use check::spread;
+pub(in crate::fit) use check::{Placement, spread};
+use unit::EXTENTS;
 pub use unit::Unit;
 
 /// A scan: one person's surface, in mm.
@@ -63,9 +64,6 @@ impl Texture {
     /// The corners of a triangle without texture.
     pub const BARE: [u32; 3] = [u32::MAX; 3];
 }
-
-/// What no head, face or person is smaller or larger than, mm.
-const EXTENTS: [f64; 2] = [60.0, 2500.0];
 
 impl Scan {
     /// Reads a scan by its ending: `.obj` (with its MTL file and image), `.ply`, `.glb`.
@@ -118,18 +116,45 @@ impl Scan {
     }
 
     /// Takes another unit for the one that is in use.
-    fn rescale(&mut self, scale: f64) {
+    pub(in crate::fit) fn rescale(&mut self, scale: f64) {
         let factor = scale / if self.scale > 0.0 { self.scale } else { 1.0 };
         self.positions.iter_mut().for_each(|p| *p *= factor);
         self.scale = scale;
     }
 
+    /// Takes another unit for the one that was guessed, and says why.
+    pub(in crate::fit) fn say_unit(&mut self, unit: Unit, why: &str) {
+        self.notes.retain(|note| !note.starts_with("units: "));
+        self.notes.push(match unit {
+            Unit::Own(millimetres) => format!(
+                "units: its own, of {millimetres:.4} mm, {why} of average size; how large it was, \
+                 is not known"
+            ),
+            _ => format!("units: {unit}, {why}"),
+        });
+    }
+
+    /// Whether points in the file's units lie in the box of the scan, or a fifth of its size around it.
+    fn surrounds(&self, points: &[(usize, DVec3)]) -> bool {
+        let low = self
+            .positions
+            .iter()
+            .fold(DVec3::INFINITY, |a, &p| a.min(p));
+        let high = self
+            .positions
+            .iter()
+            .fold(DVec3::NEG_INFINITY, |a, &p| a.max(p));
+        let around = DVec3::splat(0.2 * (high - low).max_element());
+        (points.iter().map(|(_, p)| *p * self.scale))
+            .all(|p| p.cmpge(low - around).all() && p.cmple(high + around).all())
+    }
+
     fn plausible(&self, unit: Unit) -> FitResult<()> {
         let extent = extent(&self.positions);
-        if (EXTENTS[0]..=EXTENTS[1]).contains(&extent) {
+        if EXTENTS.contains(&extent) {
             return Ok(());
         }
-        let what = match extent < EXTENTS[0] {
+        let what = match extent < *EXTENTS.start() {
             true => "small",
             false => "large",
         };
@@ -146,7 +171,7 @@ impl Scan {
 }
 
 /// The longest side of the box around some points.
-fn extent(points: &[DVec3]) -> f64 {
+pub(in crate::fit) fn extent(points: &[DVec3]) -> f64 {
     let low = points.iter().fold(DVec3::INFINITY, |a, &p| a.min(p));
     let high = points.iter().fold(DVec3::NEG_INFINITY, |a, &p| a.max(p));
     (high - low).max_element().max(0.0)
