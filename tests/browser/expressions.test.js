@@ -121,7 +121,7 @@ describe('expressions', () => {
     assert.deepEqual(await shown(page), wanted, 'another person, the same face made');
     const face = await picture(page, 'expressions-kept');
     const { hash } = new URL(page.url());
-    assert.match(hash, /^#[\w-]+~[\w-]+$/);
+    assert.match(hash, /^#[\w-]+~[\w-]+~[\w-]+$/, 'shape, expression, colours');
 
     // Somebody else opens the link.
     const other = await open(browser, site, { sharp: true, hash });

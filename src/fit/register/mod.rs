@@ -2,9 +2,9 @@
 //! deformation").
 //!
 //! The scan is brought into the template's frame by the landmarks. With a prior, its coefficients
-//! are fitted first ([`statistical`]), by bare skin before the rest ([`hair`]); without one the landmarks warp the head
-//! ([`warp`](crate::fit::warp)), and [`space`] is bent until the surface agrees too. Then an
-//! elastic [`sheet`] is drawn onto the scan, stiff at first and softer level by level, by
+//! are fitted first ([`statistical`]), by bare skin before the rest ([`hair`]); without one the
+//! landmarks warp the head ([`warp`](crate::fit::warp)), and [`space`] is bent until the surface
+//! agrees too. Then an elastic [`sheet`] is drawn onto the scan, stiff at first and softer level by level, by
 //! [`correspondence`]s to closest points of the scan. Last, vertices that have a point on the scan
 //! are set on it ([`embed`]), lips that went through each other are parted ([`lips`]), folds evened
 //! out, and the eyeballs carried along. [`batch`] does a folder.
@@ -377,7 +377,8 @@ impl<'a> Registrar<'a> {
                         })
                         .collect(),
                 };
-                let mut distances: Vec<f64> = found.iter().flatten().map(|c| c.distance).collect();
+                let on_skin = found.iter().flatten().filter(|c| skin(c) > 0.0);
+                let mut distances: Vec<f64> = on_skin.map(|c| c.distance).collect();
                 distances.sort_unstable_by(f64::total_cmp);
                 let typical = distances.get(distances.len() / 2).copied().unwrap_or(reach);
                 for c in found.iter().flatten() {

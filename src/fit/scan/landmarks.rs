@@ -26,12 +26,13 @@ const FEWEST: usize = 4;
 /// order of the template.
 ///
 /// A unit of the scan that was guessed is settled by the landmarks, which tell it better than the
-/// size of the mesh; positions, scale and notes of the scan then follow.
+/// size of the mesh; where no unit makes them those of a face, the scan has units of its own
+/// ([`Unit::Own`]). Positions, scale and notes of the scan then follow.
 ///
 /// # Errors
 /// When the file is in neither form, a name is unknown or there twice, numbers are missing or not
-/// finite, there are fewer than four points or they do not span space, or no unit makes them those of a face: with the file
-/// and the name or line.
+/// finite, there are fewer than four points or they do not span space, or they are of no face's
+/// size in the unit that was asked for, or beside the scan: with the file and the name or line.
 pub fn read(path: &Path, scan: &mut Scan, template: &Template) -> FitResult<Vec<(usize, DVec3)>> {
     let mut points = read_file(path, template)?;
     settle_unit(path, scan, &points, template)?;
