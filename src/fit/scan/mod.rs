@@ -136,14 +136,7 @@ impl Scan {
 
     /// Whether points in the file's units lie in the box of the scan, or a fifth of its size around it.
     fn surrounds(&self, points: &[(usize, DVec3)]) -> bool {
-        let low = self
-            .positions
-            .iter()
-            .fold(DVec3::INFINITY, |a, &p| a.min(p));
-        let high = self
-            .positions
-            .iter()
-            .fold(DVec3::NEG_INFINITY, |a, &p| a.max(p));
+        let (low, high) = bounds(&self.positions);
         let around = DVec3::splat(0.2 * (high - low).max_element());
         (points.iter().map(|(_, p)| *p * self.scale))
             .all(|p| p.cmpge(low - around).all() && p.cmple(high + around).all())
@@ -170,10 +163,16 @@ impl Scan {
     }
 }
 
-/// The longest side of the box around some points.
-pub(in crate::fit) fn extent(points: &[DVec3]) -> f64 {
+/// The corners of the box around some points.
+fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
     let low = points.iter().fold(DVec3::INFINITY, |a, &p| a.min(p));
     let high = points.iter().fold(DVec3::NEG_INFINITY, |a, &p| a.max(p));
+    (low, high)
+}
+
+/// The longest side of the box around some points.
+pub(in crate::fit) fn extent(points: &[DVec3]) -> f64 {
+    let (low, high) = bounds(points);
     (high - low).max_element().max(0.0)
 }
 
