@@ -670,6 +670,14 @@ fn odd_scans_are_read_and_said() {
         }
     }
 
+    // Without landmarks, too small in centimetres and too large in metres: as long as a head with its neck.
+    let between = write(
+        "b.obj",
+        obj(&scaled(&positions, 0.02), &triangles).as_bytes(),
+    );
+    let scan = Scan::read(&between, None).expect("reads");
+    assert!(said(&scan.notes, "units: its own, of "), "{:?}", scan.notes);
+
     let turned: Vec<DVec3> = positions
         .iter()
         .map(|p| DVec3::new(-p.x, -p.y, p.z))

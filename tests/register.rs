@@ -295,7 +295,7 @@ fn raised(
 }
 
 #[test]
-fn hair_moves_neither_the_face_nor_the_skull() {
+fn hair_is_not_taken_for_a_larger_head() {
     let Some(given) = given() else { return };
     // 0 to 1: above the brows and behind the ears.
     let hair = |above: f64, behind: f64| {

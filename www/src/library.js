@@ -1,8 +1,8 @@
 import { readKept } from './colouring.js';
 import { sameWeights } from './history.js';
 import { readExpression } from './savedexpression.js';
-import { keep, recall } from './store.js';
 import { someone } from './someone.js';
+import { keep, recall } from './store.js';
 import { text } from './text.js';
 
 /** The seeds of the faces that everybody finds in the tray. */

@@ -1,6 +1,6 @@
 import { element } from './element.js';
-import { someone } from './someone.js';
 import { createSlider } from './slider.js';
+import { someone } from './someone.js';
 import { text } from './text.js';
 import { createWishes } from './wishes.js';
 

@@ -54,6 +54,9 @@ fn average(mut found: Detection, scan: &mut Scan, template: &Template) -> Detect
         found.points.iter_mut().for_each(|p| *p /= placement.scale);
         scan.rescale(scan.scale / placement.scale);
     }
-    scan.say_unit(Unit::Own(scan.scale), "because there then is a face");
+    scan.say_unit(
+        Unit::Own(scan.scale),
+        "because there then is a face of average size",
+    );
     found
 }

@@ -8,25 +8,21 @@
 
 use glam::DVec3;
 
+use crate::fit::region::point;
 use crate::fit::template::Template;
 
 /// How far bare skin goes on around a point, mm.
 const REACH: f64 = 20.0;
 
-/// What lies so far above the prior's face is the less skin, mm.
+/// What lies so far above the prior's face is the less skin, mm. While that is still fitted, more is
+/// let pass (the rounds of [`statistical`](super::statistical)).
 const ABOVE: [f64; 2] = [4.0, 8.0];
 
 /// Which vertices of a template are skin on everybody: around brows, nose and eyes (iBUG 17 to 47),
 /// where neither hair nor beards grow higher than brows. All of a template without these points.
 pub fn bare(template: &Template) -> Vec<bool> {
-    let numbers = template.landmarks.iter().map(|l| {
-        let number = l.name.strip_prefix("ibug_")?;
-        number.parse::<u32>().ok()
-    });
-    let middle: Vec<DVec3> = numbers
-        .enumerate()
-        .filter(|(_, number)| number.is_some_and(|n| (17..48).contains(&n)))
-        .map(|(i, _)| template.landmark(i, &template.positions))
+    let middle: Vec<DVec3> = (17..48)
+        .filter_map(|i| point(template, &format!("ibug_{i:02}")).ok())
         .collect();
     (template.positions.iter())
         .map(|p| middle.is_empty() || middle.iter().any(|m| m.distance(*p) < REACH))

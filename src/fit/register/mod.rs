@@ -4,10 +4,10 @@
 //! The scan is brought into the template's frame by the landmarks. With a prior, its coefficients
 //! are fitted first ([`statistical`]), by bare skin before the rest ([`hair`]); without one the
 //! landmarks warp the head ([`warp`](crate::fit::warp)), and [`space`] is bent until the surface
-//! agrees too. Then an elastic [`sheet`] is drawn onto the scan, stiff at first and softer level by level, by
-//! [`correspondence`]s to closest points of the scan. Last, vertices that have a point on the scan
-//! are set on it ([`embed`]), lips that went through each other are parted ([`lips`]), folds evened
-//! out, and the eyeballs carried along. [`batch`] does a folder.
+//! agrees too. Then an elastic [`sheet`] is drawn onto the scan, stiff at first and softer level by
+//! level, by [`correspondence`]s to closest points of the scan. Last, vertices that have a point on
+//! the scan are set on it ([`embed`]), lips that went through each other are parted ([`lips`]),
+//! folds evened out, and the eyeballs carried along. [`batch`] does a folder.
 //!
 //! # What drift is left
 //!

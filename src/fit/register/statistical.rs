@@ -36,7 +36,8 @@ struct Hairy {
     scale: f64,
 }
 
-const fn bare(cosine: f64, reach: f64) -> Round {
+/// By bare skin alone.
+const fn by_bare_skin(cosine: f64, reach: f64) -> Round {
     Round {
         cosine,
         reach: Some(reach),
@@ -44,7 +45,8 @@ const fn bare(cosine: f64, reach: f64) -> Round {
     }
 }
 
-const fn whole(reach: Option<f64>, above: f64, scale: f64) -> Round {
+/// By all that is taken for skin.
+const fn by_all_skin(reach: Option<f64>, above: f64, scale: f64) -> Round {
     Round {
         cosine: 0.7,
         reach,
@@ -53,13 +55,13 @@ const fn whole(reach: Option<f64>, above: f64, scale: f64) -> Round {
 }
 
 const ROUNDS: [Round; 7] = [
-    bare(0.5, 30.0),
-    bare(0.5, 20.0),
-    bare(0.5, 20.0),
-    whole(Some(20.0), 10.0, 6.0),
-    whole(Some(20.0), 8.0, 4.0),
-    whole(None, 6.0, 2.5),
-    whole(None, 5.0, 0.0),
+    by_bare_skin(0.5, 30.0),
+    by_bare_skin(0.5, 20.0),
+    by_bare_skin(0.5, 20.0),
+    by_all_skin(Some(20.0), 10.0, 6.0),
+    by_all_skin(Some(20.0), 8.0, 4.0),
+    by_all_skin(None, 6.0, 2.5),
+    by_all_skin(None, 5.0, 0.0),
 ];
 
 /// Vertices that are compared with the scan: every vertex would only cost time.

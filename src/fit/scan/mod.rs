@@ -102,8 +102,7 @@ impl Scan {
         scan.unit_guessed = unit.is_none();
         let unit = unit.unwrap_or_else(|| Unit::of_extent(extent));
         if scan.unit_guessed {
-            let note = format!("units: {unit}, because the mesh is {extent:.3} across");
-            scan.notes.push(note);
+            scan.say_unit(unit, &format!("because the mesh is {extent:.3} across"));
         }
         scan.rescale(unit.millimetres());
         scan.plausible(unit)?;
@@ -122,13 +121,12 @@ impl Scan {
         self.scale = scale;
     }
 
-    /// Takes another unit for the one that was guessed, and says why.
+    /// Says which unit was guessed and why, in place of what was said before.
     pub(in crate::fit) fn say_unit(&mut self, unit: Unit, why: &str) {
         self.notes.retain(|note| !note.starts_with("units: "));
         self.notes.push(match unit {
             Unit::Own(millimetres) => format!(
-                "units: its own, of {millimetres:.4} mm, {why} of average size; how large it was, \
-                 is not known"
+                "units: its own, of {millimetres:.4} mm, {why}; how large it was, is not known"
             ),
             _ => format!("units: {unit}, {why}"),
         });
