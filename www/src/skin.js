@@ -32,7 +32,9 @@ const LIGHTS = ShaderChunk.lights_physical_pars_fragment
 
 const ENVIRONMENT = ShaderChunk.envmap_physical_pars_fragment
   .replace(/vec4 envMapColor = textureLod\([^;]*ENVMAP_MAX_LOD \);/, 'vec3 light = studioLightOn(worldNormal);')
-  .replace('PI * envMapColor.rgb * envMapIntensity', 'PI * light * envMapIntensity');
+  .replace('PI * envMapColor.rgb * envMapIntensity', 'PI * light * envMapIntensity')
+  .replace(/vec4 envMapColor = textureLod\([^;]*roughnessToMip\( roughness \) \);/, 'vec3 mirrored = studioMirrored(reflectVec, roughness);')
+  .replace('envMapColor.rgb * envMapIntensity', 'mirrored * envMapIntensity');
 
 const SHADOWS = ShaderChunk.lights_fragment_begin.replace(
   /directLight\.color \*= (\( directLight\.visible && receiveShadow \) \? getShadow\( directionalShadowMap[^;]*);/,

@@ -166,12 +166,15 @@ function read(sum, weight, { size, faces }, x, y, z) {
   }
 }
 
+/** Writes what a surface mirrors that faces a direction. @typedef {(way: number[], colour: number[]) => void} Mirror */
+
 /**
- * A level as a surface of some roughness mirrors it: the GGX lobe around each direction, as
- * three.js has it (the view along the normal, weighted with the cosine), by samples.
- * @param {number} size @param {number} roughness @param {Level[]} sharp the room at all sizes
+ * A surface of some roughness: the GGX lobe around each direction, as three.js has it (the view along the
+ * normal, weighted with the cosine), by samples.
+ * @param {number} roughness @param {Level[]} sharp the room at all sizes
+ * @returns {Mirror}
  */
-function mirrored(size, roughness, sharp) {
+function glossy(roughness, sharp) {
   const alpha2 = roughness ** 4;
   // The sharper, the smaller the lobe, and the more texels there are to fill.
   const samples = roughness < 0.2 ? 16 : 64;
@@ -188,7 +191,7 @@ function mirrored(size, roughness, sharp) {
     return { cosine, x: sine * Math.cos(turn), y: sine * Math.sin(turn), from };
   }).filter(({ cosine }) => cosine > 0);
   const total = lobe.reduce((sum, { cosine }) => sum + cosine, 0);
-  return level(size, (n, colour) => {
+  return (n, colour) => {
     // Any two directions across: the lobe is round.
     const [ux, uy, uz] = Math.abs(n[2]) < 0.9 ? [-n[1], n[0], 0] : [0, -n[2], n[1]];
     const long = Math.sqrt(ux * ux + uy * uy + uz * uz);
@@ -205,14 +208,15 @@ function mirrored(size, roughness, sharp) {
         n[2] * cosine + u[2] * x + v[2] * y,
       );
     }
-  });
+  };
 }
 
 /**
  * The same for a rough surface, whose lobe is wide: every texel of a small level counts.
- * @param {number} size @param {number} roughness @param {Level} from
+ * @param {number} roughness @param {Level} from
+ * @returns {Mirror}
  */
-function diffused(size, roughness, from) {
+function matt(roughness, from) {
   const alpha2 = roughness ** 4;
   /** Direction, solid angle, colour of each texel, seven numbers each. @type {number[]} */
   const lights = [];
@@ -224,7 +228,7 @@ function diffused(size, roughness, from) {
     texel += 1;
   });
   const list = Float32Array.from(lights);
-  return level(size, ([x, y, z], colour) => {
+  return ([x, y, z], colour) => {
     let red = 0;
     let green = 0;
     let blue = 0;
@@ -243,7 +247,46 @@ function diffused(size, roughness, from) {
     colour[0] = red / total;
     colour[1] = green / total;
     colour[2] = blue / total;
+  };
+}
+
+/** @param {number} roughness @param {Level[]} sharp the room at all sizes */
+const mirror = (roughness, sharp) => (roughness < 0.45 ? glossy(roughness, sharp) : matt(roughness, sharp[3]));
+
+/** Texels along a side of `folded`, the first and the last on its edge. */
+const FOLDED = 32;
+/** What `folded` has, from a shine to a sheen. */
+const FOLDED_ROUGHNESS = [0.33, 0.62];
+
+/**
+ * What surfaces of two roughnesses mirror, one square below the other, each an octahedron around the head
+ * that is folded flat: up is in the middle, down in all four corners. Square roots, as bytes, of parts of `brightest`.
+ * Skin is never so sharp a mirror that it needs more, and a lookup here costs a third of one in a cube
+ * map of all roughnesses where a processor draws.
+ * @param {Level[]} sharp
+ */
+function folded(sharp) {
+  const colours = new Float32Array(3 * FOLDED * FOLDED * FOLDED_ROUGHNESS.length);
+  const colour = [0, 0, 0];
+  FOLDED_ROUGHNESS.forEach((roughness, at) => {
+    const look = mirror(roughness, sharp);
+    for (let j = 0, o = 3 * at * FOLDED * FOLDED; j < FOLDED; j++) {
+      for (let i = 0; i < FOLDED; i++, o += 3) {
+        let x = (2 * i) / (FOLDED - 1) - 1;
+        let z = (2 * j) / (FOLDED - 1) - 1;
+        const y = 1 - Math.abs(x) - Math.abs(z);
+        if (y < 0) [x, z] = [(1 - Math.abs(z)) * (x < 0 ? -1 : 1), (1 - Math.abs(x)) * (z < 0 ? -1 : 1)];
+        look(normalised([x, y, z]), colour);
+        colours.set(colour, o);
+      }
+    }
   });
+  const brightest = colours.reduce((most, c) => Math.max(most, c), 0);
+  const texels = new Uint8Array((colours.length / 3) * 4).fill(255);
+  colours.forEach((c, o) => {
+    texels[4 * Math.floor(o / 3) + (o % 3)] = Math.round(255 * Math.sqrt(c / brightest));
+  });
+  return { texels, side: FOLDED, roughness: FOLDED_ROUGHNESS, brightest };
 }
 
 /**
@@ -276,8 +319,8 @@ const NORMS = [1, 3, 3, 3, 15, 15, 5 / 4, 15, 15 / 4];
 
 /**
  * The studio, prefiltered as three.js expects it of an environment: from what a mirror shows to what lights
- * a rough surface; the latter also as polynomials.
- * @returns {{ levels: Level[], light: Float32Array<ArrayBuffer> }}
+ * a rough surface; the latter also as polynomials, and what skin mirrors as a flat map.
+ * @returns {{ levels: Level[], light: Float32Array<ArrayBuffer>, flat: ReturnType<typeof folded> }}
  */
 export function studio() {
   const sharp = [level(SIZE, radiance)];
@@ -287,7 +330,7 @@ export function studio() {
     // Which level stands for which roughness is three.js's. One below the roughest tells it how many
     // there are, and has nothing new.
     const roughness = 1 - Math.sqrt(1 - Math.min(1, lod / (LEVELS - 1)));
-    return roughness < 0.45 ? mirrored(present.size, roughness, sharp) : diffused(present.size, roughness, sharp[3]);
+    return level(present.size, mirror(roughness, sharp));
   });
-  return { levels, light: harmonics(levels[LEVELS - 1]) };
+  return { levels, light: harmonics(levels[LEVELS - 1]), flat: folded(sharp) };
 }
