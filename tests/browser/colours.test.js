@@ -114,11 +114,11 @@ describe('colours', () => {
       const bald = await picture(page, `colours-bald-${view}`);
       for (const [name, grows, bare] of view === 'Front'
         ? /** @type {const} */ ([
-            ['Cropped hair, none to dense', ['scalp'], ['forehead', 'chin', 'cheek', 'lip', 'iris']],
+            ['Hair on the head, none to dense', ['scalp'], ['forehead', 'chin', 'cheek', 'lip', 'iris']],
             ['Stubble, none to dense', ['chin'], ['scalp', 'forehead', 'lip', 'iris']],
           ])
         : /** @type {const} */ ([
-            ['Cropped hair, none to dense', ['above the ear'], ['ear', 'jaw']],
+            ['Hair on the head, none to dense', ['above the ear'], ['ear', 'jaw']],
             ['Stubble, none to dense', ['jaw'], ['ear', 'above the ear']],
           ])) {
         await moveSlider(page, name, 0.9);
@@ -158,6 +158,63 @@ describe('colours', () => {
     assert.ok(Object.keys(await colouring(page)).length > 3);
     await page.getByRole('button', { name: 'Reset all' }).click();
     assert.deepEqual(await colouring(page), {});
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('hair is as long as it is asked to be, lies as it is combed, and is not measured', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true, viewport: { width: 1280, height: 800 } });
+    await choose(page);
+    const look = await looking(page);
+    const bald = await picture(page, 'hair-none');
+    // Beside the cheek, where there is nothing but long hair; on the forehead, where a fringe is.
+    const cheek = look.places.cheek;
+    const nose = (await looking(page)).places.chin.x;
+    const beside = { x: cheek.x - 0.75 * (nose - cheek.x), y: cheek.y };
+    look.places.beside = beside;
+    const long = 'Length, cropped to below the chin';
+    await moveSlider(page, long, 0.9);
+    const hanging = await picture(page, 'hair-long');
+    assert.ok(look.around(bald, hanging, 'scalp', 10) > 300, 'no hair on the head');
+    assert.ok(look.around(bald, hanging, 'beside', 12) > 300, 'long hair does not hang beside the cheeks');
+    for (const place of ['iris', 'lip', 'chin']) assert.equal(look.around(bald, hanging, place, 4), 0, `hair hangs over the ${place}`);
+    await moveSlider(page, long, 0.25);
+    const short = await picture(page, 'hair-short');
+    assert.equal(look.around(bald, short, 'beside', 12), 0, 'short hair hangs beside the cheeks');
+    assert.ok(look.around(bald, short, 'scalp', 10) > 300);
+    await moveSlider(page, long, 0.55);
+    await moveSlider(page, 'Combed back, aside, forward', 0);
+    const back = await picture(page, 'hair-back');
+    await moveSlider(page, 'Combed back, aside, forward', 1);
+    const fringe = await picture(page, 'hair-fringe');
+    assert.equal(look.around(bald, back, 'forehead', 4), 0, 'hair that is combed back falls on the forehead');
+    assert.ok(look.around(bald, fringe, 'forehead', 6) > 60, 'a fringe leaves the forehead free');
+    for (const [name, value] of [['Parting, left to right', 0.9], ['Straight, wavy, curly', 0.8]]) {
+      await moveSlider(page, 'Combed back, aside, forward', 0.5);
+      const before = await picture(page, 'hair-before');
+      await moveSlider(page, name, value);
+      assert.ok(differing(before, await picture(page, `hair-${name.split(',')[0]}`)) > 3000, `${name} changes nothing`);
+    }
+    // A link keeps all of it.
+    const kept = await colouring(page);
+    assert.deepEqual(kept, { length: 0.55, comb: 0.5, parting: 0.9, curl: 0.8 });
+    const { hash } = new URL(page.url());
+    const linked = await open(browser, site, { sharp: true, viewport: { width: 1280, height: 800 }, hash });
+    assert.deepEqual(await colouring(linked.page), kept);
+    assert.equal(differing(await picture(page, 'hair-kept'), await picture(linked.page, 'hair-linked')), 0);
+    await linked.context.close();
+
+    // Distances are the head's: with hair and without they look the same.
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await page.locator('.tab[data-group="head"]').click();
+    await moveSlider(page, 'head 1', 0.98);
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    await page.getByLabel('Distance as colour').check();
+    const heat = await picture(page, 'hair-heat');
+    await choose(page);
+    await page.getByRole('button', { name: 'The model’s own' }).click();
+    assert.equal(differing(heat, await picture(page, 'hair-heat-bald')), 0, 'hair lies over the distances');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.deepEqual(complaints, []);
     await context.close();
   });

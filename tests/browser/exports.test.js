@@ -58,14 +58,14 @@ describe('exports', () => {
     await page.getByRole('tab', { name: 'Colours' }).click();
     await moveSlider(page, 'Lips, pale to red', 1);
     await moveSlider(page, 'Iris, blue to brown', 0);
-    await moveSlider(page, 'Cropped hair, none to dense', 0.9);
+    await moveSlider(page, 'Length, cropped to below the chin', 0.4);
     const shown = await picture(page, 'exports-glb-before');
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     const { bytes } = await download(page, 'GLB');
     const { issues } = await validator.validateBytes(new Uint8Array(bytes));
     assert.deepEqual([issues.numErrors, issues.numWarnings], [0, 0], JSON.stringify(issues.messages));
     const json = glbJson(bytes);
-    assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow', 'lashes']);
+    assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow', 'lashes', 'hair']);
     const [, upper, lower] = json.meshes;
     const controls = await page.evaluate(() => window.designer.face.controls.map(({ name }) => name));
     assert.deepEqual(upper.extras.targetNames.filter((name) => !controls.includes(name)), [], 'no expression moves the upper row: it goes with the skull');
@@ -150,6 +150,30 @@ describe('exports', () => {
       }
     }
     assert.equal(target(fringe, 'chin 1'), null);
+
+    // Hair stands on the head and goes along with it, root by root; neither a nose nor an expression moves it.
+    const hair = json.meshes[5];
+    const ribbons = readVectors(bytes, hair.primitives[0].attributes.POSITION);
+    const strands = 3000;
+    const each = ribbons.length / strands;
+    assert.ok(Number.isInteger(each / 6), `${ribbons.length / 3} vertices are no strands`);
+    assert.deepEqual(hair.extras.targetNames.filter((name) => !controls.includes(name) || /^(nose|mouth|eyes)/.test(name)), []);
+    const goes = target(hair, 'head 1');
+    const [skull, off] = [target(face, 'head 1'), []];
+    for (let n = 0; n < strands; n += 60) {
+      const at = [0, 1, 2].map((k) => (ribbons[each * n + k] + ribbons[each * n + 3 + k]) / 2);
+      let [nearest, least] = [0, Infinity];
+      for (let v = 0; v < rest.length / 3; v++) {
+        const away = Math.hypot(rest[3 * v] - at[0], rest[3 * v + 1] - at[1], rest[3 * v + 2] - at[2]);
+        if (away < least) [nearest, least] = [v, away];
+      }
+      // Hair along a parting begins up to 8 mm beyond it.
+      assert.ok(least < 0.01, `a strand begins ${1000 * least} mm from the skin`);
+      off.push(Math.hypot(...[0, 1, 2].map((k) => goes[each * n + k] - skull[3 * nearest + k])));
+    }
+    off.sort((a, b) => a - b);
+    const far = Math.hypot(...[0, 1, 2].map((k) => Math.max(...goes.filter((_, i) => i % 3 === k).map(Math.abs))));
+    assert.ok(off[Math.floor(0.9 * off.length)] < 0.25 * far, `the head moves by up to ${1000 * far} mm, strands are off by ${1000 * off[Math.floor(0.9 * off.length)]}`);
 
     // Behind parted lips the shadow draws back: its lower edge in the middle comes as high as its upper one.
     const ribbon = readVectors(bytes, shadow.primitives[0].attributes.POSITION);

@@ -178,7 +178,7 @@ export class PhizDesigner extends HTMLElement {
   set colours(colours) {
     const { head, scene } = this.#need();
     head.paint(checkedColours(colours));
-    scene.invalidate();
+    scene.shapeChanged();
     this.#tell('change');
   }
 

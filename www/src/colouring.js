@@ -15,6 +15,10 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
   iris: 0.7,
   crop: 0,
   beard: 0,
+  length: 0,
+  comb: 0.4,
+  parting: 0.4,
+  curl: 0.15,
 });
 
 export const COLOURS = Object.keys(REST);

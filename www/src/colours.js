@@ -8,7 +8,8 @@ import { text } from './text.js';
 
 const GROUPS = /** @type {const} */ ([
   ['skin', ['skin', 'blood', 'lips']],
-  ['hair', ['hair', 'red', 'grey', 'brows', 'crop', 'beard']],
+  ['hair', ['hair', 'red', 'grey', 'brows', 'beard']],
+  ['style', ['crop', 'length', 'comb', 'parting', 'curl']],
   ['eyes', ['iris']],
 ]);
 
@@ -17,7 +18,7 @@ const STOPS = 11;
 
 /** @typedef {ReturnType<typeof import('./pigments.js').pigments>} Pigments */
 
-/** What each slider paints. @type {Record<string, (paints: Pigments) => import('three').Color>} */
+/** What each slider paints, but for those that only lay hair otherwise. @type {Record<string, (paints: Pigments) => import('three').Color>} */
 const PAINTED = {
   skin: ({ skin }) => skin,
   blood: ({ skin }) => skin,
@@ -78,6 +79,7 @@ export function createColours(editor, paints) {
     own.disabled = Object.keys(colouring).length === 0;
     for (const [name, slider] of sliders) {
       slider.show(values[name]);
+      if (!PAINTED[name]) continue;
       const ramp = Array.from({ length: STOPS }, (_, i) => {
         const colour = PAINTED[name](paints({ ...colouring, [name]: i / (STOPS - 1) }));
         return `#${colour.getHexString()}`;

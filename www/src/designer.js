@@ -172,7 +172,7 @@ export async function createDesigner(model, stage, chosen) {
     sleep: scene.sleep,
     wear(colours) {
       head.wear(colours);
-      scene.invalidate();
+      scene.shapeChanged();
     },
     choose: () => panel.choose('photo'),
   });
@@ -208,7 +208,8 @@ export async function createDesigner(model, stage, chosen) {
   });
   editor.onColours(() => {
     head.paint(editor.colouring);
-    scene.invalidate();
+    // Hair casts shadows.
+    scene.shapeChanged();
   });
   head.paint(colours);
   editor.onRefusal((why) => toast.say(text.refused(why)));

@@ -7,6 +7,7 @@ import { smoothed } from './groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
 import { createTeeth } from './teeth.js';
+import { createTresses } from './tresses.js';
 import { createMap, createTile } from './textures.js';
 
 /**
@@ -210,6 +211,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     brows: paintBrows(at),
     depth: nose[2] - 82,
   });
+  const tresses = createTresses([rest, restNormals, skinTriangles, grows.scalp, at], skin.uniforms, fade);
   const mesh = new Mesh(geometry, skin.material);
   mesh.castShadow = true;
   mesh.receiveShadow = true;
@@ -234,7 +236,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   lashes.update(rest, eyes.centres);
 
   const group = new Group();
-  group.add(mesh, ...eyes.meshes, lashes.mesh, ...(teeth?.meshes ?? []));
+  group.add(mesh, tresses.mesh, ...eyes.meshes, lashes.mesh, ...(teeth?.meshes ?? []));
 
   /** @type {number[]} */
   const duplicates = [];
@@ -273,6 +275,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     eyes.turn(turnsOf(expression), Object.keys(expression).length > 0);
     eyes.update(present);
     lashes.update(present, eyes.centres);
+    tresses.update(present);
     teeth?.update(present, shiftsOf(expression));
   }
 
@@ -342,7 +345,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   function paint(now) {
     colouring = now;
     const paints = pigments(tone, now);
-    for (const part of [skin, lashes, eyes]) part.paint(paints);
+    for (const part of [skin, lashes, eyes, tresses]) part.paint(paints);
   }
   paint(colouring);
 
@@ -374,6 +377,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
       centres.forEach((centre, i) => fitSphere(positions, eyeVertices[i], centre));
       return { ...lashes.bodies(positions, centres), colour: lashes.colour };
     },
+    /** What longer hair is on a face of the model; null where there is none. @param {Float32Array} positions */
+    hairOn: tresses.bodies,
+    hairCarried: tresses.carried,
     teeth,
     update,
     highlight,

@@ -69,6 +69,7 @@ const DECLARATIONS = /* glsl */ `
   varying vec2 vGrowth; // hair, beard
   uniform sampler2D strandMap;
   uniform vec2 dense;
+  uniform float covered;
   varying vec2 vWorn;
   uniform sampler2D wornMap;
   uniform float worn;
@@ -145,8 +146,10 @@ const COLOUR = /* glsl */ `
     float thick = max(grown.x, grown.y) * (1.0 - lip);
     // Roots show through the skin; hairs lie over it.
     tone = mix(tone, mix(tone * 0.55, browColour, 0.5 + 0.3 * thick), thick * (0.5 + 0.45 * thick));
+    // Under longer hair it is dark.
+    tone = mix(tone, browColour * 0.35, thick * covered * 0.8);
     hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);
-    tone = mix(tone, browColour * (0.4 + 1.2 * strand.g), hairs);
+    tone = mix(tone, browColour * (0.4 + 1.2 * strand.g) * (1.0 - 0.5 * covered), hairs);
     // A photo that is worn has its own.
     hairs *= 1.0 - worn;
     lying *= hairs;
@@ -194,7 +197,7 @@ const OCCLUSION = /* glsl */ `
     reflectedLight.indirectDiffuse += diffuseColor.rgb * vec3(0.11, 0.022, 0.018) * closed;
     float dotNV = saturate(dot(normal, geometryViewDir));
     float shine = computeSpecularOcclusion(dotNV, occlusion, material.roughness);
-    reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) ;
+    reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) * (1.0 - 0.8 * hairs * covered);
     reflectedLight.directDiffuse *= mix(vec3(1.0), vOpen, 0.55);
     reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip)) * (1.0 - 0.85 * hairs);
   }
@@ -237,6 +240,8 @@ export function createSkin({ pores, face, brows, depth }) {
     /** Painted when there is hair. */
     strandMap: { value: hairless },
     dense: { value: new Vector2() },
+    /** By longer hair. */
+    covered: { value: 0 },
     lipColour: { value: new Color() },
     lipCover: { value: 0 },
     accent: { value: new Color('#39a79c') },
@@ -317,7 +322,7 @@ export function createSkin({ pores, face, brows, depth }) {
     material,
     uniforms,
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ skin, bright, lips, bare, brows, bushy, dense }) {
+    paint({ skin, bright, lips, bare, brows, bushy, dense, style }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
@@ -325,6 +330,7 @@ export function createSkin({ pores, face, brows, depth }) {
       uniforms.browColour.value.copy(brows);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
+      uniforms.covered.value = Math.min(1, 6 * style.length);
       if (uniforms.strandMap.value === hairless && dense.some((much) => much > 0)) uniforms.strandMap.value = paintStrands();
     },
   };

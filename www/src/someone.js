@@ -24,6 +24,7 @@ function told(face) {
     age: part('age'),
     tone: sum > 0 ? shares.reduce((total, { tone, share }) => total + tone * share, 0) / sum : undefined,
     caucasian: sum > 0 ? shares[2].share / sum : undefined,
+    african: sum > 0 ? shares[0].share / sum : undefined,
   };
 }
 
@@ -38,13 +39,13 @@ function told(face) {
  */
 export function someone(face, seed) {
   const random = chance(seed);
-  const { sex = 0.5, age = 0.6, tone, caucasian = 1 } = told(face);
+  const { sex = 0.5, age = 0.6, tone, caucasian = 1, african = 0.15 } = told(face);
   const skin = tone === undefined ? random() ** 0.8 : Math.min(1, Math.max(0, tone + 0.35 * (random() + random() - 1)));
   const fair = Math.max(0, 1 - skin / 0.55) * Math.min(1, 2 * caucasian);
   const dark = () => 0.8 + 0.2 * random();
   const light = random() < fair;
   const manly = Math.min(1, Math.max(0, (sex - 0.35) / 0.3));
-  return readColouring({
+  const colours = {
     skin,
     blood: 0.15 + 0.35 * random(),
     lips: 0.25 + 0.35 * random(),
@@ -55,5 +56,15 @@ export function someone(face, seed) {
     iris: random() < fair ? 0.9 * random() : dark(),
     crop: random() < 0.85 ? 0.3 + 0.7 * random() : 0,
     beard: random() < 0.4 * manly ? 0.15 + 0.6 * random() : 0,
+  };
+  if (colours.crop === 0) return readColouring(colours);
+  const long = random() < 0.9 - 0.8 * manly;
+  const coiled = random() < 1.4 * african - 0.2;
+  return readColouring({
+    ...colours,
+    length: long ? 0.5 + 0.5 * random() : random() < 0.75 ? 0.12 + 0.24 * random() : 0,
+    comb: 0.75 * random(),
+    parting: 0.25 + 0.5 * random(),
+    curl: coiled ? 0.7 + 0.3 * random() : 0.6 * random() ** 2,
   });
 }

@@ -221,7 +221,7 @@ export const text = {
   someColours: 'Random colours',
   resetColour: 'Double-click, or the Delete key, goes back to the model’s own. Type a number for an exact value.',
   typedColour: (/** @type {string} */ name) => `${name}, in per cent`,
-  colourGroups: { skin: 'Skin and lips', hair: 'Hair, brows and lashes', eyes: 'Eyes' },
+  colourGroups: { skin: 'Skin and lips', hair: 'Hair, brows and lashes', style: 'Hairstyle', eyes: 'Eyes' },
   colours: /** @type {Record<string, string>} */ ({
     skin: 'Skin, fair to deep',
     blood: 'Blood, pale to flushed',
@@ -231,8 +231,12 @@ export const text = {
     red: 'Red in the hair',
     grey: 'Grey in the hair',
     iris: 'Iris, blue to brown',
-    crop: 'Cropped hair, none to dense',
+    crop: 'Hair on the head, none to dense',
     beard: 'Stubble, none to dense',
+    length: 'Length, cropped to below the chin',
+    comb: 'Combed back, aside, forward',
+    parting: 'Parting, left to right',
+    curl: 'Straight, wavy, curly',
   }),
   /** A side is the subject's. */
   expression: (/** @type {string} */ name, /** @type {string | undefined} */ side) =>
@@ -390,7 +394,7 @@ export const text = {
     ],
     colours: [
       'The model knows shapes, and nothing of colours: these are yours to choose, and no statistics stand behind them. Skin goes by how much melanin the epidermis has, 1.3 to 43 % of it, and by the blood below; irises with hardly any melanin are blue.',
-      'Hair is cropped to some millimetres, and grows where it does on most men who keep theirs; the head below is the face’s own, and what is measured is the head.',
+      'Hair is cropped, or as long as you want it: strands that fall by their weight, parted and combed. It grows where it does on most men who keep theirs and is cut above the eyes; the head below is the face’s own, and what is measured is the head. Distances in mm are shown without it.',
       'Saved faces, files and the link keep them. A face that wears a photo has the photo’s skin, lips and brows.',
     ],
     mix: [

@@ -10,6 +10,8 @@ import { EYE_REACH, eyeMap, skinMaps } from './maps.js';
 
 /** What goes less far than this with an expression, or with a standard deviation of a slider, stays where it is, mm. */
 const STILL = { expression: 0.15, slider: 0.1 };
+/** The same of hair, which is large in a file and goes with the whole head, mm. */
+const STILL_HAIR = 1;
 
 /** The lips' inner line from corner to corner, above and below. */
 const ABOVE = ['ibug_60', 'ibug_61', 'ibug_62', 'ibug_63', 'ibug_64'];
@@ -49,8 +51,10 @@ export async function glbAsShown(renderer, head, face) {
  *
  * @typedef {Omit<import('phiz/export').Part, 'positions' | 'targets'> & {
  *   on: (rest: Float32Array, expression: Float32Array | null) => Float32Array,
+ *   slides?: (moves: Float32Array) => Float32Array | null,
  * }} Follower
- * `on` takes the face at rest and what an expression adds to it, mm
+ * `on` takes the face at rest and what an expression adds to it, mm. What no expression moves has `slides` for what moves of
+ * the face do to it; null is nothing
  */
 
 /**
@@ -66,10 +70,11 @@ function beside(head, face) {
   const followers = [
     ...(head.teeth ? [...teeth(head.teeth, rest), ...lipShadow(face.model)] : []),
     lashes(head, rest),
+    ...hair(head, rest),
   ];
   const expressions = expressionTargets(face);
   const sliders = morphTargets(face);
-  return followers.map(({ on, ...part }) => {
+  return followers.map(({ on, slides, ...part }) => {
     const positions = on(rest, null);
     /** @param {Float32Array} to @param {Float32Array} from @param {number} share */
     const between = (to, from, share) => to.map((value, i) => share * (value - from[i]));
@@ -79,6 +84,13 @@ function beside(head, face) {
     const keep = (name, change, least) => {
       if (change.some((value) => Math.abs(value) > least)) targets[name] = change;
     };
+    if (slides) {
+      for (const { name, positions: moves } of sliders) {
+        const change = slides(moves);
+        if (change) targets[name] = change;
+      }
+      return { ...part, positions, targets };
+    }
     // Where things are is not linear in the face; half of both ways is the slope.
     for (const { name, positions: moves } of sliders) {
       const shifted = (/** @type {1 | -1} */ way) => on(rest.map((value, i) => value + way * moves[i]), null);
@@ -108,6 +120,26 @@ function lashes(head, rest) {
     roughness: 0.6,
     on: (face, expression) => head.lashesOn(together(face, expression)).positions,
   };
+}
+
+/**
+ * Hair that is longer than a crop. It hangs on the head, and no expression moves it.
+ * @param {ReturnType<typeof import('../head.js').createHead>} head @param {Float32Array} rest
+ * @returns {Follower[]}
+ */
+function hair(head, rest) {
+  const body = head.hairOn(rest);
+  if (!body) return [];
+  const { positions, ...look } = body;
+  return [
+    {
+      name: 'hair',
+      ...look,
+      roughness: 0.45,
+      on: () => positions,
+      slides: (moves) => head.hairCarried(moves, STILL_HAIR),
+    },
+  ];
 }
 
 /**

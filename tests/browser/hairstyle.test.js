@@ -1,0 +1,124 @@
+// How hair grows, on an egg: what holds on any head. What it looks like is looked at on the page.
+import assert from 'node:assert/strict';
+import { describe, test } from 'node:test';
+import { createHairstyle, hairLength, POINTS } from '../../www/src/hairstyle.js';
+
+const [WIDE, TALL, DEEP] = [75, 110, 95];
+const HAIRLINE = 40;
+const BROW = 25;
+
+/** An egg of a head, hair above a level in front and lower at the back. */
+function egg() {
+  const [rows, columns] = [60, 120];
+  const positions = [];
+  const normals = [];
+  const triangles = [];
+  for (let i = 0; i <= rows; i++) {
+    for (let j = 0; j < columns; j++) {
+      const [a, b] = [(Math.PI * i) / rows, (2 * Math.PI * j) / columns];
+      const way = [Math.sin(a) * Math.sin(b), Math.cos(a), Math.sin(a) * Math.cos(b)];
+      positions.push(WIDE * way[0], TALL * way[1], DEEP * way[2]);
+      const normal = [way[0] / WIDE, way[1] / TALL, way[2] / DEEP];
+      normals.push(...normal.map((x) => x / Math.hypot(...normal)));
+    }
+  }
+  for (let i = 0; i < rows; i++) {
+    for (let j = 0; j < columns; j++) {
+      const [a, b] = [i * columns + j, i * columns + ((j + 1) % columns)];
+      triangles.push(a, a + columns, b, b, a + columns, b + columns);
+    }
+  }
+  const rest = Float32Array.from(positions);
+  const scalp = Float32Array.from({ length: rest.length / 3 }, (_, v) => Math.max(-1, Math.min(1, (rest[3 * v + 1] - HAIRLINE + (rest[3 * v + 2] < 0 ? 60 : 0)) / 20)));
+  /** @type {Map<string, [number, number, number]>} */
+  const landmarks = new Map([['trichion', [0, HAIRLINE, 88]], ['tragion left', [WIDE, -20, 0]], ['ibug_19', [20, BROW, 90]]]);
+  return { rest, normals: Float32Array.from(normals), triangles: Uint32Array.from(triangles), scalp, landmarks };
+}
+
+const head = egg();
+const grown = () => {
+  const hair = createHairstyle(head.rest, head.normals, head.triangles, head.scalp, head.landmarks);
+  assert.ok(hair);
+  return hair;
+};
+const STYLES = [
+  { length: 0.2, comb: 0, parting: 0.5, curl: 0 },
+  { length: 0.6, comb: 0.5, parting: 0.2, curl: 0 },
+  { length: 1, comb: 0.4, parting: 0.6, curl: 0.1 },
+  { length: 0.7, comb: 1, parting: 0.5, curl: 0.4 },
+  { length: 0.8, comb: 0.3, parting: 0.5, curl: 1 },
+];
+/** How far outside of the egg, as a factor: 1 on it. */
+const outside = (points, o) => Math.hypot(points[o] / WIDE, points[o + 1] / TALL, points[o + 2] / DEEP);
+
+describe('hair', () => {
+  test('is the same for a style, and nearly the same for nearly the same style', () => {
+    const hair = grown();
+    for (const style of STYLES) {
+      const { points } = hair.grow(style);
+      assert.deepEqual(grown().grow(style).points, points);
+      assert.ok(points.every(Number.isFinite));
+      for (const [name, step] of [['length', -0.005], ['comb', 0.005], ['parting', 0.005], ['curl', -0.005]]) {
+        const value = style[name] + step;
+        if (value < 0 || value > 1) continue;
+        const { points: next } = hair.grow({ ...style, [name]: value });
+        const moved = Float32Array.from({ length: points.length / 3 }, (_, i) => Math.hypot(...[0, 1, 2].map((k) => next[3 * i + k] - points[3 * i + k]))).sort();
+        // What lies on the line of a parting falls to the other side, and a strand of a curl is turned half around at most.
+        assert.ok(moved[moved.length >> 1] < 1.5, `${name}: half of the hair goes ${moved[moved.length >> 1]} mm for half a per cent`);
+      }
+    }
+  });
+
+  test('grows out of the scalp, lies on the head, is as long as asked for, and leaves the eyes free', () => {
+    const hair = grown();
+    for (const style of STYLES) {
+      const { points, outward, open } = hair.grow(style);
+      const long = hairLength(style.length);
+      let bare = 0;
+      let longest = 0;
+      for (let n = 0; n < hair.strands; n++) {
+        const from = 3 * POINTS * n;
+        assert.ok(Math.abs(outside(points, from) - 1) < 0.03, `a root at ${points.subarray(from, from + 3)}`);
+        assert.ok(points[from + 1] > HAIRLINE - 12 - (points[from + 2] < 10 ? 62 : 0), `a root below the hairline: ${points.subarray(from, from + 3)}`);
+        let length = 0;
+        for (let s = 1; s < POINTS; s++) {
+          const o = from + 3 * s;
+          length += Math.hypot(...[0, 1, 2].map((k) => points[o + k] - points[o + k - 3]));
+          // The hull is of cells of some 5 mm.
+          assert.ok(outside(points, o) > 0.985, `hair in the head at ${points.subarray(o, o + 3)}`);
+          if (points[o + 2] > 60 && Math.abs(points[o]) < 45 && points[o + 1] < BROW - 6) bare++;
+        }
+        longest = Math.max(longest, length);
+      }
+      assert.equal(bare, 0, `${JSON.stringify(style)} hangs before the eyes`);
+      // Curls wind, and roll up as they do.
+      assert.ok(longest < 1.25 * long + 12 && (style.curl > 0.5 || longest > 0.8 * long), `${JSON.stringify(style)}: ${longest} mm for ${long}`);
+      for (let i = 0; i < open.length; i++) {
+        assert.ok(open[i] >= 0 && open[i] <= 1);
+        assert.ok(Math.abs(Math.hypot(outward[3 * i], outward[3 * i + 1], outward[3 * i + 2]) - 1) < 1e-4);
+      }
+    }
+  });
+
+  test('goes along with the head: shifts are linear in it, and nothing at rest', () => {
+    const hair = grown();
+    const at = (/** @type {Float32Array} */ positions) => {
+      const into = new Float32Array(4 * hair.locks);
+      hair.shifts(positions, into);
+      return into;
+    };
+    assert.ok(at(head.rest).every((value) => Math.abs(value) < 1e-4));
+    const moved = at(head.rest.map((value, i) => value + [3, -2, 1][i % 3]));
+    for (let n = 0; n < hair.locks; n++) for (let k = 0; k < 3; k++) assert.ok(Math.abs(moved[4 * n + k] - [3, -2, 1][k]) < 1e-3);
+    const wider = at(head.rest.map((value, i) => (i % 3 === 0 ? 1.1 * value : value)));
+    const twice = at(head.rest.map((value, i) => (i % 3 === 0 ? 1.2 * value : value)));
+    for (let i = 0; i < wider.length; i++) assert.ok(Math.abs(twice[i] - 2 * wider[i]) < 1e-3);
+  });
+
+  test('does not grow where there is no scalp, or none of the landmarks it goes by', () => {
+    assert.equal(createHairstyle(head.rest, head.normals, head.triangles, head.scalp.map(() => -1), head.landmarks), null);
+    assert.equal(createHairstyle(head.rest, head.normals, head.triangles, head.scalp, new Map()), null);
+    assert.equal(hairLength(0), 0);
+    for (let l = 0.1; l < 1; l += 0.1) assert.ok(hairLength(l) > hairLength(l - 0.1));
+  });
+});

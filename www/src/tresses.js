@@ -1,0 +1,322 @@
+import {
+  BufferAttribute, BufferGeometry, Color, DataTexture, DoubleSide, DynamicDrawUsage, FloatType, Mesh, MeshDepthMaterial, NearestFilter, RGBAFormat,
+  ShaderMaterial, UniformsLib, UniformsUtils, Vector2, Vector3,
+} from 'three';
+import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
+import { STUDIO_GLSL, studioUniforms } from './environment.js';
+import { drawnByProcessor } from './graphics.js';
+import { createHairstyle, POINTS } from './hairstyle.js';
+
+// Longer hair: each strand of a hairstyle is a ribbon that turns to whoever looks, and some hairs are drawn on it.
+
+/** How many of a hairstyle's strands are drawn: where a processor draws, fewer, which are broader. */
+const share = () => (drawnByProcessor() ? 0.6 : 1);
+/** Half of a ribbon's width, mm. */
+const HALF = 1.35;
+/** Styles that are kept grown: two faces side by side are drawn in turn. */
+const KEPT = 2;
+/** Of the points of a strand so many are one in files. */
+const STRIDE = 2;
+
+const PLACE = /* glsl */ `
+  attribute vec4 course; // the way to the tip; which side, and by how much light gets there
+  attribute vec4 outward; // the way out of the head; how far along
+  attribute vec2 strand; // its lock, its own number
+  uniform highp sampler2D lockShifts;
+  uniform float halfWidth;
+  uniform float heatStrength;
+  uniform float worn;
+  vec3 strandAt() { return position + texelFetch(lockShifts, ivec2(int(strand.x), 0), 0).xyz; }
+  // What is measured is the head, and a photo that is worn has its own hair.
+  bool strandHidden() { return heatStrength > 0.5 || worn > 0.5; }
+  // Half its width, mm: roots are close, and tips thin.
+  float ribbon() { return halfWidth * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.9 * outward.w * outward.w * outward.w); }
+`;
+// Ribbons lie over ribbons: what can be is done once a corner, tone mapping among it, and little is left for each pixel.
+const VERTEX = /* glsl */ `
+  #include <common>
+  #include <lights_pars_begin>
+  #include <tonemapping_pars_fragment>
+  ${STUDIO_GLSL}
+  ${PLACE}
+  uniform vec2 backdropSize;
+  uniform vec2 fade;
+  uniform vec3 colour;
+  varying vec3 vColour;
+  varying vec3 vShine;
+  varying vec4 vHair; // across, along, its own number, the neck's fading
+  vec3 onScreen(vec3 light) {
+    vec3 mapped = ACESFilmicToneMapping(light);
+    return mix(pow(mapped, vec3(0.41666)) * 1.055 - 0.055, mapped * 12.92, vec3(lessThanEqual(mapped, vec3(0.0031308))));
+  }
+  void main() {
+    vec3 at = strandAt();
+    vec4 view = modelViewMatrix * vec4(at, 1.0);
+    vec3 toEye = normalize(-view.xyz);
+    vec3 along = normalize(normalMatrix * course.xyz);
+    vec3 normal = normalize(normalMatrix * outward.xyz);
+
+    float tip = outward.w;
+    vec3 hair = colour * (0.8 + 0.35 * fract(strand.y * 57.0)) * mix(0.6, 1.0, smoothstep(0.0, 0.5, tip));
+    // Less light gets to the roots, and below other hair.
+    float open = 0.86 * mix(0.3, 1.0, abs(course.w)) * mix(0.6, 1.0, smoothstep(0.0, 0.4, tip));
+    vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
+    vec3 shine = vec3(0.0);
+    for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
+      vec3 light = directionalLights[i].direction;
+      float lit = saturate((dot(normal, light) + 0.35) / 1.35);
+      float sine = sqrt(max(0.0, 1.0 - pow2(dot(along, light))));
+      vec3 sent = directionalLights[i].color * lit * open;
+      sum += hair * RECIPROCAL_PI * mix(1.0, sine, 0.6) * sent;
+      // From the surface of hairs, and light that went through and comes back in their colour, each to its side (Kajiya
+      // and Kay 1989; the shifts are Marschner's, 2003).
+      vec3 halfway = normalize(light + toEye);
+      float first = dot(normalize(along + (0.03 + 0.12 * fract(strand.y * 91.0)) * normal), halfway);
+      float second = dot(normalize(along - 0.12 * normal), halfway);
+      shine += sent * pow(max(0.0, 1.0 - first * first), 45.0) * 0.09;
+      shine += sent * mix(sqrt(hair), vec3(sqrt(hair.g)), 0.4) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.15 * (1.0 - 0.7 * colour.r);
+    }
+    vColour = onScreen(sum);
+    vShine = onScreen(sum + shine) - vColour;
+
+    float pixel = -2.0 * view.z / (projectionMatrix[1][1] * backdropSize.y);
+    vec3 across = cross(along, toEye);
+    view.xyz += across / max(0.2, length(across)) * sign(course.w) * max(ribbon(), 0.6 * pixel);
+    // Before the neck does, which would cover it.
+    vHair = vec4(sign(course.w), tip, strand.y, smoothstep(fade.x, fade.y, at.y - 18.0));
+    gl_Position = strandHidden() ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * view;
+  }
+`;
+const FRAGMENT = /* glsl */ `
+  ${BACKDROP_GLSL}
+  varying vec3 vColour;
+  varying vec3 vShine;
+  varying vec4 vHair;
+  void main() {
+    // Hairs of a ribbon begin and end one after the other. Gaps that are smaller than a pixel would be specks.
+    float across = (0.5 + 0.5 * vHair.x) * 5.0;
+    float own = fract(fract(vHair.z * 113.5 + floor(across) * 0.618) * 57.31);
+    float seen = 1.0 - smoothstep(0.35, 0.8, fwidth(across));
+    float end = 1.0 - 0.45 * own;
+    float wide = mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), seen);
+    if (abs(fract(across) - 0.5) * 2.0 > wide || (vHair.y > end && seen > 0.5) || vHair.y < 0.07 * fract(own * 7.3)) discard;
+    own = mix(0.5, own, max(0.5, seen));
+    vec3 shown = vColour * (0.75 + 0.5 * own) + vShine * (0.5 + own);
+    gl_FragColor = vHair.w < 1.0 ? overBackdrop(shown, vHair.w) : vec4(shown, 1.0);
+  }
+`;
+
+/**
+ * Hair that is longer than a crop.
+ *
+ * @param {Parameters<typeof createHairstyle>} head
+ * @param {{ heatStrength: { value: number }, worn: { value: number } }} uniforms of the skin
+ * @param {readonly [number, number]} fade heights between which the neck runs out, mm
+ */
+export function createTresses(head, { heatStrength, worn }, fade) {
+  /** Made when there first is hair. @type {import('./hairstyle.js').Hair | null} */
+  let hair = null;
+  const geometry = new BufferGeometry();
+  const shifts = new DataTexture(new Float32Array(4), 1, 1, RGBAFormat, FloatType);
+  shifts.minFilter = shifts.magFilter = NearestFilter;
+  const colour = { value: new Color() };
+  const drawn = share();
+  const shared = { halfWidth: { value: HALF / drawn ** 0.7 }, lockShifts: { value: shifts }, heatStrength, worn };
+  const material = new ShaderMaterial({
+    uniforms: {
+      ...UniformsUtils.clone(UniformsLib.lights),
+      ...backdropUniforms,
+      ...studioUniforms,
+      ...shared,
+      colour,
+      fade: { value: new Vector2(...fade) },
+    },
+    vertexShader: VERTEX,
+    fragmentShader: FRAGMENT,
+    side: DoubleSide,
+    lights: true,
+  });
+  const mesh = new Mesh(geometry, material);
+  // The light sees each ribbon's full width.
+  const depth = new MeshDepthMaterial({ side: DoubleSide });
+  depth.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, shared);
+    shader.vertexShader = shader.vertexShader
+      .replace('#include <common>', `#include <common>\n${PLACE}`)
+      .replace(
+        '#include <begin_vertex>',
+        /* glsl */ `
+        vec3 transformed = strandAt() + normalize(cross(course.xyz, outward.xyz) + 1e-6) * sign(course.w) * ribbon();
+        if (strandHidden()) transformed = vec3(0.0);`,
+      );
+  };
+  mesh.customDepthMaterial = depth;
+  mesh.frustumCulled = false;
+  mesh.castShadow = true;
+  mesh.visible = false;
+  mesh.name = 'hair';
+  mesh.raycast = () => {};
+
+  /** @typedef {{ key: string, position: Float32Array, course: Int8Array, outward: Int8Array }} Ribbons */
+  /** The latest first. @type {Ribbons[]} */
+  const kept = [];
+  /** @type {import('./hairstyle.js').Style} */
+  let style = { length: 0, comb: 0, parting: 0, curl: 0 };
+  /** @type {Ribbons | null} */
+  let shown = null;
+  /** @type {ArrayLike<number>} */
+  let present = head[0];
+
+  /** @param {import('./hairstyle.js').Hair} from @param {string} key @returns {Ribbons} */
+  function ribbons(from, key) {
+    const { points, outward, open } = from.grow(style);
+    const count = points.length / 3;
+    const out = { key, position: new Float32Array(6 * count), course: new Int8Array(8 * count), outward: new Int8Array(8 * count) };
+    for (let i = 0; i < count; i++) {
+      const s = i % POINTS;
+      const [a, b] = [3 * (s === 0 ? i : i - 1), 3 * (s === POINTS - 1 ? i : i + 1)];
+      const [x, y, z] = [points[b] - points[a], points[b + 1] - points[a + 1], points[b + 2] - points[a + 2]];
+      const scale = 127 / (Math.hypot(x, y, z) || 1);
+      for (const side of [0, 1]) {
+        const [o, p] = [6 * i + 3 * side, 8 * i + 4 * side];
+        for (let k = 0; k < 3; k++) {
+          out.position[o + k] = points[3 * i + k];
+          out.outward[p + k] = Math.round(127 * outward[3 * i + k]);
+        }
+        out.course[p] = Math.round(x * scale);
+        out.course[p + 1] = Math.round(y * scale);
+        out.course[p + 2] = Math.round(z * scale);
+        out.course[p + 3] = (side ? 1 : -1) * Math.max(1, Math.round(127 * open[i]));
+        out.outward[p + 3] = Math.round((127 * s) / (POINTS - 1));
+      }
+    }
+    return out;
+  }
+
+  /** What does not depend on the style. @param {import('./hairstyle.js').Hair} from */
+  function lay({ strands, lockOf, locks }) {
+    const index = new Uint32Array(strands * (POINTS - 1) * 6);
+    const strand = new Float32Array(strands * POINTS * 4);
+    for (let n = 0, i = 0; n < strands; n++) {
+      for (let s = 0; s < POINTS; s++) {
+        const o = 2 * (n * POINTS + s);
+        if (s < POINTS - 1) for (const corner of [0, 1, 2, 1, 3, 2]) index[i++] = o + corner;
+        for (const side of [0, 1]) strand.set([lockOf[n], (n * 0.6180339887) % 1], 2 * (o + side));
+      }
+    }
+    const live = (/** @type {Float32Array | Int8Array} */ array, /** @type {number} */ size) =>
+      new BufferAttribute(array, size, array instanceof Int8Array).setUsage(DynamicDrawUsage);
+    const many = Math.round(drawn * strands) * (POINTS - 1) * 6;
+    geometry.setDrawRange(0, many);
+    // Hair that casts shadows need not be all of it.
+    mesh.onBeforeShadow = () => geometry.setDrawRange(0, Math.round(many / 12) * 6);
+    mesh.onAfterShadow = () => geometry.setDrawRange(0, many);
+    geometry.setIndex(new BufferAttribute(index, 1));
+    geometry.setAttribute('strand', new BufferAttribute(strand, 2));
+    geometry.setAttribute('position', live(new Float32Array(strands * POINTS * 6), 3));
+    geometry.setAttribute('course', live(new Int8Array(strands * POINTS * 8), 4));
+    geometry.setAttribute('outward', live(new Int8Array(strands * POINTS * 8), 4));
+    shifts.image = { data: new Float32Array(4 * locks), width: locks, height: 1 };
+  }
+
+  /**
+   * The same ribbons with a front of their own, which do not turn to who looks: every `STRIDE`th point, on any face of the model.
+   * @param {Float32Array} positions
+   */
+  function bodies(positions) {
+    if (!hair || !mesh.visible || !shown) return null;
+    const many = POINTS / STRIDE;
+    const count = hair.strands * many;
+    const out = {
+      positions: new Float32Array(6 * count),
+      normals: new Float32Array(6 * count),
+      colours: new Float32Array(6 * count),
+      triangles: new Uint32Array(hair.strands * (many - 1) * 6),
+    };
+    const moved = new Float32Array(4 * hair.locks);
+    hair.shifts(positions, moved);
+    const [way, up, across] = [new Vector3(), new Vector3(), new Vector3()];
+    const shade = colour.value.toArray();
+    for (let n = 0, o = 0, i = 0; n < hair.strands; n++) {
+      const lock = 4 * hair.lockOf[n];
+      for (let s = 0; s < many; s++) {
+        const from = n * POINTS + (s === many - 1 ? POINTS - 1 : STRIDE * s);
+        way.fromArray(shown.course, 8 * from);
+        up.fromArray(shown.outward, 8 * from).normalize();
+        const along = shown.outward[8 * from + 3] / 127;
+        const open = Math.abs(shown.course[8 * from + 3]) / 127;
+        across.crossVectors(way, up).normalize().multiplyScalar(HALF * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.9 * along ** 3));
+        if (s < many - 1) for (const corner of [0, 1, 2, 1, 3, 2]) out.triangles[i++] = o / 3 + corner;
+        for (const side of [-1, 1]) {
+          for (let k = 0; k < 3; k++) {
+            out.positions[o + k] = shown.position[6 * from + k] + moved[lock + k] + side * across.getComponent(k);
+            out.normals[o + k] = up.getComponent(k);
+            out.colours[o + k] = shade[k] * (0.35 + 0.65 * open) * (0.6 + 0.8 * ((n * 0.7548776662) % 1));
+          }
+          o += 3;
+        }
+      }
+    }
+    return out;
+  }
+
+  /**
+   * How the vertices of `bodies` go along when those of the head move.
+   * @param {Float32Array} moves 3 a vertex of the head, mm
+   * @param {number} least mm
+   * @returns {Float32Array | null} null when no root goes further than `least`
+   */
+  function carried(moves, least) {
+    if (!hair) return null;
+    const { lockOf } = hair;
+    const moved = new Float32Array(4 * hair.locks);
+    hair.shifts(head[0].map((value, i) => value + moves[i]), moved);
+    if (moved.every((value) => Math.abs(value) <= least)) return null;
+    const each = (6 * POINTS) / STRIDE;
+    return Float32Array.from({ length: each * hair.strands }, (_, i) => moved[4 * lockOf[Math.floor(i / each)] + (i % 3)]);
+  }
+
+  function follow() {
+    if (!hair || !mesh.visible) return;
+    hair.shifts(present, /** @type {Float32Array} */ (shifts.image.data));
+    shifts.needsUpdate = true;
+  }
+
+  return {
+    mesh,
+    bodies,
+    carried,
+    /** @param {ArrayLike<number>} positions of the face as it is */
+    update(positions) {
+      present = positions;
+      follow();
+    },
+    /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
+    paint({ brows, style: now }) {
+      colour.value.copy(brows);
+      style = now;
+      if (style.length > 0 && !hair) {
+        hair = createHairstyle(...head);
+        if (hair) lay(hair);
+      }
+      mesh.visible = style.length > 0 && hair !== null;
+      if (!hair || !mesh.visible) return;
+      const key = JSON.stringify(style);
+      let found = kept.find((one) => one.key === key);
+      if (!found) {
+        found = ribbons(hair, key);
+        kept.unshift(found);
+        kept.length = Math.min(kept.length, KEPT);
+      }
+      if (found !== shown) {
+        shown = found;
+        for (const name of /** @type {const} */ (['position', 'course', 'outward'])) {
+          const attribute = /** @type {BufferAttribute} */ (geometry.getAttribute(name));
+          attribute.array.set(found[name]);
+          attribute.needsUpdate = true;
+        }
+      }
+      follow();
+    },
+  };
+}
