@@ -26,6 +26,7 @@ async function looking(page) {
   const places = {
     // Between the nose and the corner of the mouth, away from what is painted.
     cheek: { x: at.ibug_36.x, y: at.ibug_33.y },
+    'under the eye': { x: at.ibug_36.x + 0.4 * across, y: 0.55 * at.ibug_36.y + 0.45 * at.ibug_33.y },
     lip: middle('ibug_57', 'ibug_66'),
     // Beside the pupil, below the window that is mirrored in it.
     iris: { x: eye.x - 0.14 * across, y: eye.y + 0.07 * across },
@@ -104,6 +105,16 @@ describe('colours', () => {
       await page.getByRole('button', { name: 'Undo', exact: true }).click();
       const back = await picture(page, 'colours-undone');
       assert.ok(back.rgb.equals(rest.rgb), `undo left some of ${name}`);
+    }
+
+    // Years fold a face, and freckles dot it; neither touches eyes or the skin under hair.
+    for (const [name, place] of [['Lines, none to deep', 'forehead'], ['Freckles, none to many', 'under the eye']]) {
+      await moveSlider(page, name, 1);
+      const shown = await picture(page, `colours-${name.split(',')[0]}`);
+      assert.ok(look.around(rest, shown, place, 20) > 60, `${name}: ${look.around(rest, shown, place, 20)} pixels changed at the ${place}`);
+      for (const other of ['iris', 'scalp']) assert.equal(look.around(rest, shown, other, 4), 0, `${name} changed the ${other}`);
+      await page.getByRole('button', { name: 'Undo', exact: true }).click();
+      assert.ok((await picture(page, 'colours-undone')).rgb.equals(rest.rgb), `undo left some of ${name}`);
     }
 
     // Hair and beard grow where they do on people, and nowhere else; their colour is the hair's.

@@ -19,6 +19,8 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
   comb: 0.4,
   parting: 0.4,
   curl: 0.15,
+  lines: 0,
+  freckles: 0,
 });
 
 export const COLOURS = Object.keys(REST);

@@ -7,7 +7,7 @@ import { someone } from './someone.js';
 import { text } from './text.js';
 
 const GROUPS = /** @type {const} */ ([
-  ['skin', ['skin', 'blood', 'lips']],
+  ['skin', ['skin', 'blood', 'lips', 'lines', 'freckles']],
   ['hair', ['hair', 'red', 'grey', 'brows', 'beard']],
   ['style', ['crop', 'length', 'comb', 'parting', 'curl']],
   ['eyes', ['iris']],

@@ -342,6 +342,8 @@ export function createHairstyle(rest, normals, triangles, scalp, landmarks) {
     const outward = new Float32Array(points.length);
     const open = new Float32Array(points.length / 3);
     const deep = 3 + 0.6 * volumeOf(style, long);
+    // Short hair hides little of the light.
+    const least = clamp(1 - long / 50, 0, 0.8);
     // Waves, then curls, then coils that a strand's few points can still follow.
     const wave = Math.max(46 - 36 * curl, long / 4.2);
     const swing = curl * Math.min(7, 0.04 * wave + 0.022 * long) * Math.min(1, long / 30);
@@ -377,7 +379,7 @@ export function createHairstyle(rest, normals, triangles, scalp, landmarks) {
           for (let k = 0; k < 3; k++) p[k] = middle[k] + (p[k] - middle[k]) * pushed;
         }
         const point = POINTS * n + s;
-        open[point] = clamp((over.height - 1) / deep, 0, 1);
+        open[point] = clamp((over.height - 1) / deep, least, 1);
         for (let k = 0; k < 3; k++) points[3 * point + k] = p[k];
         outward[3 * point] = over.x;
         outward[3 * point + 1] = over.y;

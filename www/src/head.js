@@ -210,6 +210,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     face: { map: createMap(groundwork.paint.map), frame: groundwork.paint.frame },
     brows: paintBrows(at),
     depth: nose[2] - 82,
+    landmarks: at,
   });
   const tresses = createTresses([rest, restNormals, skinTriangles, grows.scalp, at], skin.uniforms, fade);
   const mesh = new Mesh(geometry, skin.material);

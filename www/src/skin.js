@@ -2,6 +2,8 @@ import { Color, DataTexture, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4
 import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from './environment.js';
 import { paintStrands, TILE } from './hair.js';
+import { paintLines } from './lines.js';
+import { createMap } from './textures.js';
 
 // Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
 // stand for that: each colour channel wraps around the terminator by its own amount, the edges
@@ -73,6 +75,9 @@ const DECLARATIONS = /* glsl */ `
   varying vec2 vWorn;
   uniform sampler2D wornMap;
   uniform float worn;
+  uniform sampler2D lineMap;
+  uniform vec4 lineFrame;
+  uniform vec2 aged; // lines, freckles
   ${BACKDROP_GLSL}
   ${STUDIO_GLSL}
 
@@ -113,6 +118,13 @@ const COLOUR = /* glsl */ `
   float brow = min(1.0, texture2D(browMap, clamp(browAt, 0.0, 1.0)).r * bushy) * inBrow
              * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
 
+  vec4 folded = vec4(0.5, 0.5, 0.0, 0.0);
+  if (aged.x + aged.y > 0.0 && worn + heatStrength < 1.0) {
+    // As far as they are seen from the front.
+    float faces = smoothstep(faceDepth, faceDepth + 14.0, vRest.z) * smoothstep(0.12, 0.4, vRestNormal.z);
+    folded = mix(folded, texture2D(lineMap, (vRest.xy - lineFrame.xy) / lineFrame.zw), faces);
+  }
+
   vec3 fine;
   vec3 coarse;
   vec4 relief = triplanar(26.0, fine);
@@ -131,6 +143,9 @@ const COLOUR = /* glsl */ `
   tone *= mix(vec3(1.0), vec3(0.93, 0.9, 0.88), (relief.a - 0.5) * 0.9);
   tone *= 1.0 - 0.2 * (1.0 - relief.b) * (1.0 - smoothSkin);
   tone = mix(tone, tone * vec3(0.86, 0.87, 0.9), paint.a * 0.3);
+  // Lines are redder and darker, freckles are melanin.
+  tone *= 1.0 - aged.x * folded.b * vec3(0.22, 0.32, 0.34);
+  tone *= 1.0 - aged.y * folded.a * vec3(0.32, 0.47, 0.57);
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
@@ -167,6 +182,7 @@ const SLOPE = /* glsl */ `
   // Lips are furrowed from edge to edge, not pitted.
   float furrow = sin(vRest.x * 5.2 + 2.6 * (broad.a - 0.5) + 5.0 * (relief.a - 0.5));
   slope += vec3(0.055 * furrow * lip, 0.0, 0.0) + 1.3 * lying;
+  slope += vec3(2.0 * folded.rg - 1.0, 0.0) * aged.x * (1.0 - lip);
 `;
 
 const NORMAL = /* glsl */ `
@@ -222,9 +238,10 @@ const FUZZ = new Color(0.95, 0.72, 0.62);
  *   face: { map: import('three').Texture, frame: number[] },
  *   brows: { map: import('three').Texture, frame: number[] },
  *   depth: number,
+ *   landmarks: import('./groundwork/paint.js').Points,
  * }} look `depth` is the z (mm, at rest) from which on the maps apply
  */
-export function createSkin({ pores, face, brows, depth }) {
+export function createSkin({ pores, face, brows, depth, landmarks }) {
   /** @type {import('three').Texture} */
   const hairless = new DataTexture(new Uint8Array(4), 1, 1);
   const uniforms = {
@@ -247,6 +264,10 @@ export function createSkin({ pores, face, brows, depth }) {
     accent: { value: new Color('#39a79c') },
     markStrength: { value: [0, 0] },
     faceDepth: { value: depth },
+    /** Painted when there are lines or freckles. */
+    lineMap: { value: hairless },
+    lineFrame: { value: new Vector4(0, 0, 1, 1) },
+    aged: { value: new Vector2() },
     heatStrength: { value: 0 },
     /** A person's own colours, and how much of them shows. */
     wornMap: { value: new DataTexture(new Uint8Array(4), 1, 1) },
@@ -322,7 +343,7 @@ export function createSkin({ pores, face, brows, depth }) {
     material,
     uniforms,
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ skin, bright, lips, bare, brows, bushy, dense, style }) {
+    paint({ skin, bright, lips, bare, brows, bushy, dense, style, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
@@ -331,6 +352,12 @@ export function createSkin({ pores, face, brows, depth }) {
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
       uniforms.covered.value = Math.min(1, 6 * style.length);
+      uniforms.aged.value.set(lines, freckles);
+      if (uniforms.lineMap.value === hairless && lines + freckles > 0) {
+        const { map, frame } = paintLines(landmarks);
+        uniforms.lineMap.value = createMap(map);
+        uniforms.lineFrame.value.fromArray(frame);
+      }
       if (uniforms.strandMap.value === hairless && dense.some((much) => much > 0)) uniforms.strandMap.value = paintStrands();
     },
   };

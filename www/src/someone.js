@@ -39,7 +39,7 @@ function told(face) {
  */
 export function someone(face, seed) {
   const random = chance(seed);
-  const { sex = 0.5, age = 0.6, tone, caucasian = 1, african = 0.15 } = told(face);
+  const { sex = 0.5, age = 0.5, tone, caucasian = 1, african = 0.15 } = told(face);
   const skin = tone === undefined ? random() ** 0.8 : Math.min(1, Math.max(0, tone + 0.35 * (random() + random() - 1)));
   const fair = Math.max(0, 1 - skin / 0.55) * Math.min(1, 2 * caucasian);
   const dark = () => 0.8 + 0.2 * random();
@@ -56,6 +56,8 @@ export function someone(face, seed) {
     iris: random() < fair ? 0.9 * random() : dark(),
     crop: random() < 0.85 ? 0.3 + 0.7 * random() : 0,
     beard: random() < 0.4 * manly ? 0.15 + 0.6 * random() : 0,
+    lines: Math.max(0, 1.5 * age - 0.65 + 0.4 * random()),
+    freckles: random() < 0.5 * fair ? random() : 0,
   };
   if (colours.crop === 0) return readColouring(colours);
   const long = random() < 0.9 - 0.8 * manly;

@@ -5,7 +5,8 @@ import {
 import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from './environment.js';
 import { drawnByProcessor } from './graphics.js';
-import { createHairstyle, POINTS } from './hairstyle.js';
+import { smoothstep } from './groundwork/paint.js';
+import { createHairstyle, hairLength, POINTS } from './hairstyle.js';
 
 // Longer hair: each strand of a hairstyle is a ribbon that turns to whoever looks, and some hairs are drawn on it.
 
@@ -23,7 +24,7 @@ const PLACE = /* glsl */ `
   attribute vec4 outward; // the way out of the head; how far along
   attribute vec2 strand; // its lock, its own number
   uniform highp sampler2D lockShifts;
-  uniform float halfWidth;
+  uniform float halfWidth; // mm
   uniform float heatStrength;
   uniform float worn;
   vec3 strandAt() { return position + texelFetch(lockShifts, ivec2(int(strand.x), 0), 0).xyz; }
@@ -57,9 +58,10 @@ const VERTEX = /* glsl */ `
     vec3 normal = normalize(normalMatrix * outward.xyz);
 
     float tip = outward.w;
-    vec3 hair = colour * (0.8 + 0.35 * fract(strand.y * 57.0)) * mix(0.6, 1.0, smoothstep(0.0, 0.5, tip));
+    float under = abs(course.w); // 1 is open to the light
+    vec3 hair = colour * (0.8 + 0.35 * fract(strand.y * 57.0)) * mix(max(0.6, under), 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
-    float open = 0.86 * mix(0.3, 1.0, abs(course.w)) * mix(0.6, 1.0, smoothstep(0.0, 0.4, tip));
+    float open = 0.86 * mix(0.3, 1.0, under) * mix(max(0.6, under), 1.0, smoothstep(0.0, 0.4, tip));
     vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
     vec3 shine = vec3(0.0);
     for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
@@ -121,7 +123,8 @@ export function createTresses(head, { heatStrength, worn }, fade) {
   shifts.minFilter = shifts.magFilter = NearestFilter;
   const colour = { value: new Color() };
   const drawn = share();
-  const shared = { halfWidth: { value: HALF / drawn ** 0.7 }, lockShifts: { value: shifts }, heatStrength, worn };
+  const broad = HALF / drawn ** 0.7;
+  const shared = { halfWidth: { value: broad }, lockShifts: { value: shifts }, heatStrength, worn };
   const material = new ShaderMaterial({
     uniforms: {
       ...UniformsUtils.clone(UniformsLib.lights),
@@ -166,6 +169,9 @@ export function createTresses(head, { heatStrength, worn }, fade) {
   let shown = null;
   /** @type {ArrayLike<number>} */
   let present = head[0];
+
+  /** Short hair is seen one by one. */
+  const slender = () => 0.4 + 0.6 * smoothstep(12, 60, hairLength(style.length));
 
   /** @param {import('./hairstyle.js').Hair} from @param {string} key @returns {Ribbons} */
   function ribbons(from, key) {
@@ -245,7 +251,7 @@ export function createTresses(head, { heatStrength, worn }, fade) {
         up.fromArray(shown.outward, 8 * from).normalize();
         const along = shown.outward[8 * from + 3] / 127;
         const open = Math.abs(shown.course[8 * from + 3]) / 127;
-        across.crossVectors(way, up).normalize().multiplyScalar(HALF * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.9 * along ** 3));
+        across.crossVectors(way, up).normalize().multiplyScalar(HALF * slender() * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.9 * along ** 3));
         if (s < many - 1) for (const corner of [0, 1, 2, 1, 3, 2]) out.triangles[i++] = o / 3 + corner;
         for (const side of [-1, 1]) {
           for (let k = 0; k < 3; k++) {
@@ -295,6 +301,7 @@ export function createTresses(head, { heatStrength, worn }, fade) {
     paint({ brows, style: now }) {
       colour.value.copy(brows);
       style = now;
+      shared.halfWidth.value = broad * slender();
       if (style.length > 0 && !hair) {
         hair = createHairstyle(...head);
         if (hair) lay(hair);
