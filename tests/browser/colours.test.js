@@ -206,6 +206,14 @@ describe('colours', () => {
       await moveSlider(page, name, value);
       assert.ok(differing(before, await picture(page, `hair-${name.split(',')[0]}`)) > 3000, `${name} changes nothing`);
     }
+    // A beard grows around the mouth, and not over it.
+    const clean = await picture(page, 'hair-shaved');
+    await moveSlider(page, 'Beard, short to long', 0.5);
+    const bearded = await picture(page, 'hair-beard');
+    assert.ok(look.around(clean, bearded, 'chin', 10) > 250, 'no beard on the chin');
+    for (const place of ['lip', 'iris', 'forehead']) assert.equal(look.around(clean, bearded, place, 4), 0, `a beard at the ${place}`);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.ok((await picture(page, 'hair-shaved-again')).rgb.equals(clean.rgb), 'undo leaves some of a beard');
     // A link keeps all of it.
     const kept = await colouring(page);
     assert.deepEqual(kept, { length: 0.55, comb: 0.5, parting: 0.9, curl: 0.8 });

@@ -59,13 +59,14 @@ describe('exports', () => {
     await moveSlider(page, 'Lips, pale to red', 1);
     await moveSlider(page, 'Iris, blue to brown', 0);
     await moveSlider(page, 'Length, cropped to below the chin', 0.4);
+    await moveSlider(page, 'Beard, short to long', 0.3);
     const shown = await picture(page, 'exports-glb-before');
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     const { bytes } = await download(page, 'GLB');
     const { issues } = await validator.validateBytes(new Uint8Array(bytes));
     assert.deepEqual([issues.numErrors, issues.numWarnings], [0, 0], JSON.stringify(issues.messages));
     const json = glbJson(bytes);
-    assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow', 'lashes', 'hair']);
+    assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow', 'lashes', 'hair', 'beard']);
     const [, upper, lower] = json.meshes;
     const controls = await page.evaluate(() => window.designer.face.controls.map(({ name }) => name));
     assert.deepEqual(upper.extras.targetNames.filter((name) => !controls.includes(name)), [], 'no expression moves the upper row: it goes with the skull');
@@ -151,13 +152,15 @@ describe('exports', () => {
     }
     assert.equal(target(fringe, 'chin 1'), null);
 
-    // Hair stands on the head and goes along with it, root by root; neither a nose nor an expression moves it.
+    // Hair stands on the head and goes along with it, root by root; no nose or mouth moves it. A beard goes with the jaw.
     const hair = json.meshes[5];
     const ribbons = readVectors(bytes, hair.primitives[0].attributes.POSITION);
     const strands = 3000;
     const each = ribbons.length / strands;
     assert.ok(Number.isInteger(each / 6), `${ribbons.length / 3} vertices are no strands`);
-    assert.deepEqual(hair.extras.targetNames.filter((name) => !controls.includes(name) || /^(nose|mouth|eyes)/.test(name)), []);
+    assert.deepEqual(hair.extras.targetNames.filter((name) => name === 'jawOpen' || /^(nose|mouth|chin)/.test(name)), []);
+    const opens = target(json.meshes[6], 'jawOpen');
+    assert.ok(Math.min(...opens.filter((_, i) => i % 3 === 1)) < -0.01, 'the jaw leaves the beard behind');
     const goes = target(hair, 'head 1');
     const [skull, off] = [target(face, 'head 1'), []];
     for (let n = 0; n < strands; n += 60) {

@@ -74,11 +74,11 @@ await page.context().close();
 // Random faces in colours of their own, side by side.
 const PEOPLE = [
   { seed: 7, colours: { skin: 0.08, hair: 0.25, red: 0.75, iris: 0.05, blood: 0.4, length: 0.8, parting: 0.6, curl: 0.3 } },
-  { seed: 20, colours: { skin: 0.85, hair: 1, iris: 1, crop: 0.9, length: 0.35, curl: 0.95, beard: 0.45 } },
+  { seed: 20, colours: { skin: 0.85, hair: 1, iris: 1, crop: 0.9, length: 0.35, curl: 0.95, beard: 0.45, beardLength: 0.12 } },
   { seed: 12, colours: { skin: 0.42, hair: 0.95, iris: 0.95, lips: 0.75, length: 0.95, comb: 0.55, parting: 0.45, curl: 0 } },
-  { seed: 43, colours: { skin: 0.25, hair: 0.6, iris: 0.38, brows: 0.7, length: 0.3, comb: 0.15, beard: 0.8 } },
+  { seed: 43, colours: { skin: 0.25, hair: 0.6, iris: 0.38, brows: 0.7, length: 0.3, comb: 0.15, beard: 0.8, beardLength: 0.35 } },
   { seed: 24, colours: { skin: 0.66, hair: 1, iris: 0.9, lips: 0.5, length: 0.6, comb: 0.75, curl: 0.1 } },
-  { seed: 58, colours: { skin: 0.2, hair: 0.7, grey: 0.9, iris: 0.2, lips: 0.25, crop: 0.8, beard: 0.2 } },
+  { seed: 58, colours: { skin: 0.2, hair: 0.7, grey: 0.9, iris: 0.2, lips: 0.25, length: 0.16, lines: 0.85, beard: 0.2 } },
 ];
 const WIDTH = 300;
 const HEIGHT = 400;

@@ -21,6 +21,7 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
   curl: 0.15,
   lines: 0,
   freckles: 0,
+  beardLength: 0,
 });
 
 export const COLOURS = Object.keys(REST);

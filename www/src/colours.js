@@ -8,7 +8,7 @@ import { text } from './text.js';
 
 const GROUPS = /** @type {const} */ ([
   ['skin', ['skin', 'blood', 'lips', 'lines', 'freckles']],
-  ['hair', ['hair', 'red', 'grey', 'brows', 'beard']],
+  ['hair', ['hair', 'red', 'grey', 'brows', 'beard', 'beardLength']],
   ['style', ['crop', 'length', 'comb', 'parting', 'curl']],
   ['eyes', ['iris']],
 ]);

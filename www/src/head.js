@@ -1,13 +1,12 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { paintBrows } from './brows.js';
 import { createEyes, fitSphere } from './eyes.js';
-import { growth } from './hair.js';
+import { createHair } from './hair/onhead.js';
 import { createLashes } from './lashes.js';
 import { smoothed } from './groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
 import { createTeeth } from './teeth.js';
-import { createTresses } from './tresses.js';
 import { createMap, createTile } from './textures.js';
 
 /**
@@ -187,7 +186,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     model.parts
       .filter((part) => name.test(part.name))
       .flatMap(({ first, count }) => [...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => corners[corner]))]);
-  const grows = growth(rest, at, verticesOf(/cavit/), skinTriangles);
+  const hair = createHair({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, verticesOf(/cavit/));
+  const { grows } = hair;
   geometry.setAttribute('growth', new BufferAttribute(Float32Array.from({ length: 2 * cornerCount }, (_, i) => (i % 2 ? grows.beard : grows.scalp)[corners[i >> 1]]), 2));
   geometry.boundingSphere = new Sphere(
     bounds.getCenter(new Vector3()),
@@ -212,7 +212,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     depth: nose[2] - 82,
     landmarks: at,
   });
-  const tresses = createTresses([rest, restNormals, skinTriangles, grows.scalp, at], skin.uniforms, fade);
+  const tresses = hair.tresses(skin.uniforms, fade);
   const mesh = new Mesh(geometry, skin.material);
   mesh.castShadow = true;
   mesh.receiveShadow = true;
@@ -237,7 +237,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   lashes.update(rest, eyes.centres);
 
   const group = new Group();
-  group.add(mesh, tresses.mesh, ...eyes.meshes, lashes.mesh, ...(teeth?.meshes ?? []));
+  group.add(mesh, ...tresses.map((one) => one.mesh), ...eyes.meshes, lashes.mesh, ...(teeth?.meshes ?? []));
 
   /** @type {number[]} */
   const duplicates = [];
@@ -276,7 +276,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     eyes.turn(turnsOf(expression), Object.keys(expression).length > 0);
     eyes.update(present);
     lashes.update(present, eyes.centres);
-    tresses.update(present);
+    for (const one of tresses) one.update(present);
     teeth?.update(present, shiftsOf(expression));
   }
 
@@ -346,7 +346,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   function paint(now) {
     colouring = now;
     const paints = pigments(tone, now);
-    for (const part of [skin, lashes, eyes, tresses]) part.paint(paints);
+    for (const part of [skin, lashes, eyes, ...tresses]) part.paint(paints);
   }
   paint(colouring);
 
@@ -378,9 +378,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
       centres.forEach((centre, i) => fitSphere(positions, eyeVertices[i], centre));
       return { ...lashes.bodies(positions, centres), colour: lashes.colour };
     },
-    /** What longer hair is on a face of the model; null where there is none. @param {Float32Array} positions */
-    hairOn: tresses.bodies,
-    hairCarried: tresses.carried,
+    tresses,
     teeth,
     update,
     highlight,

@@ -58,7 +58,7 @@ function between(stops, at, column) {
  * @param {import('./colouring.js').Colouring} colouring
  */
 export function pigments(tone, colouring) {
-  const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles } = whole(colouring);
+  const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles, beardLength } = whole(colouring);
   const more = melanin(skin) - melanin(REST.skin);
   const [r, g, b] = [tone.r, tone.g, tone.b].map((under, k) => {
     const through = SURFACE + (under - SURFACE) * Math.exp(-more * MELANIN[k] * EPIDERMIS);
@@ -86,10 +86,11 @@ export function pigments(tone, colouring) {
     bushy: 2 * brows,
     /** How dense hair and beard are, 0 to 1. @type {[number, number]} */
     // Hair that is long is not thin.
-    dense: [Math.max(crop, Math.min(1, 8 * length)), beard],
+    dense: [Math.max(crop, Math.min(1, 8 * length)), Math.max(beard, 0.8 * Math.min(1, 8 * beardLength))],
     lines,
     freckles,
     style: { length, comb, parting, curl },
+    whiskers: { length: beardLength, curl: 0.35 + 0.4 * curl },
     iris: { inner: between(IRIS, iris, 1), outer: between(IRIS, iris, 2) },
   };
 }

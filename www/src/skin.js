@@ -1,7 +1,7 @@
 import { Color, DataTexture, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4 } from 'three';
 import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from './environment.js';
-import { paintStrands, TILE } from './hair.js';
+import { paintStrands, TILE } from './hair/tile.js';
 import { paintLines } from './lines.js';
 import { createMap } from './textures.js';
 

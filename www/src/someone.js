@@ -59,11 +59,13 @@ export function someone(face, seed) {
     lines: Math.max(0, 1.5 * age - 0.65 + 0.4 * random()),
     freckles: random() < 0.5 * fair ? random() : 0,
   };
-  if (colours.crop === 0) return readColouring(colours);
+  const beardLength = colours.beard > 0.3 && random() < 0.6 ? 0.15 + 0.45 * random() ** 2 : 0;
+  if (colours.crop === 0) return readColouring({ ...colours, beardLength });
   const long = random() < 0.9 - 0.8 * manly;
   const coiled = random() < 1.4 * african - 0.2;
   return readColouring({
     ...colours,
+    beardLength,
     length: long ? 0.5 + 0.5 * random() : random() < 0.75 ? 0.12 + 0.24 * random() : 0,
     comb: 0.75 * random(),
     parting: 0.25 + 0.5 * random(),

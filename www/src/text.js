@@ -235,6 +235,7 @@ export const text = {
     freckles: 'Freckles, none to many',
     crop: 'Hair on the head, none to dense',
     beard: 'Stubble, none to dense',
+    beardLength: 'Beard, short to long',
     length: 'Length, cropped to below the chin',
     comb: 'Combed back, aside, forward',
     parting: 'Parting, left to right',

@@ -53,8 +53,8 @@ export async function glbAsShown(renderer, head, face) {
  *   on: (rest: Float32Array, expression: Float32Array | null) => Float32Array,
  *   slides?: (moves: Float32Array) => Float32Array | null,
  * }} Follower
- * `on` takes the face at rest and what an expression adds to it, mm. What no expression moves has `slides` for what moves of
- * the face do to it; null is nothing
+ * `on` takes the face at rest and what an expression adds to it, mm. What goes along with moves of the face in a line has
+ * `slides`; null is nothing
  */
 
 /**
@@ -70,7 +70,7 @@ function beside(head, face) {
   const followers = [
     ...(head.teeth ? [...teeth(head.teeth, rest), ...lipShadow(face.model)] : []),
     lashes(head, rest),
-    ...hair(head, rest),
+    ...head.tresses.flatMap((tresses) => hair(tresses, rest)),
   ];
   const expressions = expressionTargets(face);
   const sliders = morphTargets(face);
@@ -85,7 +85,7 @@ function beside(head, face) {
       if (change.some((value) => Math.abs(value) > least)) targets[name] = change;
     };
     if (slides) {
-      for (const { name, positions: moves } of sliders) {
+      for (const { name, positions: moves } of [...sliders, ...expressions]) {
         const change = slides(moves);
         if (change) targets[name] = change;
       }
@@ -123,21 +123,21 @@ function lashes(head, rest) {
 }
 
 /**
- * Hair that is longer than a crop. It hangs on the head, and no expression moves it.
- * @param {ReturnType<typeof import('../head.js').createHead>} head @param {Float32Array} rest
+ * Hair that is longer than a crop, which goes as its roots do.
+ * @param {ReturnType<typeof import('../head.js').createHead>['tresses'][number]} tresses @param {Float32Array} rest
  * @returns {Follower[]}
  */
-function hair(head, rest) {
-  const body = head.hairOn(rest);
+function hair(tresses, rest) {
+  const body = tresses.bodies(rest);
   if (!body) return [];
   const { positions, ...look } = body;
   return [
     {
-      name: 'hair',
+      name: tresses.name,
       ...look,
       roughness: 0.45,
       on: () => positions,
-      slides: (moves) => head.hairCarried(moves, STILL_HAIR),
+      slides: (moves) => tresses.carried(moves, STILL_HAIR),
     },
   ];
 }

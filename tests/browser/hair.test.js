@@ -1,7 +1,10 @@
 // How hair grows, on an egg: what holds on any head. What it looks like is looked at on the page.
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { createHairstyle, hairLength, POINTS } from '../../www/src/hairstyle.js';
+import { beardGround, beardLength } from '../../www/src/hair/beard.js';
+import { hairLength, scalpGround } from '../../www/src/hair/hairstyle.js';
+import { createHull } from '../../www/src/hair/hull.js';
+import { growOn, POINTS } from '../../www/src/hair/strands.js';
 
 const [WIDE, TALL, DEEP] = [75, 110, 95];
 const HAIRLINE = 40;
@@ -36,8 +39,12 @@ function egg() {
 }
 
 const head = egg();
+const hull = createHull(head.rest, head.triangles, head.landmarks);
+assert.ok(hull);
 const grown = () => {
-  const hair = createHairstyle(head.rest, head.normals, head.triangles, head.scalp, head.landmarks);
+  const ground = scalpGround(head.scalp, head.landmarks, hull);
+  assert.ok(ground);
+  const hair = growOn(head.rest, head.normals, head.triangles, hull, ground);
   assert.ok(hair);
   return hair;
 };
@@ -73,7 +80,7 @@ describe('hair', () => {
     const hair = grown();
     for (const style of STYLES) {
       const { points, outward, open } = hair.grow(style);
-      const long = hairLength(style.length);
+      const long = hairLength(style);
       let bare = 0;
       let longest = 0;
       for (let n = 0; n < hair.strands; n++) {
@@ -116,9 +123,15 @@ describe('hair', () => {
   });
 
   test('does not grow where there is no scalp, or none of the landmarks it goes by', () => {
-    assert.equal(createHairstyle(head.rest, head.normals, head.triangles, head.scalp.map(() => -1), head.landmarks), null);
-    assert.equal(createHairstyle(head.rest, head.normals, head.triangles, head.scalp, new Map()), null);
-    assert.equal(hairLength(0), 0);
-    for (let l = 0.1; l < 1; l += 0.1) assert.ok(hairLength(l) > hairLength(l - 0.1));
+    const bald = scalpGround(head.scalp.map(() => -1), head.landmarks, hull);
+    assert.ok(bald);
+    assert.equal(growOn(head.rest, head.normals, head.triangles, hull, bald), null);
+    assert.equal(scalpGround(head.scalp, new Map(), hull), null);
+    assert.equal(beardGround(head.scalp, new Map()), null);
+    assert.equal(createHull(head.rest, head.triangles, new Map()), null);
+    for (const long of [hairLength, beardLength]) {
+      assert.equal(long({ length: 0 }), 0);
+      for (let length = 0.1; length < 1; length += 0.1) assert.ok(long({ length }) > long({ length: length - 0.1 }));
+    }
   });
 });

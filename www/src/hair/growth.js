@@ -1,10 +1,7 @@
-import { CanvasTexture, RepeatWrapping } from 'three';
-import { chance } from './chance.js';
-import { smoothed } from './groundwork/occlusion.js';
-import { distanceTo } from './groundwork/paint.js';
-import { sharpen } from './textures.js';
+import { smoothed } from '../groundwork/occlusion.js';
+import { distanceTo } from '../groundwork/paint.js';
 
-// Hair that is cropped to the skin, and a beard that is: where either grows on the generic head, and a tile of it.
+// Where hair and a beard grow on the generic head.
 
 /** How far inside or outside of its line hair is told from skin, mm. */
 const MARGIN = 20;
@@ -28,7 +25,7 @@ const RADIUS = 75;
  * How far inside the lines within which hair and beard grow each vertex is, in `MARGIN`s, -1 to 1.
  * A head without the landmarks that they go by has neither.
  * @param {Float32Array} rest 3 a vertex, mm
- * @param {import('./groundwork/paint.js').Points} at landmarks
+ * @param {import('../groundwork/paint.js').Points} at landmarks
  * @param {Iterable<number>} hollow vertices in the mouth and behind the lids
  * @param {Uint32Array} triangles
  */
@@ -63,55 +60,4 @@ export function growth(rest, at, hollow, triangles) {
   for (const v of hollow) scalp[v] = beard[v] = -1;
   // Triangles around ears are no steps.
   return { scalp: smoothed(scalp, triangles, 2), beard: smoothed(beard, triangles, 1) };
-}
-
-/** Of the tile, mm. */
-export const TILE = 27;
-const SIZE = 512;
-const HAIRS = 2800;
-
-/**
- * A tile of hairs that lie along the second axis. Red: how much of the skin they cover. Green: how light each is.
- * Blue: how far the surface leans along the first axis.
- */
-export function paintStrands() {
-  const canvas = document.createElement('canvas');
-  canvas.width = canvas.height = SIZE;
-  const draw = canvas.getContext('2d');
-  if (!draw) throw new Error('this browser gives no 2D canvas');
-  draw.fillStyle = 'rgb(0 128 128)';
-  draw.fillRect(0, 0, SIZE, SIZE);
-  const scale = SIZE / TILE;
-  draw.lineCap = 'round';
-  const random = chance(41);
-  for (let n = 0; n < HAIRS; n++) {
-    const [x, y] = [random() * TILE, random() * TILE];
-    const length = 2.4 + 2.6 * random();
-    const lean = 0.9 * (random() + random() - 1);
-    const [dx, dy] = [length * Math.sin(lean), length * Math.cos(lean)];
-    const bend = 0.5 * (random() - 0.5);
-    const width = 0.11 + 0.07 * random();
-    const light = Math.round(70 + 150 * random());
-    draw.globalAlpha = 0.55 + 0.45 * random();
-    // What crosses an edge comes in again at the other one.
-    for (const i of [-TILE, 0, TILE]) {
-      for (const j of [-TILE, 0, TILE]) {
-        if (x + i < -6 || x + i > TILE + 6 || y + j < -6 || y + j > TILE + 6) continue;
-        // Both flanks of a hair.
-        for (const side of [-1, 1]) {
-          draw.setTransform(scale, 0, 0, scale, (x + i + side * 0.25 * width) * scale, (y + j) * scale);
-          draw.strokeStyle = `rgb(255 ${light} ${128 + 80 * side})`;
-          draw.lineWidth = width * (side < 0 ? 1 : 0.55);
-          draw.beginPath();
-          draw.moveTo(0, 0);
-          draw.quadraticCurveTo(dx * 0.5 + bend, dy * 0.5, dx, dy);
-          draw.stroke();
-        }
-      }
-    }
-  }
-  const tile = new CanvasTexture(canvas);
-  tile.wrapS = tile.wrapT = RepeatWrapping;
-  sharpen(tile, 8);
-  return tile;
 }

@@ -2,22 +2,20 @@ import {
   BufferAttribute, BufferGeometry, Color, DataTexture, DoubleSide, DynamicDrawUsage, FloatType, Mesh, MeshDepthMaterial, NearestFilter, RGBAFormat,
   ShaderMaterial, UniformsLib, UniformsUtils, Vector2, Vector3,
 } from 'three';
-import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
-import { STUDIO_GLSL, studioUniforms } from './environment.js';
-import { drawnByProcessor } from './graphics.js';
-import { smoothstep } from './groundwork/paint.js';
-import { createHairstyle, hairLength, POINTS } from './hairstyle.js';
+import { BACKDROP_GLSL, backdropUniforms } from '../backdrop.js';
+import { STUDIO_GLSL, studioUniforms } from '../environment.js';
+import { drawnByProcessor } from '../graphics.js';
+import { smoothstep } from '../groundwork/paint.js';
+import { growOn, POINTS } from './strands.js';
 
-// Longer hair: each strand of a hairstyle is a ribbon that turns to whoever looks, and some hairs are drawn on it.
+// Longer hair: each strand is a ribbon that turns to whoever looks, and some hairs are drawn on it.
 
-/** How many of a hairstyle's strands are drawn: where a processor draws, fewer, which are broader. */
+/** How many of the strands are drawn: where a processor draws, fewer, which are broader. */
 const share = () => (drawnByProcessor() ? 0.6 : 1);
-/** Half of a ribbon's width, mm. */
-const HALF = 1.35;
+/** @typedef {ReturnType<typeof import('../pigments.js').pigments>} Pigments */
+
 /** Styles that are kept grown: two faces side by side are drawn in turn. */
 const KEPT = 2;
-/** Of the points of a strand so many are one in files. */
-const STRIDE = 2;
 
 const PLACE = /* glsl */ `
   attribute vec4 course; // the way to the tip; which side, and by how much light gets there
@@ -84,8 +82,7 @@ const VERTEX = /* glsl */ `
     float pixel = -2.0 * view.z / (projectionMatrix[1][1] * backdropSize.y);
     vec3 across = cross(along, toEye);
     view.xyz += across / max(0.2, length(across)) * sign(course.w) * max(ribbon(), 0.6 * pixel);
-    // Before the neck does, which would cover it.
-    vHair = vec4(sign(course.w), tip, strand.y, smoothstep(fade.x, fade.y, at.y - 18.0));
+    vHair = vec4(sign(course.w), tip, strand.y, smoothstep(fade.x, fade.y, at.y));
     gl_Position = strandHidden() ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * view;
   }
 `;
@@ -109,21 +106,26 @@ const FRAGMENT = /* glsl */ `
 `;
 
 /**
- * Hair that is longer than a crop.
+ * Hair of one kind that is longer than a crop.
  *
- * @param {Parameters<typeof createHairstyle>} head
+ * @template {import('./strands.js').Curled} S
+ * @param {{
+ *   name: string, rest: Float32Array, grow: () => import('./strands.js').Hair<S> | null,
+ *   style: (colours: Pigments) => S, long: (style: S) => number, half: number, stride: number,
+ * }} kind `grow` is asked when there first is any; `half` of a ribbon's width, mm; of the points of a strand every `stride`th
+ *   is in files
  * @param {{ heatStrength: { value: number }, worn: { value: number } }} uniforms of the skin
- * @param {readonly [number, number]} fade heights between which the neck runs out, mm
+ * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
-export function createTresses(head, { heatStrength, worn }, fade) {
-  /** Made when there first is hair. @type {import('./hairstyle.js').Hair | null} */
+export function createTresses({ name: kindName, rest, grow, style: styleOf, long, half, stride }, { heatStrength, worn }, fade) {
+  /** Made when there first is hair. @type {import('./strands.js').Hair<S> | null} */
   let hair = null;
   const geometry = new BufferGeometry();
   const shifts = new DataTexture(new Float32Array(4), 1, 1, RGBAFormat, FloatType);
   shifts.minFilter = shifts.magFilter = NearestFilter;
   const colour = { value: new Color() };
   const drawn = share();
-  const broad = HALF / drawn ** 0.7;
+  const broad = half / drawn ** 0.7;
   const shared = { halfWidth: { value: broad }, lockShifts: { value: shifts }, heatStrength, worn };
   const material = new ShaderMaterial({
     uniforms: {
@@ -157,23 +159,23 @@ export function createTresses(head, { heatStrength, worn }, fade) {
   mesh.frustumCulled = false;
   mesh.castShadow = true;
   mesh.visible = false;
-  mesh.name = 'hair';
+  mesh.name = kindName;
   mesh.raycast = () => {};
 
   /** @typedef {{ key: string, position: Float32Array, course: Int8Array, outward: Int8Array }} Ribbons */
   /** The latest first. @type {Ribbons[]} */
   const kept = [];
-  /** @type {import('./hairstyle.js').Style} */
-  let style = { length: 0, comb: 0, parting: 0, curl: 0 };
+  /** @type {S} */
+  let style;
   /** @type {Ribbons | null} */
   let shown = null;
   /** @type {ArrayLike<number>} */
-  let present = head[0];
+  let present = rest;
 
   /** Short hair is seen one by one. */
-  const slender = () => 0.4 + 0.6 * smoothstep(12, 60, hairLength(style.length));
+  const slender = () => 0.4 + 0.6 * smoothstep(12, 60, long(style));
 
-  /** @param {import('./hairstyle.js').Hair} from @param {string} key @returns {Ribbons} */
+  /** @param {import('./strands.js').Hair<S>} from @param {string} key @returns {Ribbons} */
   function ribbons(from, key) {
     const { points, outward, open } = from.grow(style);
     const count = points.length / 3;
@@ -199,7 +201,7 @@ export function createTresses(head, { heatStrength, worn }, fade) {
     return out;
   }
 
-  /** What does not depend on the style. @param {import('./hairstyle.js').Hair} from */
+  /** What does not depend on the style. @param {import('./strands.js').Hair<S>} from */
   function lay({ strands, lockOf, locks }) {
     const index = new Uint32Array(strands * (POINTS - 1) * 6);
     const strand = new Float32Array(strands * POINTS * 4);
@@ -226,12 +228,12 @@ export function createTresses(head, { heatStrength, worn }, fade) {
   }
 
   /**
-   * The same ribbons with a front of their own, which do not turn to who looks: every `STRIDE`th point, on any face of the model.
+   * The same ribbons with a front of their own, which do not turn to who looks: every `stride`th point, on any face of the model.
    * @param {Float32Array} positions
    */
   function bodies(positions) {
     if (!hair || !mesh.visible || !shown) return null;
-    const many = POINTS / STRIDE;
+    const many = POINTS / stride;
     const count = hair.strands * many;
     const out = {
       positions: new Float32Array(6 * count),
@@ -246,12 +248,12 @@ export function createTresses(head, { heatStrength, worn }, fade) {
     for (let n = 0, o = 0, i = 0; n < hair.strands; n++) {
       const lock = 4 * hair.lockOf[n];
       for (let s = 0; s < many; s++) {
-        const from = n * POINTS + (s === many - 1 ? POINTS - 1 : STRIDE * s);
+        const from = n * POINTS + (s === many - 1 ? POINTS - 1 : stride * s);
         way.fromArray(shown.course, 8 * from);
         up.fromArray(shown.outward, 8 * from).normalize();
         const along = shown.outward[8 * from + 3] / 127;
         const open = Math.abs(shown.course[8 * from + 3]) / 127;
-        across.crossVectors(way, up).normalize().multiplyScalar(HALF * slender() * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.9 * along ** 3));
+        across.crossVectors(way, up).normalize().multiplyScalar(half * slender() * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.9 * along ** 3));
         if (s < many - 1) for (const corner of [0, 1, 2, 1, 3, 2]) out.triangles[i++] = o / 3 + corner;
         for (const side of [-1, 1]) {
           for (let k = 0; k < 3; k++) {
@@ -276,9 +278,9 @@ export function createTresses(head, { heatStrength, worn }, fade) {
     if (!hair) return null;
     const { lockOf } = hair;
     const moved = new Float32Array(4 * hair.locks);
-    hair.shifts(head[0].map((value, i) => value + moves[i]), moved);
+    hair.shifts(rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
-    const each = (6 * POINTS) / STRIDE;
+    const each = (6 * POINTS) / stride;
     return Float32Array.from({ length: each * hair.strands }, (_, i) => moved[4 * lockOf[Math.floor(i / each)] + (i % 3)]);
   }
 
@@ -289,6 +291,7 @@ export function createTresses(head, { heatStrength, worn }, fade) {
   }
 
   return {
+    name: kindName,
     mesh,
     bodies,
     carried,
@@ -297,13 +300,13 @@ export function createTresses(head, { heatStrength, worn }, fade) {
       present = positions;
       follow();
     },
-    /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ brows, style: now }) {
-      colour.value.copy(brows);
-      style = now;
+    /** @param {Pigments} colours */
+    paint(colours) {
+      colour.value.copy(colours.brows);
+      style = styleOf(colours);
       shared.halfWidth.value = broad * slender();
       if (style.length > 0 && !hair) {
-        hair = createHairstyle(...head);
+        hair = grow();
         if (hair) lay(hair);
       }
       mesh.visible = style.length > 0 && hair !== null;

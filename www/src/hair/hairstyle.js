@@ -1,0 +1,76 @@
+import { smoothstep } from '../groundwork/paint.js';
+import { clamp, norm } from './hull.js';
+
+// Hair on the head: combed back, parted, or forward into a fringe.
+
+/** What of a colouring is a style, each from 0 to 1. @typedef {{ length: number, comb: number, parting: number, curl: number }} Style */
+
+/** The longest that hair is, mm: to below the chin. */
+const LONGEST = 230;
+
+/** How long hair is, mm. @param {{ length: number }} style */
+export const hairLength = ({ length }) => LONGEST * length ** 1.5;
+
+/** Where hair parts, mm to the subject's left. @param {Style} style */
+const lineOf = ({ parting }) => (0.5 - parting) * 90;
+
+/**
+ * @param {Float32Array} scalp how far inside the hairline each vertex is
+ * @param {import('../groundwork/paint.js').Points} landmarks
+ * @param {import('./hull.js').Hull} hull
+ * @returns {import('./strands.js').Ground<Style> | null} null without the landmarks that it goes by
+ */
+export function scalpGround(scalp, landmarks, { middle }) {
+  const brow = landmarks.get('ibug_19');
+  if (!brow) return null;
+  return {
+    mask: scalp,
+    seed: 67,
+    strands: 3000,
+    locks: 420,
+    apart: 8,
+    long: hairLength,
+    thick: (long) => Math.min(9, 0.11 * long),
+    lift: 0.55,
+    kept: 55,
+    comb(roots) {
+      // Hair grows away from a whorl behind the crown.
+      const crown = roots.reduce((top, at) => Math.max(top, at[1]), -Infinity);
+      const back = roots.reduce((least, at) => Math.min(least, at[2]), Infinity);
+      const whorl = [6, crown - 0.1 * (crown - middle[1]), middle[2] + 0.62 * (back - middle[2])];
+      return {
+        field(x, y, z, style, way) {
+          const { comb, curl } = style;
+          const [toBack, toSide, toFront] = [Math.max(0, 1 - 2 * comb), 1 - Math.abs(2 * comb - 1), Math.max(0, 2 * comb - 1)];
+          const behind = smoothstep(whorl[2] + 25, whorl[2] - 10, z);
+          const across = clamp((x - lineOf(style)) / 3, -1, 1);
+          const away = norm(x - whorl[0], y - whorl[1], z - whorl[2]) || 1;
+          const natural = behind + (1 - behind) * toFront;
+          // Curls do not lie down to be parted.
+          const side = (1 - behind) * toSide * (1 - 0.8 * curl * curl);
+          const backwards = (1 - behind) * toBack;
+          // Before the ears hair goes down however it is combed.
+          const low = 2 * backwards * smoothstep(middle[1] + 15, middle[1] - 20, y);
+          way[0] = (natural * (x - whorl[0])) / away + side * across + backwards * clamp(x / 130, -0.5, 0.5);
+          way[1] = (natural * (y - whorl[1])) / away - 0.45 * side - 0.2 * backwards - low;
+          way[2] = (natural * (z - whorl[2])) / away - 0.3 * side - backwards;
+        },
+        // Around the ears and along the nape short hair is cut shorter than on top.
+        share(x, y, z, long) {
+          const below = 1 - smoothstep(middle[1] - 10, middle[1] + 45, y);
+          const lowest = smoothstep(middle[1] + 5, middle[1] - 20, y);
+          return 1 - (0.6 * below + 0.2 * lowest) * (1 - smoothstep(60, 130, long));
+        },
+        // Between what parts the skin would show: it begins beyond the line, and beyond the whorl.
+        early(x, y, z, style) {
+          const parted = z > whorl[2] ? (1 - Math.abs(2 * style.comb - 1)) * Math.exp(-(((x - lineOf(style)) / 9) ** 2)) : 0;
+          return 8 * Math.max(parted, Math.exp(-((x - whorl[0]) ** 2 + (z - whorl[2]) ** 2) / 150));
+        },
+        // It does not hang before the eyes: it is cut over the brows.
+        cut: (x, y, z, jitter) => y + 4 * jitter < brow[1] + 9 && Math.abs(Math.atan2(x, z - middle[2])) < 0.9,
+        // Below the head it falls towards the neck.
+        inward: (y) => 0.25 * smoothstep(middle[1] - 20, middle[1] - 80, y),
+      };
+    },
+  };
+}

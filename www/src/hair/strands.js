@@ -1,0 +1,301 @@
+import { chance } from '../chance.js';
+import { smoothstep } from '../groundwork/paint.js';
+import { clamp, norm } from './hull.js';
+
+// How hair grows from some ground: strands with roots spread over it, combed by a field of directions, pulled down by
+// their weight, kept outside of the head and gathered into locks. The same strands with the same seeds are there for every
+// style, so that one style turns into another as sliders move.
+
+/** Points along a strand, its root among them. */
+export const POINTS = 16;
+/** Of a lock while it grows. */
+const STEPS = 28;
+/** How far hair bends where it is pulled, mm. */
+const STIFFNESS = 16;
+
+/** How long hair is, from none (0) to its longest (1), and from straight to curly. @typedef {{ length: number, curl: number }} Curled */
+
+/**
+ * What hair grows from.
+ * @template {Curled} S
+ * @typedef {object} Ground
+ * @property {Float32Array} mask how far inside of it each vertex is, as `growth` has it
+ * @property {(x: number, y: number) => boolean} [bare] where nothing grows all the same
+ * @property {number} seed
+ * @property {number} strands how many
+ * @property {number} locks at most so many
+ * @property {number} apart the least distance between the roots of two locks, mm
+ * @property {(style: S) => number} long how long hair is, mm
+ * @property {(long: number) => number} thick how thick it lies, mm
+ * @property {number} lift how far it stands up at its roots
+ * @property {number} kept how far from its root it is combed before it hangs, mm
+ * @property {(roots: number[][]) => Comb<S>} comb laid out when roots are known, mm
+ */
+/**
+ * @template {Curled} S
+ * @typedef {object} Comb
+ * @property {(x: number, y: number, z: number, style: S, way: number[]) => void} field which way hair goes, in any length, which is
+ *   made to lie on the head
+ * @property {(x: number, y: number, z: number, long: number) => number} share how much of its length hair has, by its root
+ * @property {(x: number, y: number, z: number, style: S) => number} early how far before its root it begins, mm
+ * @property {(x: number, y: number, z: number, jitter: number) => boolean} cut where hair is cut; `jitter` is from -1 to 1
+ * @property {(y: number) => number} inward how much hair that hangs is drawn to the head
+ */
+
+/**
+ * @template {Curled} S
+ * @param {Float32Array} rest 3 a vertex, mm
+ * @param {Float32Array} normals 3 a vertex
+ * @param {Uint32Array} triangles
+ * @param {import('./hull.js').Hull} hull
+ * @param {Ground<S>} ground
+ * @returns {Hair<S> | null} null where nothing grows
+ */
+export function growOn(rest, normals, triangles, { middle, over, look }, ground) {
+  const { mask, strands: STRANDS, locks: LOCKS } = ground;
+  // Roots: a place on a triangle of the ground.
+  const random = chance(ground.seed);
+  /** @type {number[]} */
+  const areas = [];
+  /** @type {number[]} */
+  const grown = [];
+  let whole = 0;
+  for (let t = 0; t < triangles.length; t += 3) {
+    if (Math.max(mask[triangles[t]], mask[triangles[t + 1]], mask[triangles[t + 2]]) < 0) continue;
+    const [a, b, c] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
+    const [ux, uy, uz] = [0, 1, 2].map((k) => rest[b + k] - rest[a + k]);
+    const [vx, vy, vz] = [0, 1, 2].map((k) => rest[c + k] - rest[a + k]);
+    whole += 0.5 * norm(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
+    areas.push(whole);
+    grown.push(t);
+  }
+  if (whole === 0) return null;
+  function anywhere() {
+    for (;;) {
+      const aim = whole * random();
+      let [low, high] = [0, areas.length - 1];
+      while (low < high) {
+        const half = (low + high) >> 1;
+        if (areas[half] < aim) low = half + 1;
+        else high = half;
+      }
+      let [u, v] = [random(), random()];
+      if (u + v > 1) [u, v] = [1 - u, 1 - v];
+      const corners = [0, 1, 2].map((k) => triangles[grown[low] + k]);
+      const weights = [1 - u - v, u, v];
+      const blend = (/** @type {Float32Array} */ values, /** @type {number} */ size, /** @type {number} */ k) =>
+        corners.reduce((sum, corner, i) => sum + weights[i] * values[size * corner + k], 0);
+      // No hairline is a line.
+      if (blend(mask, 1, 0) < 0.3 * random() - 0.15) continue;
+      const at = [0, 1, 2].map((k) => blend(rest, 3, k));
+      if (ground.bare?.(at[0], at[1])) continue;
+      return {
+        corners,
+        weights,
+        at,
+        normal: [0, 1, 2].map((k) => blend(normals, 3, k)),
+      };
+    }
+  }
+  /** @type {ReturnType<typeof anywhere>[]} */
+  const locks = [];
+  for (let tries = 0; tries < 40 * LOCKS && locks.length < LOCKS; tries++) {
+    const root = anywhere();
+    if (locks.every(({ at }) => norm(at[0] - root.at[0], at[1] - root.at[1], at[2] - root.at[2]) > ground.apart)) locks.push(root);
+  }
+  const places = Float32Array.from(locks.flatMap(({ at }) => at));
+  const signed = () => random() + random() - 1;
+  const ofLock = locks.map(() => ({ layer: random(), long: 0.86 + 0.14 * random(), turn: 2 * Math.PI * random(), hand: random() < 0.5 ? -1 : 1, lean: [signed(), signed(), signed()] }));
+  const strands = Array.from({ length: STRANDS }, () => {
+    const root = anywhere();
+    let lock = 0;
+    let nearest = Infinity;
+    const [x, y, z] = root.at;
+    for (let i = 0; i < locks.length; i++) {
+      const away = (places[3 * i] - x) ** 2 + (places[3 * i + 1] - y) ** 2 + (places[3 * i + 2] - z) ** 2;
+      if (away < nearest) {
+        nearest = away;
+        lock = i;
+      }
+    }
+    return { ...root, lock, long: 0.9 + 0.1 * random(), stray: [signed(), signed(), signed()], turn: 0.9 * signed(), rise: random() };
+  });
+
+  const { field, share, early, cut: isCut, inward } = ground.comb(strands.map(({ at }) => at));
+
+  const way = [0, 0, 0];
+  /** The field along what `over` has found. @param {number} x @param {number} y @param {number} z @param {S} style */
+  function combed(x, y, z, style) {
+    field(x, y, z, style, way);
+    const out = way[0] * over.x + way[1] * over.y + way[2] * over.z;
+    way[0] -= out * over.x;
+    way[1] -= out * over.y;
+    way[2] -= out * over.z;
+    const length = norm(way[0], way[1], way[2]) || 1;
+    for (let k = 0; k < 3; k++) way[k] /= length;
+  }
+
+  /** How thick hair lies on the head, mm: curls stand off. @param {S} style @param {number} long mm */
+  const volumeOf = ({ curl }, long) => ground.thick(long) + 14 * curl * Math.min(1, long / 90);
+
+  const paths = new Float32Array(3 * (STEPS + 1) * LOCKS);
+  /** How far along its path each lock is cut, 0 to 1. */
+  const cut = new Float32Array(LOCKS);
+  /** How long each lock is, mm. */
+  const reachOf = new Float32Array(LOCKS);
+
+  /** @param {S} style @param {number} long mm */
+  function growLocks(style, long) {
+    const { curl } = style;
+    const free = Math.min(1, long / 25);
+    const volume = volumeOf(style, long);
+    // Tight curls carry themselves.
+    const heavy = 1 - 0.85 * curl * curl;
+    locks.forEach((lock, n) => {
+      const own = ofLock[n];
+      reachOf[n] = long * own.long * share(lock.at[0], lock.at[1], lock.at[2], long);
+      const step = reachOf[n] / STEPS;
+      const bent = 1 - Math.exp(-step / STIFFNESS);
+      let [x, y, z] = lock.at;
+      look(x, y, z);
+      combed(x, y, z, style);
+      const lift = ground.lift + 0.8 * curl * curl;
+      let dx = way[0] + lift * lock.normal[0] + 0.12 * own.lean[0];
+      let dy = way[1] + lift * lock.normal[1] + 0.12 * own.lean[1];
+      let dz = way[2] + lift * lock.normal[2] + 0.12 * own.lean[2];
+      const before = early(x, y, z, style) * (1 - curl * curl);
+      x -= before * way[0];
+      y -= before * way[1];
+      z -= before * way[2];
+      const o = 3 * (STEPS + 1) * n;
+      paths[o] = x;
+      paths[o + 1] = y;
+      paths[o + 2] = z;
+      cut[n] = 1;
+      for (let s = 1; s <= STEPS; s++) {
+        const length = norm(dx, dy, dz);
+        x += (step * dx) / length;
+        y += (step * dy) / length;
+        z += (step * dz) / length;
+        const along = s * step;
+        look(x, y, z);
+        const clear = Math.min(0.5 * along, 1.2 + own.layer * volume) * free;
+        if (over.height < clear) {
+          const pushed = (over.radius + clear) / (over.radius + over.height);
+          x = middle[0] + (x - middle[0]) * pushed;
+          y = middle[1] + (y - middle[1]) * pushed;
+          z = middle[2] + (z - middle[2]) * pushed;
+          const into = Math.min(0, (dx * over.x + dy * over.y + dz * over.z) / length);
+          dx -= into * length * over.x;
+          dy -= into * length * over.y;
+          dz -= into * length * over.z;
+        }
+        combed(x, y, z, style);
+        const kept = Math.exp(-along / ground.kept) * (1 - smoothstep(12, 40, over.height));
+        const now = norm(dx, dy, dz) || 1;
+        const out = 0.75 * curl * curl;
+        const drawn = (1 - kept) * inward(y);
+        const [tx, ty, tz] = [
+          kept * way[0] + (out - drawn) * over.x,
+          kept * way[1] - (1 - kept) * heavy + out * over.y,
+          kept * way[2] + (out - drawn) * over.z,
+        ];
+        dx = (dx / now) * (1 - bent) + tx * bent;
+        dy = (dy / now) * (1 - bent) + ty * bent;
+        dz = (dz / now) * (1 - bent) + tz * bent;
+        paths[o + 3 * s] = x;
+        paths[o + 3 * s + 1] = y;
+        paths[o + 3 * s + 2] = z;
+        if (cut[n] === 1 && isCut(x, y, z, own.lean[0])) cut[n] = (s - 0.5) / STEPS;
+      }
+    });
+  }
+
+  /**
+   * @param {S} style
+   * @returns {Grown}
+   */
+  function grow(style) {
+    // Rolled up it reaches less far.
+    const long = ground.long(style) * (1 - 0.5 * style.curl ** 2);
+    growLocks(style, long);
+    const { curl } = style;
+    const points = new Float32Array(3 * POINTS * STRANDS);
+    const outward = new Float32Array(points.length);
+    const open = new Float32Array(points.length / 3);
+    const deep = 3 + 0.6 * volumeOf(style, long);
+    // Short hair hides little of the light.
+    const least = clamp(1 - long / 50, 0, 0.8);
+    // Waves, then curls, then coils that a strand's few points can still follow.
+    const wave = Math.max(46 - 36 * curl, long / 4.2);
+    const swing = curl * Math.min(7, 0.04 * wave + 0.022 * long) * Math.min(1, long / 30);
+    const p = [0, 0, 0];
+    strands.forEach((strand, n) => {
+      const own = ofLock[strand.lock];
+      const root = locks[strand.lock].at;
+      const from = 3 * (STEPS + 1) * strand.lock;
+      const end = Math.min(strand.long, cut[strand.lock] + 0.02 * strand.stray[0]);
+      for (let s = 0; s < POINTS; s++) {
+        const t = (end * s) / (POINTS - 1);
+        const along = t * reachOf[strand.lock];
+        const at = Math.min(STEPS - 0.001, t * STEPS);
+        const i = Math.floor(at);
+        // Locks are wide at their roots and gather to their tips.
+        const wide = 1 - 0.72 * smoothstep(4, 70, along);
+        const stray = Math.min(7, 0.075 * along);
+        const turn = (2 * Math.PI * along * own.hand) / wave + own.turn + strand.turn * (0.5 + 3 * curl ** 3);
+        const swung = swing * smoothstep(2, 30, along);
+        for (let k = 0; k < 3; k++) {
+          const path = paths[from + 3 * i + k] + (paths[from + 3 * i + 3 + k] - paths[from + 3 * i + k]) * (at - i);
+          p[k] = path + (strand.at[k] - root[k]) * wide + strand.stray[k] * stray;
+        }
+        if (swung > 0) {
+          p[0] += swung * Math.cos(turn);
+          p[1] += swung * 0.35 * Math.cos(turn + 1);
+          p[2] += swung * Math.sin(turn);
+        }
+        look(p[0], p[1], p[2]);
+        const clear = Math.min(0.4 * along, 1 + 1.5 * strand.rise);
+        if (over.height < clear && s > 0) {
+          const pushed = (over.radius + clear) / (over.radius + over.height);
+          for (let k = 0; k < 3; k++) p[k] = middle[k] + (p[k] - middle[k]) * pushed;
+        }
+        const point = POINTS * n + s;
+        open[point] = clamp((over.height - 1) / deep, least, 1);
+        for (let k = 0; k < 3; k++) points[3 * point + k] = p[k];
+        outward[3 * point] = over.x;
+        outward[3 * point + 1] = over.y;
+        outward[3 * point + 2] = over.z;
+      }
+    });
+    return { points, outward, open };
+  }
+  return {
+    strands: STRANDS,
+    locks: locks.length,
+    lockOf: Uint16Array.from(strands, ({ lock }) => lock),
+    /** How far each lock's root has moved from where it is at rest. @param {ArrayLike<number>} positions @param {Float32Array} into 4 a lock */
+    shifts(positions, into) {
+      locks.forEach(({ corners, weights, at }, n) => {
+        for (let k = 0; k < 3; k++) {
+          into[4 * n + k] = corners.reduce((sum, corner, i) => sum + weights[i] * positions[3 * corner + k], 0) - at[k];
+        }
+      });
+    },
+    grow,
+  };
+}
+
+/**
+ * What a style gives: the points of each strand from root to tip, mm, the way out of the head there, and how near the
+ * outside of the hair they are, 0 to 1.
+ * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array }} Grown
+ */
+/**
+ * @template {Curled} S
+ * @typedef {{
+ *   strands: number, locks: number, lockOf: Uint16Array,
+ *   shifts: (positions: ArrayLike<number>, into: Float32Array) => void,
+ *   grow: (style: S) => Grown,
+ * }} Hair
+ */
