@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { load } from '../../pkg/index.js';
-import { growth } from '../../www/src/hair.js';
+import { growth } from '../../www/src/hair/growth.js';
 
 for (const name of ['model', 'synthetic']) {
   describe(`hair of ${name}.phiz`, async () => {

@@ -3,6 +3,7 @@ import { paintBrows } from './brows.js';
 import { createEyes, fitSphere } from './eyes.js';
 import { createHair } from './hair/onhead.js';
 import { createLashes } from './lashes.js';
+import { foldingOf } from './lines.js';
 import { smoothed } from './groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
@@ -189,6 +190,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   const hair = createHair({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, verticesOf(/cavit/));
   const { grows } = hair;
   geometry.setAttribute('growth', new BufferAttribute(Float32Array.from({ length: 2 * cornerCount }, (_, i) => (i % 2 ? grows.beard : grows.scalp)[corners[i >> 1]]), 2));
+  const folding = foldingOf(rest, at);
+  geometry.setAttribute('folding', new BufferAttribute(Int8Array.from({ length: 4 * cornerCount }, (_, i) => 127 * folding[4 * corners[i >> 2] + (i & 3)]), 4, true));
   geometry.boundingSphere = new Sphere(
     bounds.getCenter(new Vector3()),
     0.6 * bounds.getSize(new Vector3()).length(),
@@ -273,6 +276,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     }
     present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
     const { expression } = from;
+    skin.fold(expression);
     eyes.turn(turnsOf(expression), Object.keys(expression).length > 0);
     eyes.update(present);
     lashes.update(present, eyes.centres);

@@ -2,7 +2,7 @@ import { Color, DataTexture, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4
 import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from './environment.js';
 import { paintStrands, TILE } from './hair/tile.js';
-import { paintLines } from './lines.js';
+import { foldsOf, paintLines } from './lines.js';
 import { createMap } from './textures.js';
 
 // Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
@@ -78,6 +78,8 @@ const DECLARATIONS = /* glsl */ `
   uniform sampler2D lineMap;
   uniform vec4 lineFrame;
   uniform vec2 aged; // lines, freckles
+  uniform float creased; // whether there are any
+  varying float vFold;
   ${BACKDROP_GLSL}
   ${STUDIO_GLSL}
 
@@ -119,7 +121,7 @@ const COLOUR = /* glsl */ `
              * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
 
   vec4 folded = vec4(0.5, 0.5, 0.0, 0.0);
-  if (aged.x + aged.y > 0.0 && worn + heatStrength < 1.0) {
+  if (creased > 0.0 && worn + heatStrength < 1.0) {
     // As far as they are seen from the front.
     float faces = smoothstep(faceDepth, faceDepth + 14.0, vRest.z) * smoothstep(0.12, 0.4, vRestNormal.z);
     folded = mix(folded, texture2D(lineMap, (vRest.xy - lineFrame.xy) / lineFrame.zw), faces);
@@ -144,7 +146,7 @@ const COLOUR = /* glsl */ `
   tone *= 1.0 - 0.2 * (1.0 - relief.b) * (1.0 - smoothSkin);
   tone = mix(tone, tone * vec3(0.86, 0.87, 0.9), paint.a * 0.3);
   // Lines are redder and darker, freckles are melanin.
-  tone *= 1.0 - aged.x * folded.b * vec3(0.22, 0.32, 0.34);
+  tone *= 1.0 - vFold * folded.b * vec3(0.22, 0.32, 0.34);
   tone *= 1.0 - aged.y * folded.a * vec3(0.32, 0.47, 0.57);
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
@@ -182,7 +184,7 @@ const SLOPE = /* glsl */ `
   // Lips are furrowed from edge to edge, not pitted.
   float furrow = sin(vRest.x * 5.2 + 2.6 * (broad.a - 0.5) + 5.0 * (relief.a - 0.5));
   slope += vec3(0.055 * furrow * lip, 0.0, 0.0) + 1.3 * lying;
-  slope += vec3(2.0 * folded.rg - 1.0, 0.0) * aged.x * (1.0 - lip);
+  slope += vec3(2.0 * folded.rg - 1.0, 0.0) * vFold * (1.0 - lip);
 `;
 
 const NORMAL = /* glsl */ `
@@ -268,6 +270,10 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     lineMap: { value: hairless },
     lineFrame: { value: new Vector4(0, 0, 1, 1) },
     aged: { value: new Vector2() },
+    creased: { value: 0 },
+    foldsRight: { value: new Vector4() },
+    foldsLeft: { value: new Vector4() },
+    smooths: { value: new Vector2() },
     heatStrength: { value: 0 },
     /** A person's own colours, and how much of them shows. */
     wornMap: { value: new DataTexture(new Uint8Array(4), 1, 1) },
@@ -292,6 +298,12 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         attribute vec2 mark;
         attribute vec2 growth;
         varying vec2 vGrowth;
+        attribute vec4 folding;
+        uniform vec4 foldsRight;
+        uniform vec4 foldsLeft;
+        uniform vec2 smooths; // right, left
+        uniform vec2 aged;
+        varying float vFold;
         uniform vec2 dense;
         uniform float heatStrength;
         uniform float worn;
@@ -314,6 +326,10 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         vOpen = pow(vec3(shade.x), vec3(0.78, 1.08, 1.18));
         vMark = mark;
         vGrowth = growth;
+        // An expression folds young skin a little, and old skin where it is folded.
+        vec4 folds = folding * mix(foldsRight, foldsLeft, smoothstep(-6.0, 6.0, rest.x));
+        vFold = aged.x + max(max(folds.x, folds.y), max(folds.z, folds.w)) * (0.45 + 0.4 * aged.x);
+        vFold *= 1.0 + min(0.0, folding.w) * 0.9 * mix(smooths.x, smooths.y, smoothstep(-6.0, 6.0, rest.x));
         // Hair stands off the head.
         transformed += objectNormal * (3.5 * (1.0 - heatStrength) * (1.0 - worn) * dense.x * smoothstep(-0.1, 0.9, growth.x));
         vHeat = heat;
@@ -339,9 +355,25 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         gl_FragColor = overBackdrop(gl_FragColor.rgb, vShade.z);`,
       );
   };
+  function crease() {
+    const { aged, foldsRight, foldsLeft, creased, lineMap, lineFrame } = uniforms;
+    creased.value = Math.max(...aged.value, ...foldsRight.value, ...foldsLeft.value);
+    if (lineMap.value !== hairless || creased.value === 0) return;
+    const { map, frame } = paintLines(landmarks);
+    lineMap.value = createMap(map);
+    lineFrame.value.fromArray(frame);
+  }
   return {
     material,
     uniforms,
+    /** @param {Readonly<Record<string, number>>} expression weights by ARKit's names */
+    fold(expression) {
+      const [right, left] = [foldsOf(expression, 'Right'), foldsOf(expression, 'Left')];
+      uniforms.foldsRight.value.fromArray(right.folds);
+      uniforms.foldsLeft.value.fromArray(left.folds);
+      uniforms.smooths.value.set(right.smooths, left.smooths);
+      crease();
+    },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
     paint({ skin, bright, lips, bare, brows, bushy, dense, style, lines, freckles }) {
       material.color.copy(skin);
@@ -353,11 +385,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.dense.value.fromArray(dense);
       uniforms.covered.value = Math.min(1, 6 * style.length);
       uniforms.aged.value.set(lines, freckles);
-      if (uniforms.lineMap.value === hairless && lines + freckles > 0) {
-        const { map, frame } = paintLines(landmarks);
-        uniforms.lineMap.value = createMap(map);
-        uniforms.lineFrame.value.fromArray(frame);
-      }
+      crease();
       if (uniforms.strandMap.value === hairless && dense.some((much) => much > 0)) uniforms.strandMap.value = paintStrands();
     },
   };

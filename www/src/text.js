@@ -397,7 +397,7 @@ export const text = {
     ],
     colours: [
       'The model knows shapes, and nothing of colours: these are yours to choose, and no statistics stand behind them. Skin goes by how much melanin the epidermis has, 1.3 to 43 % of it, and by the blood below; irises with hardly any melanin are blue.',
-      'Lines are those that most faces get with the years, each where it usually is; they come with random faces that the model takes for older ones.',
+      'Lines are those that most faces get with the years, each where it usually is; they come with random faces that the model takes for older ones. Expressions fold them deeper, and a young face a little.',
       'Hair is cropped, or as long as you want it: strands that fall by their weight, parted and combed. It grows where it does on most men who keep theirs and is cut above the eyes; the head below is the face’s own, and what is measured is the head. Distances in mm are shown without it.',
       'Saved faces, files and the link keep them. A face that wears a photo has the photo’s skin, lips and brows.',
     ],

@@ -24,6 +24,8 @@ const VERTEX = /* glsl */ `
   varying vec3 vOpen;
   attribute vec2 growth;
   varying vec2 vGrowth;
+  uniform vec2 aged;
+  varying float vFold;
   varying vec2 vMark;
   varying vec3 vHeat;
   varying vec2 vWorn;
@@ -34,6 +36,8 @@ const VERTEX = /* glsl */ `
     vOpen = vec3(1.0);
     vMark = vec2(0.0);
     vGrowth = growth;
+    // At rest.
+    vFold = aged.x;
     vHeat = vec3(0.0);
     vWorn = uv;
     gl_Position = vec4(2.0 * uv - 1.0, 0.0, 1.0);
