@@ -8,7 +8,7 @@ const { browser, site } = await siteAndBrowser();
 
 const colouring = (page) => page.evaluate(() => window.designer.colouring);
 const codeOf = (page) => page.evaluate(() => window.designer.face.code);
-const choose = (page) => page.getByRole('tab', { name: 'Colours' }).click();
+const choose = (page) => page.getByRole('tab', { name: 'Looks' }).click();
 
 /** Where to look at colours in a picture of the stage, and how. */
 async function looking(page) {
@@ -165,7 +165,7 @@ describe('colours', () => {
     assert.equal(await skin.getAttribute('aria-valuetext'), '35 %');
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.deepEqual(await colouring(page), { iris: 0, lips: 1 });
-    await page.getByRole('button', { name: 'Random colours' }).click();
+    await page.getByRole('button', { name: 'Random looks' }).click();
     assert.ok(Object.keys(await colouring(page)).length > 3);
     await page.getByRole('button', { name: 'Reset all' }).click();
     assert.deepEqual(await colouring(page), {});
@@ -214,6 +214,20 @@ describe('colours', () => {
     for (const place of ['lip', 'iris', 'forehead']) assert.equal(look.around(clean, bearded, place, 4), 0, `a beard at the ${place}`);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.ok((await picture(page, 'hair-shaved-again')).rgb.equals(clean.rgb), 'undo leaves some of a beard');
+    // Styles to begin from are one step each, and say when they are worn.
+    const bob = page.getByRole('button', { name: 'Bob', exact: true });
+    const own = await colouring(page);
+    assert.equal(await bob.getAttribute('aria-pressed'), 'false');
+    await bob.click();
+    assert.equal(await bob.getAttribute('aria-pressed'), 'true');
+    assert.ok(look.around(bald, await picture(page, 'hair-bob'), 'beside', 12) > 300, 'a bob does not hang beside the cheeks');
+    await page.getByRole('button', { name: 'Trimmed', exact: true }).click();
+    assert.ok((await colouring(page)).beardLength > 0 && (await bob.getAttribute('aria-pressed')) === 'true', 'a beard changes the hair');
+    await page.getByRole('button', { name: 'Bald', exact: true }).click();
+    await page.getByRole('button', { name: 'Shaved', exact: true }).click();
+    assert.equal(differing(bald, await picture(page, 'hair-off')), 0, 'who is bald and shaved has hair');
+    for (let step = 0; step < 4; step++) await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await colouring(page), own);
     // A link keeps all of it.
     const kept = await colouring(page);
     assert.deepEqual(kept, { length: 0.55, comb: 0.5, parting: 0.9, curl: 0.8 });
@@ -284,7 +298,7 @@ describe('colours', () => {
     await random.click();
     assert.deepEqual(await colouring(page), another, 'a locked nose changed its colour');
     await page.evaluate(() => window.designer.face.unlock('nose'));
-    await page.getByLabel('In colours of their own').uncheck();
+    await page.getByLabel('With looks of their own').uncheck();
     await random.click();
     assert.deepEqual(await colouring(page), another);
     assert.deepEqual(complaints, []);

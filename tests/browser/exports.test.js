@@ -55,7 +55,7 @@ describe('exports', () => {
     // Lips that are open at rest, by 2 mm: what is between them follows lips, and not all that a face does.
     await page.getByRole('tab', { name: 'Meanings' }).click();
     await moveSlider(page, 'mouth vertical position', 0.01);
-    await page.getByRole('tab', { name: 'Colours' }).click();
+    await page.getByRole('tab', { name: 'Looks' }).click();
     await moveSlider(page, 'Lips, pale to red', 1);
     await moveSlider(page, 'Iris, blue to brown', 0);
     await moveSlider(page, 'Length, cropped to below the chin', 0.4);

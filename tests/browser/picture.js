@@ -32,7 +32,7 @@ const { page } = await open(browser, site, {
   colorScheme: 'light',
 });
 await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
-await page.getByRole('tab', { name: 'Colours' }).click();
+await page.getByRole('tab', { name: 'Looks' }).click();
 await moveSlider(page, 'Length, cropped to below the chin', 0.3);
 await moveSlider(page, 'Combed back, aside, forward', 0.3);
 await moveSlider(page, 'Stubble, none to dense', 0.2);
@@ -94,7 +94,7 @@ for (const [i, { seed, colours }] of PEOPLE.entries()) {
     location.hash = other.code;
     other.free();
   }, seed);
-  await small.page.getByRole('tab', { name: 'Colours' }).click();
+  await small.page.getByRole('tab', { name: 'Looks' }).click();
   for (const [name, value] of Object.entries(colours)) {
     const slider = small.page.locator(`#colour-${name}`);
     await slider.fill(String(value));

@@ -8,10 +8,33 @@ import { text } from './text.js';
 
 const GROUPS = /** @type {const} */ ([
   ['skin', ['skin', 'blood', 'lips', 'lines', 'freckles']],
-  ['hair', ['hair', 'red', 'grey', 'brows', 'beard', 'beardLength']],
+  ['hair', ['hair', 'red', 'grey', 'brows']],
   ['style', ['crop', 'length', 'comb', 'parting', 'curl']],
+  ['beard', ['beard', 'beardLength']],
   ['eyes', ['iris']],
 ]);
+
+/** Where to begin from: what a group's sliders have then. @type {Partial<Record<string, Record<string, import('./colouring.js').Colouring>>>} */
+const STARTS = {
+  style: {
+    bald: { crop: 0, length: 0 },
+    cropped: { crop: 0.9, length: 0 },
+    short: { crop: 0.9, length: 0.22, comb: 0.3, curl: 0.15 },
+    back: { crop: 0.9, length: 0.36, comb: 0, curl: 0.05 },
+    fringe: { crop: 0.9, length: 0.4, comb: 0.95, curl: 0.1 },
+    bob: { crop: 0.9, length: 0.66, comb: 0.5, parting: 0.35, curl: 0.05 },
+    long: { crop: 0.9, length: 0.95, comb: 0.45, parting: 0.5, curl: 0.1 },
+    wavy: { crop: 0.9, length: 0.85, comb: 0.45, parting: 0.4, curl: 0.5 },
+    coiled: { crop: 0.9, length: 0.45, comb: 0.4, curl: 1 },
+  },
+  beard: {
+    shaved: { beard: 0, beardLength: 0 },
+    stubble: { beard: 0.35, beardLength: 0 },
+    trimmed: { beard: 0.7, beardLength: 0.15 },
+    full: { beard: 0.8, beardLength: 0.4 },
+    flowing: { beard: 0.8, beardLength: 0.8 },
+  },
+};
 
 /** How many colours are shown along a track. */
 const STOPS = 11;
@@ -72,10 +95,26 @@ export function createColours(editor, paints) {
   const own = element('button', { type: 'button', class: 'button', onclick: () => editor.paint({}) }, icon('reset'), text.ownColours);
   const some = element('button', { type: 'button', class: 'button', onclick: () => editor.paint(someone(editor.face, Math.floor(2 ** 32 * Math.random()))) }, icon('dice'), text.someColours);
 
+  /** @type {{ button: HTMLElement, values: import('./colouring.js').Colouring }[]} */
+  const starts = [];
+  /** @param {keyof typeof text.colourGroups} group */
+  function startsOf(group) {
+    const buttons = Object.entries(STARTS[group] ?? {}).map(([name, values]) => {
+      const button = element('button', { type: 'button', class: 'button small', 'aria-pressed': 'false', onclick: () => editor.paint({ ...editor.colouring, ...values }) }, text.hairStarts[name]);
+      starts.push({ button, values });
+      return button;
+    });
+    if (buttons.length === 0) return [];
+    return [element('div', { class: 'row', role: 'group', 'aria-label': text.startFrom(text.colourGroups[group]) }, ...buttons)];
+  }
+
   function refresh() {
     if (!visible) return;
     const { colouring } = editor;
     const values = whole(colouring);
+    for (const start of starts) {
+      start.button.setAttribute('aria-pressed', String(Object.entries(start.values).every(([name, value]) => values[name] === value)));
+    }
     own.disabled = Object.keys(colouring).length === 0;
     for (const [name, slider] of sliders) {
       slider.show(values[name]);
@@ -102,6 +141,7 @@ export function createColours(editor, paints) {
             'section',
             { class: 'part', 'aria-label': text.colourGroups[group] },
             element('h3', {}, text.colourGroups[group]),
+            ...startsOf(group),
             ...names.flatMap((name) => sliders.get(name)?.root ?? []),
           ),
         ),

@@ -2,7 +2,7 @@ import {
   BufferAttribute, BufferGeometry, Color, DataTexture, DoubleSide, DynamicDrawUsage, FloatType, Mesh, MeshDepthMaterial, NearestFilter, RGBAFormat,
   ShaderMaterial, UniformsLib, UniformsUtils, Vector2, Vector3,
 } from 'three';
-import { BACKDROP_GLSL, backdropUniforms } from '../backdrop.js';
+import { backdropUniforms } from '../backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../environment.js';
 import { drawnByProcessor } from '../graphics.js';
 import { smoothstep } from '../groundwork/paint.js';
@@ -87,7 +87,6 @@ const VERTEX = /* glsl */ `
   }
 `;
 const FRAGMENT = /* glsl */ `
-  ${BACKDROP_GLSL}
   varying vec3 vColour;
   varying vec3 vShine;
   varying vec4 vHair;
@@ -99,9 +98,11 @@ const FRAGMENT = /* glsl */ `
     float end = 1.0 - 0.45 * own;
     float wide = mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), seen);
     if (abs(fract(across) - 0.5) * 2.0 > wide || (vHair.y > end && seen > 0.5) || vHair.y < 0.07 * fract(own * 7.3)) discard;
+    // Where the neck runs out, hairs end one by one: what is behind them may be the neck.
+    if (vHair.w < 0.1 + 0.9 * fract(own * 13.7 + vHair.z * 31.0)) discard;
     own = mix(0.5, own, max(0.5, seen));
     vec3 shown = vColour * (0.75 + 0.5 * own) + vShine * (0.5 + own);
-    gl_FragColor = vHair.w < 1.0 ? overBackdrop(shown, vHair.w) : vec4(shown, 1.0);
+    gl_FragColor = vec4(shown, 1.0);
   }
 `;
 
@@ -130,7 +131,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
   const material = new ShaderMaterial({
     uniforms: {
       ...UniformsUtils.clone(UniformsLib.lights),
-      ...backdropUniforms,
+      backdropSize: backdropUniforms.backdropSize,
       ...studioUniforms,
       ...shared,
       colour,
