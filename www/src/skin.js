@@ -271,8 +271,8 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     lineFrame: { value: new Vector4(0, 0, 1, 1) },
     aged: { value: new Vector2() },
     creased: { value: 0 },
-    foldsRight: { value: new Vector4() },
-    foldsLeft: { value: new Vector4() },
+    foldsRight: { value: new Vector4(0, 0, 0, 0) },
+    foldsLeft: { value: new Vector4(0, 0, 0, 0) },
     smooths: { value: new Vector2() },
     heatStrength: { value: 0 },
     /** A person's own colours, and how much of them shows. */
