@@ -29,7 +29,6 @@ export function beardGround(beard, landmarks) {
     bare: (x, y) => distanceTo(outline, x, y) < 1.5,
     seed: 71,
     strands: 1900,
-    locks: 300,
     apart: 5,
     long: beardLength,
     thick: (long) => Math.min(7, 0.16 * long),

@@ -27,7 +27,6 @@ export function scalpGround(scalp, landmarks, { middle }) {
     mask: scalp,
     seed: 67,
     strands: 3000,
-    locks: 420,
     apart: 8,
     long: hairLength,
     thick: (long) => Math.min(9, 0.11 * long),

@@ -12,6 +12,10 @@ export const POINTS = 16;
 const STEPS = 28;
 /** How far hair bends where it is pulled, mm. */
 const STIFFNESS = 16;
+/** Of a head, mm. */
+const RADIUS = 105;
+/** How often a root is looked for: a beard's ground is a tenth of the head, and most triangles are small. */
+const TRIES = 3000;
 
 /** How long hair is, from none (0) to its longest (1), and from straight to curly. @typedef {{ length: number, curl: number }} Curled */
 
@@ -23,8 +27,7 @@ const STIFFNESS = 16;
  * @property {(x: number, y: number) => boolean} [bare] where nothing grows all the same
  * @property {number} seed
  * @property {number} strands how many
- * @property {number} locks at most so many
- * @property {number} apart the least distance between the roots of two locks, mm
+ * @property {number} apart the distance between the roots of two locks, mm
  * @property {(style: S) => number} long how long hair is, mm
  * @property {(long: number) => number} thick how thick it lies, mm
  * @property {number} lift how far it stands up at its roots
@@ -52,62 +55,84 @@ const STIFFNESS = 16;
  * @returns {Hair<S> | null} null where nothing grows
  */
 export function growOn(rest, normals, triangles, { middle, over, look }, ground) {
-  const { mask, strands: STRANDS, locks: LOCKS } = ground;
-  // Roots: a place on a triangle of the ground.
-  const random = chance(ground.seed);
-  /** @type {number[]} */
-  const areas = [];
-  /** @type {number[]} */
-  const grown = [];
-  let whole = 0;
+  const { mask } = ground;
+  if (!mask.some((inside) => inside > 0.2)) return null;
+  // Roots: a place on a triangle of the ground. Each strand has chances of its own, and none goes by a sum over
+  // the head: where that is some thousandths of a millimetre different, hair is the same.
+  const areas = new Float64Array(triangles.length / 3);
+  let largest = 0;
   for (let t = 0; t < triangles.length; t += 3) {
-    if (Math.max(mask[triangles[t]], mask[triangles[t + 1]], mask[triangles[t + 2]]) < 0) continue;
     const [a, b, c] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
-    const [ux, uy, uz] = [0, 1, 2].map((k) => rest[b + k] - rest[a + k]);
-    const [vx, vy, vz] = [0, 1, 2].map((k) => rest[c + k] - rest[a + k]);
-    whole += 0.5 * norm(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
-    areas.push(whole);
-    grown.push(t);
+    const [ux, uy, uz] = [rest[b] - rest[a], rest[b + 1] - rest[a + 1], rest[b + 2] - rest[a + 2]];
+    const [vx, vy, vz] = [rest[c] - rest[a], rest[c + 1] - rest[a + 1], rest[c + 2] - rest[a + 2]];
+    areas[t / 3] = norm(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
+    largest = Math.max(largest, areas[t / 3]);
   }
-  if (whole === 0) return null;
-  function anywhere() {
-    for (;;) {
-      const aim = whole * random();
-      let [low, high] = [0, areas.length - 1];
-      while (low < high) {
-        const half = (low + high) >> 1;
-        if (areas[half] < aim) low = half + 1;
-        else high = half;
+  /** @param {() => number} random */
+  function anywhere(random) {
+    for (let tries = 0; tries < TRIES; tries++) {
+      const pick = Math.floor(areas.length * random());
+      if (areas[pick] < largest * random()) continue;
+      let u = random();
+      let v = random();
+      if (u + v > 1) {
+        u = 1 - u;
+        v = 1 - v;
       }
-      let [u, v] = [random(), random()];
-      if (u + v > 1) [u, v] = [1 - u, 1 - v];
-      const corners = [0, 1, 2].map((k) => triangles[grown[low] + k]);
+      const corners = [triangles[3 * pick], triangles[3 * pick + 1], triangles[3 * pick + 2]];
       const weights = [1 - u - v, u, v];
       const blend = (/** @type {Float32Array} */ values, /** @type {number} */ size, /** @type {number} */ k) =>
-        corners.reduce((sum, corner, i) => sum + weights[i] * values[size * corner + k], 0);
+        weights[0] * values[size * corners[0] + k] + weights[1] * values[size * corners[1] + k] + weights[2] * values[size * corners[2] + k];
       // No hairline is a line.
       if (blend(mask, 1, 0) < 0.3 * random() - 0.15) continue;
       const at = [0, 1, 2].map((k) => blend(rest, 3, k));
       if (ground.bare?.(at[0], at[1])) continue;
-      return {
-        corners,
-        weights,
-        at,
-        normal: [0, 1, 2].map((k) => blend(normals, 3, k)),
-      };
+      return { corners, weights, at, normal: [0, 1, 2].map((k) => blend(normals, 3, k)) };
     }
+    return null;
   }
-  /** @type {ReturnType<typeof anywhere>[]} */
+  const chances = (/** @type {number} */ n) => {
+    const random = chance(Math.imul(ground.seed, 0x9e3779b1) + Math.imul(n, 0x85ebca6b));
+    return { random, signed: () => random() + random() - 1 };
+  };
+  const roots = Array.from({ length: ground.strands }, (_, n) => {
+    const { random, signed } = chances(n);
+    const root = anywhere(random);
+    return root && { ...root, long: 0.9 + 0.1 * random(), stray: [signed(), signed(), signed()], turn: 0.9 * signed(), rise: random() };
+  }).filter((root) => root !== null);
+
+  // Locks: the strands nearest to directions that are spread evenly around the head (Fibonacci's spiral), not quite.
+  const apart = ground.apart / RADIUS;
+  const directions = Math.round((4 * Math.PI) / (0.87 * apart * apart));
+  /** @type {{ at: number[], corners: number[], weights: number[], normal: number[], layer: number, long: number, turn: number, hand: number, lean: number[] }[]} */
   const locks = [];
-  for (let tries = 0; tries < 40 * LOCKS && locks.length < LOCKS; tries++) {
-    const root = anywhere();
-    if (locks.every(({ at }) => norm(at[0] - root.at[0], at[1] - root.at[1], at[2] - root.at[2]) > ground.apart)) locks.push(root);
+  const towards = Float32Array.from(roots.flatMap(({ at }) => {
+    const way = [at[0] - middle[0], at[1] - middle[1], at[2] - middle[2]];
+    const far = norm(way[0], way[1], way[2]);
+    return way.map((x) => x / far);
+  }));
+  for (let n = 0; n < directions; n++) {
+    const { random, signed } = chances(-1 - n);
+    const height = 1 - (2 * n + 1) / directions + 0.5 * apart * signed() * apart;
+    const turn = n * 2.399963229728653 + 0.4 * apart * signed();
+    const flat = Math.sqrt(Math.max(0, 1 - height * height));
+    const [x, y, z] = [flat * Math.cos(turn), height, flat * Math.sin(turn)];
+    let best = -1;
+    let least = Math.cos(0.6 * apart);
+    for (let i = 0; i < roots.length; i++) {
+      const cosine = towards[3 * i] * x + towards[3 * i + 1] * y + towards[3 * i + 2] * z;
+      if (cosine > least) {
+        least = cosine;
+        best = i;
+      }
+    }
+    if (best < 0) continue;
+    const { at, corners, weights, normal } = roots[best];
+    locks.push({ at, corners, weights, normal, layer: random(), long: 0.86 + 0.14 * random(), turn: 2 * Math.PI * random(), hand: random() < 0.5 ? -1 : 1, lean: [signed(), signed(), signed()] });
   }
+  if (locks.length === 0) return null;
   const places = Float32Array.from(locks.flatMap(({ at }) => at));
-  const signed = () => random() + random() - 1;
-  const ofLock = locks.map(() => ({ layer: random(), long: 0.86 + 0.14 * random(), turn: 2 * Math.PI * random(), hand: random() < 0.5 ? -1 : 1, lean: [signed(), signed(), signed()] }));
-  const strands = Array.from({ length: STRANDS }, () => {
-    const root = anywhere();
+  const strands = roots.map((root) => {
     let lock = 0;
     let nearest = Infinity;
     const [x, y, z] = root.at;
@@ -118,7 +143,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
         lock = i;
       }
     }
-    return { ...root, lock, long: 0.9 + 0.1 * random(), stray: [signed(), signed(), signed()], turn: 0.9 * signed(), rise: random() };
+    return { ...root, lock };
   });
 
   const { field, share, early, cut: isCut, inward } = ground.comb(strands.map(({ at }) => at));
@@ -138,11 +163,11 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
   /** How thick hair lies on the head, mm: curls stand off. @param {S} style @param {number} long mm */
   const volumeOf = ({ curl }, long) => ground.thick(long) + 14 * curl * Math.min(1, long / 90);
 
-  const paths = new Float32Array(3 * (STEPS + 1) * LOCKS);
+  const paths = new Float32Array(3 * (STEPS + 1) * locks.length);
   /** How far along its path each lock is cut, 0 to 1. */
-  const cut = new Float32Array(LOCKS);
+  const cut = new Float32Array(locks.length);
   /** How long each lock is, mm. */
-  const reachOf = new Float32Array(LOCKS);
+  const reachOf = new Float32Array(locks.length);
 
   /** @param {S} style @param {number} long mm */
   function growLocks(style, long) {
@@ -152,7 +177,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
     // Tight curls carry themselves.
     const heavy = 1 - 0.85 * curl * curl;
     locks.forEach((lock, n) => {
-      const own = ofLock[n];
+      const own = lock;
       reachOf[n] = long * own.long * share(lock.at[0], lock.at[1], lock.at[2], long);
       const step = reachOf[n] / STEPS;
       const bent = 1 - Math.exp(-step / STIFFNESS);
@@ -220,7 +245,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
     const long = ground.long(style) * (1 - 0.5 * style.curl ** 2);
     growLocks(style, long);
     const { curl } = style;
-    const points = new Float32Array(3 * POINTS * STRANDS);
+    const points = new Float32Array(3 * POINTS * strands.length);
     const outward = new Float32Array(points.length);
     const open = new Float32Array(points.length / 3);
     const deep = 3 + 0.6 * volumeOf(style, long);
@@ -231,7 +256,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
     const swing = curl * Math.min(7, 0.04 * wave + 0.022 * long) * Math.min(1, long / 30);
     const p = [0, 0, 0];
     strands.forEach((strand, n) => {
-      const own = ofLock[strand.lock];
+      const own = locks[strand.lock];
       const root = locks[strand.lock].at;
       const from = 3 * (STEPS + 1) * strand.lock;
       const end = Math.min(strand.long, cut[strand.lock] + 0.02 * strand.stray[0]);
@@ -271,7 +296,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
     return { points, outward, open };
   }
   return {
-    strands: STRANDS,
+    strands: strands.length,
     locks: locks.length,
     lockOf: Uint16Array.from(strands, ({ lock }) => lock),
     /** How far each lock's root has moved from where it is at rest. @param {ArrayLike<number>} positions @param {Float32Array} into 4 a lock */
