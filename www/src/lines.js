@@ -1,5 +1,5 @@
 import { chance } from './chance.js';
-import { points, smoothstep } from './groundwork/paint.js';
+import { between, points, smoothstep } from './groundwork/paint.js';
 
 // The lines that faces get with the years and for a moment with expressions, and freckles: a relief over the front of the
 // face at rest, from landmarks.
@@ -14,15 +14,12 @@ const STEEP = 127;
  * @typedef {{ through: number[][], half: number, deep: number, blunt?: boolean }} Line
  */
 
-/** Points on a smooth way (Catmull-Rom) through some. @param {number[][]} through @param {number} steps between two */
+/** Points on a smooth way through some. @param {number[][]} through @param {number} steps between two */
 function smoothWay(through, steps = 5) {
   const way = [];
   for (let i = 0; i + 1 < through.length; i++) {
     const [a, b, c, d] = [-1, 0, 1, 2].map((k) => through[Math.min(through.length - 1, Math.max(0, i + k))]);
-    for (let s = 0; s < steps; s++) {
-      const t = s / steps;
-      way.push([0, 1].map((k) => 0.5 * (2 * b[k] + (c[k] - a[k]) * t + (2 * a[k] - 5 * b[k] + 4 * c[k] - d[k]) * t * t + (3 * b[k] - a[k] - 3 * c[k] + d[k]) * t ** 3)));
-    }
+    for (let s = 0; s < steps; s++) way.push(between(a, b, c, d, s / steps));
   }
   way.push(through[through.length - 1]);
   return way;
@@ -53,9 +50,9 @@ function linesOf(at) {
     });
     lines.push({ through, half: 0.85, deep: 0.32 + some(0.07) });
   }
-  for (const [side, eye, brow, wing, corner, lid] of /** @type {const} */ ([
-    [-1, 36, 21, 31, 48, [36, 41, 40, 39]],
-    [1, 45, 22, 35, 54, [45, 46, 47, 42]],
+  for (const [side, eye, brow, wing, lid, upper, lower] of /** @type {const} */ ([
+    [-1, 36, 21, 31, [36, 41, 40, 39], [48, 49, 50, 51], [48, 59, 58, 57]],
+    [1, 45, 22, 35, [45, 46, 47, 42], [54, 53, 52, 51], [54, 55, 56, 57]],
   ])) {
     // Between the brows.
     const inner = p(brow);
@@ -86,7 +83,7 @@ function linesOf(at) {
       });
     }
     // From the wing of the nose around the mouth, and from its corner down.
-    const [nose, mouth] = [p(wing), p(corner)];
+    const [nose, mouth] = [p(wing), p(upper[0])];
     const chin = p(8);
     lines.push({
       through: [
@@ -109,8 +106,8 @@ function linesOf(at) {
       deep: 0.36,
     });
     // Up and down from the lips.
-    for (const [edge, way, many] of /** @type {const} */ ([[[48, 49, 50, 51], 1, 4], [[48, 59, 58, 57], -1, 3]])) {
-      const border = smoothWay(edge.map((i) => p(i + (side > 0 ? (i === 48 ? 6 : i > 54 ? 2 * (57 - i) : 2 * (51 - i)) : 0))));
+    for (const [edge, way, many] of /** @type {const} */ ([[upper, 1, 4], [lower, -1, 3]])) {
+      const border = smoothWay(edge.map(p));
       for (let n = 0; n < many; n++) {
         const [x, y] = border[Math.round(((n + 0.9 + some(0.25)) / (many + 0.6)) * (border.length - 1))];
         lines.push({
@@ -165,11 +162,11 @@ export function foldingOf(rest, at) {
   const folding = new Float32Array((4 * rest.length) / 3);
   if (![8, 19, 31, 36, 39, 48].every(p)) return folding;
   const [brow, eye, wing, corner, inner] = [p(19)[1], (p(36)[1] + p(39)[1]) / 2, p(31)[1], p(48)[1], Math.abs(p(39)[0])];
-  const between = (/** @type {number} */ x, /** @type {number} */ low, /** @type {number} */ high, /** @type {number} */ soft) => smoothstep(low - soft, low + soft, x) * (1 - smoothstep(high - soft, high + soft, x));
+  const within = (/** @type {number} */ x, /** @type {number} */ low, /** @type {number} */ high, /** @type {number} */ soft) => smoothstep(low - soft, low + soft, x) * (1 - smoothstep(high - soft, high + soft, x));
   for (let v = 0; v < rest.length / 3; v++) {
     const [x, y] = [Math.abs(rest[3 * v]), rest[3 * v + 1]];
-    const frown = (1 - smoothstep(9, 17, x)) * between(y, brow - 10, brow + 13, 4);
-    folding.set([smoothstep(brow + 3, brow + 11, y) * (1 - frown), frown, smoothstep(inner - 6, inner, x) * between(y, eye - 26, eye + 11, 5), (1 - smoothstep(wing + 7, wing + 13, y)) * smoothstep(corner - 3, corner + 4, y) - (1 - smoothstep(corner - 6, corner, y))], 4 * v);
+    const frown = (1 - smoothstep(9, 17, x)) * within(y, brow - 10, brow + 13, 4);
+    folding.set([smoothstep(brow + 3, brow + 11, y) * (1 - frown), frown, smoothstep(inner - 6, inner, x) * within(y, eye - 26, eye + 11, 5), (1 - smoothstep(wing + 7, wing + 13, y)) * smoothstep(corner - 3, corner + 4, y) - (1 - smoothstep(corner - 6, corner, y))], 4 * v);
   }
   return folding;
 }

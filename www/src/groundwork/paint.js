@@ -27,7 +27,18 @@ export function smoothstep(low, high, x) {
 }
 
 /**
- * A closed curve through points (Catmull-Rom), as a polygon.
+ * A point on a smooth way from `b` to `c` (Catmull-Rom), which comes from `a` and goes on to `d`.
+ * @param {readonly number[]} a @param {readonly number[]} b @param {readonly number[]} c @param {readonly number[]} d
+ * @param {number} t 0 to 1
+ */
+export function between([ax, ay], [bx, by], [cx, cy], [dx, dy], t) {
+  const mix = (/** @type {number} */ p, /** @type {number} */ q, /** @type {number} */ r, /** @type {number} */ s) =>
+    0.5 * (2 * q + (r - p) * t + (2 * p - 5 * q + 4 * r - s) * t * t + (3 * q - p - 3 * r + s) * t ** 3);
+  return [mix(ax, bx, cx, dx), mix(ay, by, cy, dy)];
+}
+
+/**
+ * A closed curve through points, as a polygon.
  * @param {[number, number, number][]} through
  */
 function closedCurve(through) {
@@ -35,16 +46,7 @@ function closedCurve(through) {
   const n = through.length;
   for (let i = 0; i < n; i++) {
     const [a, b, c, d] = [-1, 0, 1, 2].map((k) => through[(i + k + n) % n]);
-    for (let s = 0; s < 6; s++) {
-      const t = s / 6;
-      const mix = (/** @type {number} */ k) =>
-        0.5 *
-        (2 * b[k] +
-          (c[k] - a[k]) * t +
-          (2 * a[k] - 5 * b[k] + 4 * c[k] - d[k]) * t * t +
-          (3 * b[k] - a[k] - 3 * c[k] + d[k]) * t ** 3);
-      polygon.push([mix(0), mix(1)]);
-    }
+    for (let s = 0; s < 6; s++) polygon.push(between(a, b, c, d, s / 6));
   }
   return polygon;
 }

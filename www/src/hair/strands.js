@@ -113,7 +113,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
   }));
   for (let n = 0; n < directions; n++) {
     const { random, signed } = chances(-1 - n);
-    const height = 1 - (2 * n + 1) / directions + 0.5 * apart * signed() * apart;
+    const height = 1 - (2 * n + 1) / directions + 0.5 * apart * apart * signed();
     const turn = n * 2.399963229728653 + 0.4 * apart * signed();
     const flat = Math.sqrt(Math.max(0, 1 - height * height));
     const [x, y, z] = [flat * Math.cos(turn), height, flat * Math.sin(turn)];
