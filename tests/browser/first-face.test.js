@@ -194,7 +194,8 @@ describe('the first face', () => {
     await ready();
     const median = await look(page.locator('canvas.view'), 'first-median');
     await page.getByRole('button', { name: 'Random face', exact: true }).click();
-    const { hash } = new URL(page.url());
+    // Its shape alone: the two heads are a thousandth of a millimetre apart, and then a few hairs in thousands grow elsewhere.
+    const [hash] = new URL(page.url()).hash.split('~');
     const code = await page.evaluate(() => window.designer.face.code);
     await page.evaluate(() => localStorage.clear());
 
@@ -211,10 +212,7 @@ describe('the first face', () => {
     await ready();
     await settled(page);
     const early = await look(page.locator('canvas.view'), 'first-link');
-    // The two heads are the same to some thousandths of a millimetre, and the hair that grows on them to hundredths:
-    // some edges of strands fall on the other side of a pixel's middle.
-    const apart = differing(early, late, [0.2, 0.2, 0.8, 0.8]);
-    assert.ok(apart < 60, `the same face either way but for ${apart} pixels`);
+    assert.ok(differing(early, late, [0.2, 0.2, 0.8, 0.8]) < 20, 'the same face either way');
     assert.ok(differing(early, median, [0.2, 0.2, 0.8, 0.8]) > 2000, 'and not the median');
     await context.close();
   });

@@ -6,6 +6,7 @@ import { backdropUniforms, paintBackdrop } from '../src/backdrop.js';
 import { COLOURS, readColouring } from '../src/colouring.js';
 import { element } from '../src/element.js';
 import { measureTurns } from '../src/eyeturns.js';
+import { growHair } from '../src/hair/onhead.js';
 import { portrait } from '../src/portrait.js';
 import { measureShifts } from '../src/shifts.js';
 import { ordinal, text } from '../src/text.js';
@@ -285,6 +286,7 @@ export class PhizDesigner extends HTMLElement {
       const laid = await work;
       if (start !== this.#start) return null;
       const head = view.complete(laid);
+      head.adorn(growHair);
       this.dataset.face = 'complete';
       return { head, scene };
     };

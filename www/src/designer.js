@@ -14,6 +14,7 @@ import { measureTurns } from './eyeturns.js';
 import { createExplanation } from './explain.js';
 import { createFeatures, featuresOf } from './features.js';
 import { createGlow } from './glow.js';
+import { growHair } from './hair/onhead.js';
 import { createLibrary } from './library.js';
 import { createLimits } from './limits.js';
 import { createExpressionFile } from './loading.js';
@@ -211,6 +212,7 @@ export async function createDesigner(model, stage, chosen) {
     // Hair casts shadows.
     scene.shapeChanged();
   });
+  head.adorn(growHair);
   head.paint(colours);
   editor.onRefusal((why) => toast.say(text.refused(why)));
   canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));

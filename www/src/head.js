@@ -1,7 +1,7 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { paintBrows } from './brows.js';
 import { createEyes, fitSphere } from './eyes.js';
-import { createHair } from './hair/onhead.js';
+import { growth } from './hair/growth.js';
 import { createLashes } from './lashes.js';
 import { foldingOf } from './lines.js';
 import { smoothed } from './groundwork/occlusion.js';
@@ -187,8 +187,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     model.parts
       .filter((part) => name.test(part.name))
       .flatMap(({ first, count }) => [...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => corners[corner]))]);
-  const hair = createHair({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, verticesOf(/cavit/));
-  const { grows } = hair;
+  const grows = growth(rest, at, verticesOf(/cavit/), skinTriangles);
   geometry.setAttribute('growth', new BufferAttribute(Float32Array.from({ length: 2 * cornerCount }, (_, i) => (i % 2 ? grows.beard : grows.scalp)[corners[i >> 1]]), 2));
   const folding = foldingOf(rest, at);
   geometry.setAttribute('folding', new BufferAttribute(Int8Array.from({ length: 4 * cornerCount }, (_, i) => 127 * folding[4 * corners[i >> 2] + (i & 3)]), 4, true));
@@ -215,7 +214,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     depth: nose[2] - 82,
     landmarks: at,
   });
-  const tresses = hair.tresses(skin.uniforms, fade);
+  /** @type {ReturnType<typeof import('./hair/onhead.js').growHair>} */
+  let tresses = [];
   const mesh = new Mesh(geometry, skin.material);
   mesh.castShadow = true;
   mesh.receiveShadow = true;
@@ -240,7 +240,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   lashes.update(rest, eyes.centres);
 
   const group = new Group();
-  group.add(mesh, ...tresses.map((one) => one.mesh), ...eyes.meshes, lashes.mesh, ...(teeth?.meshes ?? []));
+  group.add(mesh, ...eyes.meshes, lashes.mesh, ...(teeth?.meshes ?? []));
 
   /** @type {number[]} */
   const duplicates = [];
@@ -355,6 +355,19 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   paint(colouring);
 
   /**
+   * Lets longer hair grow, which the head that shows first does without.
+   * @param {typeof import('./hair/onhead.js').growHair} grow
+   */
+  function adorn(grow) {
+    tresses = grow({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, grows, skin.uniforms, fade);
+    for (const one of tresses) {
+      group.add(one.mesh);
+      one.update(present);
+      one.paint(pigments(tone, colouring));
+    }
+  }
+
+  /**
    * Tells features apart, which takes a model that has them: the head may be drawn from one that is
    * a face and no more.
    * @param {import('phiz').FaceModel} whole of the same mesh
@@ -382,7 +395,11 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
       centres.forEach((centre, i) => fitSphere(positions, eyeVertices[i], centre));
       return { ...lashes.bodies(positions, centres), colour: lashes.colour };
     },
-    tresses,
+    /** Longer hair and a beard. */
+    get tresses() {
+      return tresses;
+    },
+    adorn,
     teeth,
     update,
     highlight,

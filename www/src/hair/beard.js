@@ -29,7 +29,7 @@ export function beardGround(beard, landmarks) {
     bare: (x, y) => distanceTo(outline, x, y) < 1.5,
     seed: 71,
     strands: 1900,
-    apart: 5,
+    apart: 7,
     long: beardLength,
     thick: (long) => Math.min(7, 0.16 * long),
     lift: 0.5,

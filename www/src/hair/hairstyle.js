@@ -27,7 +27,7 @@ export function scalpGround(scalp, landmarks, { middle }) {
     mask: scalp,
     seed: 67,
     strands: 3000,
-    apart: 8,
+    apart: 12,
     long: hairLength,
     thick: (long) => Math.min(9, 0.11 * long),
     lift: 0.55,

@@ -1,19 +1,19 @@
 import { beardGround, beardLength } from './beard.js';
-import { growth } from './growth.js';
 import { hairLength, scalpGround } from './hairstyle.js';
 import { createHull } from './hull.js';
 import { growOn } from './strands.js';
 import { createTresses } from './tresses.js';
 
 /**
- * What grows on a head: where, for the skin to paint it, and longer hair and a longer beard.
+ * Longer hair and a longer beard on a head.
  *
  * @param {{ positions: Float32Array, normals: Float32Array, triangles: Uint32Array, landmarks: import('../groundwork/paint.js').Points }} rest
  *   the skin's vertices, mm
- * @param {Iterable<number>} hollow vertices in the mouth and behind the lids
+ * @param {ReturnType<typeof import('./growth.js').growth>} grows where
+ * @param {Parameters<typeof createTresses>[1]} uniforms of the skin
+ * @param {readonly [number, number]} fade heights between which the neck runs out, mm
  */
-export function createHair({ positions, normals, triangles, landmarks }, hollow) {
-  const grows = growth(positions, landmarks, hollow, triangles);
+export function growHair({ positions, normals, triangles, landmarks }, grows, uniforms, fade) {
   /** @type {import('./hull.js').Hull | null | undefined} */
   let hull;
   /**
@@ -25,24 +25,17 @@ export function createHair({ positions, normals, triangles, landmarks }, hollow)
     const from = hull && ground(hull);
     return hull && from ? growOn(positions, normals, triangles, hull, from) : null;
   }
-  return {
-    grows,
-    /**
-     * @param {Parameters<typeof createTresses>[1]} uniforms of the skin
-     * @param {readonly [number, number]} fade heights between which the neck runs out, mm
-     */
-    tresses: (uniforms, fade) => [
-      createTresses(
-        { name: 'hair', rest: positions, grow: () => on((hull) => scalpGround(grows.scalp, landmarks, hull)), style: (paints) => paints.style, long: hairLength, half: 1.35, stride: 2 },
-        uniforms,
-        // Before the neck does, which would cover it.
-        fade.map((y) => y + 18),
-      ),
-      createTresses(
-        { name: 'beard', rest: positions, grow: () => on(() => beardGround(grows.beard, landmarks)), style: (paints) => paints.whiskers, long: beardLength, half: 0.95, stride: 4 },
-        uniforms,
-        fade.map((y) => y - 40),
-      ),
-    ],
-  };
+  return [
+    createTresses(
+      { name: 'hair', rest: positions, grow: () => on((hull) => scalpGround(grows.scalp, landmarks, hull)), style: (paints) => paints.style, long: hairLength, half: 1.35, stride: 2 },
+      uniforms,
+      // Before the neck does, which would cover it.
+      fade.map((y) => y + 18),
+    ),
+    createTresses(
+      { name: 'beard', rest: positions, grow: () => on(() => beardGround(grows.beard, landmarks)), style: (paints) => paints.whiskers, long: beardLength, half: 0.95, stride: 4 },
+      uniforms,
+      fade.map((y) => y - 40),
+    ),
+  ];
 }
