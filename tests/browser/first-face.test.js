@@ -144,8 +144,9 @@ describe('the first face', () => {
     ['desktop', { width: 1000, height: 640 }],
     ['phone', { width: 320, height: 640 }],
   ])) {
-    test(`the page shows it after half a megabyte on a ${device}, and the sliders come without a jump`, async () => {
+    test(`the page shows it after half a megabyte on a ${device}, and the sliders come without a jump`, async (t) => {
       const host = await countingHost();
+      t.after(() => host.close());
       const context = await browser.newContext({ viewport, reducedMotion: 'reduce', serviceWorkers: 'block' });
       const page = await context.newPage();
       await page.addInitScript(watch);
@@ -180,7 +181,6 @@ describe('the first face', () => {
       assert.ok(differing(first, same, [...face]) < 20, `${differing(first, same, [...face])} pixels`);
       assert.ok(host.total < MOST_IN_ALL, `${host.total} bytes in all`);
       await context.close();
-      await host.close();
     });
   }
 

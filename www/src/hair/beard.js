@@ -45,7 +45,7 @@ export function beardGround(beard, landmarks) {
       // Longest on the chin, shorter on the cheeks, and above the lip no longer than to the corners of the mouth.
       share(x, y, z) {
         const over = smoothstep(parting - 2, parting + 3, y) * (1 - smoothstep(half + 6, half + 16, Math.abs(x)));
-        const back = smoothstep(0.35 * (right[2] + ear[2]) + 0.3 * right[2], ear[2], z);
+        const back = smoothstep(0.65 * right[2] + 0.35 * ear[2], ear[2], z);
         return Math.max(0.2, 1 - 0.6 * over - 0.6 * back);
       },
       early: () => 0,

@@ -104,7 +104,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
   // Locks: the strands nearest to directions that are spread evenly around the head (Fibonacci's spiral), not quite.
   const apart = ground.apart / RADIUS;
   const directions = Math.round((4 * Math.PI) / (0.87 * apart * apart));
-  /** @type {{ at: number[], corners: number[], weights: number[], normal: number[], layer: number, long: number, turn: number, hand: number, lean: number[] }[]} */
+  /** @type {(Pick<NonNullable<ReturnType<typeof anywhere>>, 'at' | 'corners' | 'weights' | 'normal'> & { layer: number, long: number, turn: number, hand: number, lean: number[] })[]} */
   const locks = [];
   const towards = Float32Array.from(roots.flatMap(({ at }) => {
     const way = [at[0] - middle[0], at[1] - middle[1], at[2] - middle[2]];
@@ -132,6 +132,8 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
   }
   if (locks.length === 0) return null;
   const places = Float32Array.from(locks.flatMap(({ at }) => at));
+  const cornersOf = Uint32Array.from(locks.flatMap(({ corners }) => corners));
+  const weightsOf = Float32Array.from(locks.flatMap(({ weights }) => weights));
   const strands = roots.map((root) => {
     let lock = 0;
     let nearest = Infinity;
@@ -177,17 +179,16 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
     // Tight curls carry themselves.
     const heavy = 1 - 0.85 * curl * curl;
     locks.forEach((lock, n) => {
-      const own = lock;
-      reachOf[n] = long * own.long * share(lock.at[0], lock.at[1], lock.at[2], long);
+      reachOf[n] = long * lock.long * share(lock.at[0], lock.at[1], lock.at[2], long);
       const step = reachOf[n] / STEPS;
       const bent = 1 - Math.exp(-step / STIFFNESS);
       let [x, y, z] = lock.at;
       look(x, y, z);
       combed(x, y, z, style);
       const lift = ground.lift + 0.8 * curl * curl;
-      let dx = way[0] + lift * lock.normal[0] + 0.12 * own.lean[0];
-      let dy = way[1] + lift * lock.normal[1] + 0.12 * own.lean[1];
-      let dz = way[2] + lift * lock.normal[2] + 0.12 * own.lean[2];
+      let dx = way[0] + lift * lock.normal[0] + 0.12 * lock.lean[0];
+      let dy = way[1] + lift * lock.normal[1] + 0.12 * lock.lean[1];
+      let dz = way[2] + lift * lock.normal[2] + 0.12 * lock.lean[2];
       const before = early(x, y, z, style) * (1 - curl * curl);
       x -= before * way[0];
       y -= before * way[1];
@@ -204,7 +205,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
         z += (step * dz) / length;
         const along = s * step;
         look(x, y, z);
-        const clear = Math.min(0.5 * along, 1.2 + own.layer * volume) * free;
+        const clear = Math.min(0.5 * along, 1.2 + lock.layer * volume) * free;
         if (over.height < clear) {
           const pushed = (over.radius + clear) / (over.radius + over.height);
           x = middle[0] + (x - middle[0]) * pushed;
@@ -231,7 +232,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
         paths[o + 3 * s] = x;
         paths[o + 3 * s + 1] = y;
         paths[o + 3 * s + 2] = z;
-        if (cut[n] === 1 && isCut(x, y, z, own.lean[0])) cut[n] = (s - 0.5) / STEPS;
+        if (cut[n] === 1 && isCut(x, y, z, lock.lean[0])) cut[n] = (s - 0.5) / STEPS;
       }
     });
   }
@@ -301,11 +302,13 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
     lockOf: Uint16Array.from(strands, ({ lock }) => lock),
     /** How far each lock's root has moved from where it is at rest. @param {ArrayLike<number>} positions @param {Float32Array} into 4 a lock */
     shifts(positions, into) {
-      locks.forEach(({ corners, weights, at }, n) => {
+      for (let n = 0; n < locks.length; n++) {
         for (let k = 0; k < 3; k++) {
-          into[4 * n + k] = corners.reduce((sum, corner, i) => sum + weights[i] * positions[3 * corner + k], 0) - at[k];
+          let sum = -places[3 * n + k];
+          for (let i = 3 * n; i < 3 * n + 3; i++) sum += weightsOf[i] * positions[3 * cornersOf[i] + k];
+          into[4 * n + k] = sum;
         }
-      });
+      }
     },
     grow,
   };
