@@ -321,3 +321,75 @@ fn one_scan_gets_its_texture_and_its_picture() {
     let wrong = one(&coloured, &["--textures".as_ref()]);
     assert_eq!(wrong.status.code(), Some(2));
 }
+
+#[test]
+fn an_expression_is_taken_off_where_that_is_asked_for() {
+    let Some(template) = heads::template() else {
+        return;
+    };
+    let root = tempfile::tempdir().expect("a folder");
+    let scans = root.path().join("scans");
+    fs::create_dir(&scans).expect("makes");
+    // The rest pose with a broad smile.
+    let smile = |e: &&phiz::fit::expression::Expression| e.name.starts_with("mouthSmile");
+    let mut head = template.positions.clone();
+    for expression in template.expressions.iter().filter(smile) {
+        let moves = head.iter_mut().zip(&expression.displacements);
+        moves.for_each(|(p, d)| *p += *d * 0.8);
+    }
+    let scan = heads::skin(template, &head);
+    write_mesh(&scans.join("a.ply"), &scan.positions, &scan.triangles).expect("writes");
+    let points = heads::points(template, &head);
+    landmarks::write(&scans.join("a.json"), &points, 1.0, template).expect("writes");
+
+    let file = template_file(root.path(), template);
+    let farthest = |face: &Path| {
+        let face = read_positions(face).expect("a face");
+        let apart = face.iter().zip(&template.positions);
+        apart.map(|(p, rest)| p.distance(*rest)).fold(0.0, f64::max)
+    };
+    let run = |options: &[&str], output: &Path| {
+        let paths = ["--scans".as_ref(), &*scans, "-o".as_ref(), output];
+        let options = options.iter().map(Path::new);
+        let all: Vec<&Path> = paths.into_iter().chain(options).collect();
+        register(&file, &all)
+    };
+    let (shown, neutral) = (root.path().join("shown"), root.path().join("neutral"));
+    for (options, output) in [(&[][..], &shown), (&["--neutral"][..], &neutral)] {
+        let done = run(options, output);
+        assert_eq!(done.status.code(), Some(0), "{}", said(&done.stderr));
+    }
+    let (kept, off) = (
+        farthest(&shown.join("a.ply")),
+        farthest(&neutral.join("a.ply")),
+    );
+    println!("{kept:.2} mm from the face at rest, {off:.2} mm without the expression");
+    assert!(kept > 5.0 && off < 0.5 * kept, "{kept} {off}");
+    // The landmarks beside a face are that face's.
+    let corner = |folder: &Path| {
+        let read = batch::read_registered(folder, template).expect("reads");
+        let name = |p: &&(usize, glam::DVec3)| template.landmarks[p.0].name == "ibug_48";
+        read[0].points.iter().find(name).expect("is there").1
+    };
+    let at = template.landmarks.iter().position(|l| l.name == "ibug_48");
+    let rest = template.landmark(at.expect("is there"), &template.positions);
+    assert!(corner(&neutral).distance(rest) < 0.5 * corner(&shown).distance(rest));
+
+    // One that knows no expressions takes none off, and one alone says so.
+    let without = Template {
+        expressions: Vec::new(),
+        ..template.clone()
+    };
+    let folder = root.path().join("without");
+    fs::create_dir(&folder).expect("makes");
+    let file = template_file(&folder, &without);
+    let (scan, face) = (scans.join("a.ply"), root.path().join("face.ply"));
+    let options = ["--scan".as_ref(), &*scan, "-o".as_ref(), &face];
+    let refused = register(&file, &[&options[..], &["--neutral".as_ref()]].concat());
+    assert_eq!(refused.status.code(), Some(1));
+    let err = said(&refused.stderr);
+    assert!(
+        err.contains("knows no expressions") && !face.exists(),
+        "{err}"
+    );
+}

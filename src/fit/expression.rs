@@ -204,6 +204,34 @@ pub fn bake(
         .collect()
 }
 
+/// What can be told of a face on a scan: all of [`ARKIT`] but where the eyes look, what shuts lips over
+/// an open jaw, and what might as well be the shape of a face, on a template's own rest pose.
+///
+/// # Errors
+/// When the base mesh cannot be read, or has another topology.
+pub fn visible(template: &Template, data_dir: &Path) -> FitResult<Vec<Expression>> {
+    let shape = ["mouthClose", "cheekPuff", "jawForward"];
+    let seen = |name: &&str| !name.starts_with("eyeLook") && !shape.contains(name);
+    let files: Vec<[&str; 1]> = ARKIT.into_iter().filter(seen).map(|name| [name]).collect();
+    let named: Vec<(&str, &[&str])> = (files.iter())
+        .map(|file| (file[0], file.as_slice()))
+        .collect();
+    let expressions = Expressions::read(&named, template, data_dir)?;
+    let performer = Performer::new(template, &expressions)?;
+    let rest = &template.positions;
+    Ok(expressions
+        .list
+        .par_iter()
+        .map(|expression| {
+            let moved = performer.on(rest, expression);
+            Expression {
+                name: expression.name.clone(),
+                displacements: moved.iter().zip(rest).map(|(m, r)| *m - *r).collect(),
+            }
+        })
+        .collect())
+}
+
 /// The place of the mirror image of one of [`ARKIT`].
 fn image_of(i: usize) -> usize {
     let name = ARKIT[i];
@@ -217,11 +245,11 @@ fn image_of(i: usize) -> usize {
 }
 
 /// An expression as the displacement of each of the template's vertices.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
     /// Its name: ARKit's, or of a pair ARKit's without the side.
     pub name: String,
-    /// Displacements of the vertices of [`Expressions::rest`], mm.
+    /// Displacements at full strength of the vertices of some head, mm.
     pub displacements: Vec<DVec3>,
 }
 
@@ -231,7 +259,7 @@ pub struct Expressions {
     /// The base mesh as it is in its file, in the template's topology, mm: its lids are as far
     /// open as its eyeBlink closes them. The template's own rest pose is another head.
     pub rest: Vec<DVec3>,
-    /// The expressions.
+    /// The expressions, on that head.
     pub list: Vec<Expression>,
 }
 

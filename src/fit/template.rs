@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::expression::Expression;
 use super::prior::ShapePrior;
 use super::{FitError, FitResult};
 use crate::Error;
@@ -51,6 +52,8 @@ pub struct Template {
     pub stencils: Stencils,
     /// How faces vary around the rest pose, once that has been learned.
     pub prior: Option<ShapePrior>,
+    /// What the rest pose can show: displacements of all vertices at full strength.
+    pub expressions: Vec<Expression>,
 }
 
 impl Template {
@@ -112,7 +115,9 @@ record! {
 ///
 /// Those of [`crate::model`] from `uvs` to `colours`, and: `positions` f64 3 N, rest pose in mm;
 /// `stencil_starts` index N + 1; `stencil_bases` index and `stencil_weights` f64, both E, the
-/// entries of the subdivision's rows; `prior` f32 3 N a mode in mm, where there is one.
+/// entries of the subdivision's rows; `prior` f32 3 N a mode in mm, where there is one;
+/// `expressions` the names of E expressions and `expression_moves` f32 3 N for each in mm, both absent
+/// without any.
 impl Template {
     /// The bytes of the template's blob.
     ///
@@ -130,17 +135,21 @@ impl Template {
             prior_modes: self.prior.as_ref().map_or(0, |p| p.modes.len() as u32),
         };
         let mut blob = BlobWriter::new(Kind::Template, &header);
-        let flat: Vec<f64> = self.positions.iter().flat_map(|p| p.to_array()).collect();
-        blob.section("positions", &flat);
+        let positions: Vec<f64> = self.positions.iter().flat_map(|p| p.to_array()).collect();
+        blob.section("positions", &positions);
         self.topology.write(&mut blob, &self.topology.walk());
         blob.indices("stencil_starts", &self.stencils.starts);
         let (bases, weights): (Vec<u32>, Vec<f64>) = self.stencils.entries.iter().copied().unzip();
         blob.indices("stencil_bases", &bases);
         blob.section("stencil_weights", &weights);
         if let Some(prior) = &self.prior {
-            let modes = prior.modes.iter().flatten();
-            let flat: Vec<f32> = modes.flat_map(|d| d.as_vec3().to_array()).collect();
-            blob.section("prior", &flat);
+            blob.section("prior", &flat(prior.modes.iter().flatten()));
+        }
+        if !self.expressions.is_empty() {
+            let names: Vec<String> = self.expressions.iter().map(|e| e.name.clone()).collect();
+            blob.record("expressions", &names);
+            let moves = self.expressions.iter().flat_map(|e| &e.displacements);
+            blob.section("expression_moves", &flat(moves));
         }
         Ok(blob.finish())
     }
@@ -177,7 +186,13 @@ impl Template {
             1..=1000 => blob.section::<f32>("prior", 3 * n * modes)?,
             _ => return Err(Error::Blob(format!("a prior of {modes} modes")).into()),
         };
-        let finite = prior.iter().all(|x| x.abs() < 1e6)
+        let names: Vec<String> = blob.record("expressions")?.unwrap_or_default();
+        let moves = match names.len() {
+            0 => Vec::new(),
+            1..=1000 => blob.section::<f32>("expression_moves", 3 * n * names.len())?,
+            _ => return Err(Error::Blob(format!("{} expressions", names.len())).into()),
+        };
+        let finite = prior.iter().chain(&moves).all(|x| x.abs() < 1e6)
             && positions.iter().chain(&weights).all(|x| x.abs() < 1e6);
         if !(rows && ends && points && finite && bases.len() == weights.len()) {
             return Err(Error::Blob("its stencils, points or numbers are not sound".into()).into());
@@ -191,16 +206,29 @@ impl Template {
                 entries: bases.into_iter().zip(weights).collect(),
             },
             prior: (modes > 0).then(|| ShapePrior {
-                modes: prior
-                    .chunks_exact(3 * n)
-                    .map(|mode| {
-                        let vectors = mode.chunks_exact(3);
-                        vectors
-                            .map(|d| glam::Vec3::from_slice(d).as_dvec3())
-                            .collect()
-                    })
-                    .collect(),
+                modes: fields(&prior, n).collect(),
             }),
+            expressions: (names.into_iter().zip(fields(&moves, n)))
+                .map(|(name, displacements)| Expression {
+                    name,
+                    displacements,
+                })
+                .collect(),
         })
     }
+}
+
+/// Vectors as numbers.
+fn flat<'a>(vectors: impl Iterator<Item = &'a DVec3>) -> Vec<f32> {
+    vectors.flat_map(|d| d.as_vec3().to_array()).collect()
+}
+
+/// Fields of `n` vectors, one after the other, from [`flat`] numbers.
+fn fields(numbers: &[f32], n: usize) -> impl Iterator<Item = Vec<DVec3>> {
+    numbers.chunks_exact(3 * n).map(|field| {
+        let vectors = field.chunks_exact(3);
+        vectors
+            .map(|d| glam::Vec3::from_slice(d).as_dvec3())
+            .collect()
+    })
 }

@@ -6,23 +6,26 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 use phiz::Random;
-use phiz::fit::generic_head;
 use phiz::fit::people::People;
 use phiz::fit::register::{Pulls, Registrar};
 use phiz::fit::resample::Resampler;
 use phiz::fit::scan::Scan;
 use phiz::fit::template::Template;
+use phiz::fit::{expression, generic_head};
 
 use crate::base_mesh;
 
-/// The generic head with what the program knows of people.
+/// The generic head with what the program knows of people and of expressions.
 pub fn template() -> Option<&'static Template> {
     static TEMPLATE: OnceLock<Option<Template>> = OnceLock::new();
     TEMPLATE
         .get_or_init(|| {
-            let plain = generic_head::build(&base_mesh::folder()?).expect("builds");
+            let folder = base_mesh::folder()?;
+            let plain = generic_head::build(&folder).expect("builds");
             let people = People::bundled().expect("is whole");
-            Some(people.give(&plain).expect("of this topology"))
+            let mut template = people.give(&plain).expect("of this topology");
+            template.expressions = expression::visible(&template, &folder).expect("reads");
+            Some(template)
         })
         .as_ref()
 }

@@ -19,6 +19,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::ProgressBar;
 
 use phiz::blob::pack;
+use phiz::fit::expression;
 use phiz::fit::files::write_atomically;
 use phiz::fit::ict::Ict;
 use phiz::fit::learn::{Learned, Settings, learn};
@@ -239,7 +240,7 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
     let plain = step("building the generic head", || {
         generic_head::build(&args.base_mesh)
     })?;
-    let template = match (&args.faces, &args.registered_to) {
+    let mut template = match (&args.faces, &args.registered_to) {
         (Some(faces), Some(registered_to)) => {
             let people = step("learning from people", || {
                 let former = read_template(registered_to)?;
@@ -256,6 +257,11 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
         _ if args.plain => plain,
         _ => People::bundled()?.give(&plain)?,
     };
+    if template.prior.is_some() {
+        template.expressions = step("carrying expressions to it", || {
+            expression::visible(&template, &args.base_mesh)
+        })?;
+    }
     write_atomically(&args.output, &template.to_bytes()?)?;
     println!(
         "{}: {} vertices, {} triangles, {} points",

@@ -33,6 +33,9 @@ pub struct RegisterArgs {
     /// Start from the landmarks alone, not from what the template knows of faces.
     #[arg(long)]
     no_prior: bool,
+    /// Write faces without the expression that they show: what a model of people is trained from.
+    #[arg(long, conflicts_with = "no_prior")]
+    neutral: bool,
     /// Bake the scan's colours into the template's texture layout: the PNG to write.
     #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     texture: Option<PathBuf>,
@@ -49,9 +52,15 @@ pub struct RegisterArgs {
 
 pub fn run(args: &RegisterArgs) -> FitResult<()> {
     let template = super::read_template(&args.template)?;
+    if args.neutral && template.expressions.is_empty() {
+        let cause = "knows no expressions, which --neutral takes off: `phiz-fit template` makes one \
+                     that does";
+        return Err(FitError::file(&args.template, cause));
+    }
     let registrar = super::step("preparing the template", || Registrar::new(&template))?;
     let settings = Settings {
         prior: !args.no_prior,
+        neutral: args.neutral,
         ..Settings::default()
     };
     match (&args.scan, &args.scans) {
@@ -92,12 +101,18 @@ fn one(
     let texture = baked
         .then(|| bake(template, &prepared.scan, &registered))
         .transpose()?;
-    ply::write_mesh(&job.output, &registered.positions, registrar.triangles())?;
+    let written = match settings.neutral {
+        true => &registered.neutral(),
+        false => &registered.positions,
+    };
+    ply::write_mesh(&job.output, written, registrar.triangles())?;
     if let (Some(texture), Some(file)) = (&texture, &args.texture) {
         texture.save(file)?;
     }
     if let Some(file) = &args.picture {
-        let Registered { positions, covered } = &registered;
+        let Registered {
+            positions, covered, ..
+        } = &registered;
         let scan = &prepared.scan;
         pictures::of_registration(template, scan, positions, covered, texture.as_ref(), file)?;
     }

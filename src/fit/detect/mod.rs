@@ -71,6 +71,8 @@ pub const LEAST_EVIDENCE: f64 = 0.38;
 const FACE_POINTS: usize = 1500;
 /// The most modes of the prior that are used; smooth ones do better than what would follow.
 const OWN_MODES: usize = 60;
+/// The standard deviation of an expression's strength.
+const SHOWN: f64 = 0.3;
 /// Centres of the smooth modes, their standard deviation an axis and their length, mm.
 const CENTRES: usize = 60;
 const SMOOTH_SIGMA: f64 = 3.0;
@@ -137,7 +139,7 @@ const SHAPED: [Stage; 3] = [
 const LAST: Stage = Stage {
     gates: &[5.0; 8],
     points: FACE_POINTS,
-    modes: OWN_MODES + 3 * CENTRES,
+    modes: usize::MAX,
     sigma: 1.0,
 };
 
@@ -158,10 +160,10 @@ impl Detector {
     /// # Errors
     /// When the template has no tip of a nose (`ibug_30`) or no visible face.
     pub fn new(template: &Template) -> FitResult<Self> {
-        let modes = match &template.prior {
-            Some(prior) => &prior.modes[..prior.modes.len().min(OWN_MODES)],
-            None => &[],
-        };
+        let people = template.prior.iter().flat_map(|prior| &prior.modes);
+        let mut modes: Vec<Vec<DVec3>> = people.take(OWN_MODES).cloned().collect();
+        let shown = template.expressions.iter();
+        modes.extend(shown.map(|e| e.displacements.iter().map(|d| *d * SHOWN).collect()));
         let tip = template.landmarks.iter().position(|l| l.name == "ibug_30");
         let Some(tip) = tip else {
             return Err(FitError::Input(
@@ -177,8 +179,8 @@ impl Detector {
             .collect();
         let vertices: Vec<&[(u32, f64)]> = vertices.iter().map(|v| &v[..]).collect();
         let marks: Vec<&[(u32, f64)]> = template.landmarks.iter().map(|l| &l.stencil[..]).collect();
-        let mut face = Shape::new(template, modes, &surface.normals, &vertices);
-        let mut landmarks = Shape::new(template, modes, &surface.normals, &marks);
+        let mut face = Shape::new(template, &modes, &surface.normals, &vertices);
+        let mut landmarks = Shape::new(template, &modes, &surface.normals, &marks);
         let centres = face.mean[..CENTRES].to_vec();
         face.loosen(&centres, SMOOTH_SIGMA, SMOOTH_LENGTH);
         landmarks.loosen(&centres, SMOOTH_SIGMA, SMOOTH_LENGTH);

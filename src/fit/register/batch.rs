@@ -201,10 +201,18 @@ pub fn run(
             let result =
                 register_scan(registrar, job, unit, settings).and_then(|(prepared, face)| {
                     // The face last: while it is missing, the job is not done.
-                    let points = job.output.with_extension("json");
-                    landmarks::write(&points, &prepared.points, 1.0, registrar.template)?;
                     also(job, &prepared, &face)?;
-                    ply::write_mesh(&job.output, &face.positions, &registrar.triangles)
+                    let template = registrar.template;
+                    let (positions, points) = match settings.neutral {
+                        true => (
+                            &face.neutral(),
+                            &face.neutral_points(template, &prepared.points),
+                        ),
+                        false => (&face.positions, &prepared.points),
+                    };
+                    let file = job.output.with_extension("json");
+                    landmarks::write(&file, points, 1.0, template)?;
+                    ply::write_mesh(&job.output, positions, &registrar.triangles)
                 });
             done(job, &result);
             result.err()

@@ -2,7 +2,8 @@
 //! deformation").
 //!
 //! The scan is brought into the template's frame by the landmarks. With a prior, its coefficients
-//! are fitted first ([`statistical`]), by bare skin before the rest ([`hair`]); without one the
+//! are fitted first ([`statistical`]), and how strongly the face shows the template's expressions, by
+//! bare skin before the rest ([`hair`]); without one the
 //! landmarks warp the head ([`warp`](crate::fit::warp)), and [`space`] is bent until the surface
 //! agrees too. Then an elastic [`sheet`] is drawn onto the scan, stiff at first and softer level by
 //! level, by [`correspondence`]s to closest points of the scan. Last, vertices that have a point on
@@ -67,6 +68,8 @@ pub struct Settings {
     /// The landmarks' error where it is known to be larger than how far they lie off the surface
     /// tells, mm.
     pub point_error: f64,
+    /// Whether [`batch`] writes faces as they are without the expression that they show.
+    pub neutral: bool,
 }
 
 impl Default for Settings {
@@ -74,6 +77,7 @@ impl Default for Settings {
         Self {
             prior: true,
             point_error: 0.0,
+            neutral: false,
         }
     }
 }
@@ -85,14 +89,43 @@ pub struct Registered {
     pub positions: Vec<DVec3>,
     /// Whether each vertex lies on the scan; the others were carried along.
     pub covered: Vec<bool>,
+    /// The template's expressions that the face shows, and how strongly; none without a prior.
+    pub expressions: Vec<(String, f64)>,
+    /// How far these moved each vertex, mm, in the scan's pose.
+    moved: Vec<DVec3>,
 }
 
+/// Weaker expressions are not told: they are how a face without any differs from the prior.
+const TOLD: f64 = 0.2;
+
 impl Registered {
+    /// All vertices of the face without the expression that it shows, mm. Where lids were shut or lips
+    /// apart it is a guess.
+    pub fn neutral(&self) -> Vec<DVec3> {
+        let moves = self.positions.iter().zip(&self.moved);
+        moves.map(|(p, m)| *p - *m).collect()
+    }
+
+    /// The scan's landmarks where they would be without the expression.
+    pub fn neutral_points(&self, template: &Template, points: &[(usize, DVec3)]) -> Pulls {
+        let points = points.iter();
+        points
+            .map(|&(l, p)| (l, p - template.landmark(l, &self.moved)))
+            .collect()
+    }
+
     /// In words, for who ran it.
     pub fn summary(&self) -> String {
         let covered = self.covered.iter().filter(|c| **c).count();
+        let mut told: Vec<_> = self.expressions.iter().filter(|e| e.1 >= TOLD).collect();
+        told.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let told: Vec<String> = told.iter().map(|(n, s)| format!("{n} {s:.2}")).collect();
+        let shows = match told.is_empty() {
+            true => String::new(),
+            false => format!("; the face shows {}", told.join(", ")),
+        };
         format!(
-            "{covered} of {} vertices lie on the scan, the others were carried along",
+            "{covered} of {} vertices lie on the scan, the others were carried along{shows}",
             self.covered.len()
         )
     }
@@ -295,19 +328,21 @@ impl<'a> Registrar<'a> {
         let to: Vec<DVec3> = points.iter().map(|p| p.1).collect();
         let all: Vec<u32> = (0..points.len() as u32).collect();
         let pose = Rigid::fit(&to, &from, &all, &vec![1.0; to.len()]);
-        let mut moved: Vec<DVec3> = scan.positions.iter().map(|&p| pose.apply(p)).collect();
+        let mut seen: Vec<DVec3> = scan.positions.iter().map(|&p| pose.apply(p)).collect();
         let points: Pulls = points.iter().map(|&(l, p)| (l, pose.apply(p))).collect();
-        let neighbours = Neighbours::new(moved.len(), &scan.triangles);
-        let facing = normals(&moved, &scan.triangles);
-        let noise = noise::noise(&moved, &facing, &neighbours);
+        let neighbours = Neighbours::new(seen.len(), &scan.triangles);
+        let facing = normals(&seen, &scan.triangles);
+        let noise = noise::noise(&seen, &facing, &neighbours);
         // One coordinate of three.
-        let off = off_surface(&points, &moved, &facing).max(settings.point_error / 3.0_f64.sqrt());
+        let off = off_surface(&points, &seen, &facing).max(settings.point_error / 3.0_f64.sqrt());
         if noise > CLEAN {
-            noise::smooth(&mut moved, &neighbours, SMOOTHING);
+            noise::smooth(&mut seen, &neighbours, SMOOTHING);
         }
-        let surface = Surface::new(&moved, &scan.triangles);
+        let surface = Surface::new(&seen, &scan.triangles);
 
         let prior = template.prior.as_ref().filter(|_| settings.prior);
+        let mut expressions = Vec::new();
+        let mut moved = vec![DVec3::ZERO; template.positions.len()];
         let start = match prior {
             Some(prior) => {
                 let stencils: Vec<&[(u32, f64)]> =
@@ -316,13 +351,22 @@ impl<'a> Registrar<'a> {
                     rest: &template.positions,
                     triangles: &self.triangles,
                     prior,
+                    expressions: &template.expressions,
                     weights: &self.weights,
                     bare: &self.bare,
                     stencils: &stencils,
                 };
                 let error = (POINT_ERROR * POINT_ERROR + 3.0 * off * off).sqrt();
                 let fit = statistical::fit(&shape, &surface, &points, error);
-                let face = prior.face(&template.positions, &fit.coefficients);
+                let face = shape.face(&fit.coefficients, &fit.strengths);
+                for (expression, &strength) in template.expressions.iter().zip(&fit.strengths) {
+                    if strength > 0.0 {
+                        expressions.push((expression.name.clone(), strength));
+                        let turned = fit.pose.rotation * strength;
+                        let moves = moved.iter_mut().zip(&expression.displacements);
+                        moves.for_each(|(m, d)| *m += turned * *d);
+                    }
+                }
                 face.iter().map(|&p| fit.pose.apply(p)).collect()
             }
             None => {
@@ -417,7 +461,13 @@ impl<'a> Registrar<'a> {
         self.carry_eyes(&mut positions);
         let back = pose.inverse();
         positions.iter_mut().for_each(|p| *p = back.apply(*p));
-        Ok(Registered { positions, covered })
+        moved.iter_mut().for_each(|m| *m = back.rotation * *m);
+        Ok(Registered {
+            positions,
+            covered,
+            expressions,
+            moved,
+        })
     }
 
     /// How much a landmark is trusted, 0 to 1.
