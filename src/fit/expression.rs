@@ -127,10 +127,7 @@ pub fn bake(
             "the model has another mesh than the template".into(),
         ));
     }
-    let files: Vec<[&str; 1]> = ARKIT.iter().map(|name| [*name]).collect();
-    let named: Vec<(&str, &[&str])> = (files.iter())
-        .map(|file| (file[0], file.as_slice()))
-        .collect();
+    let named: Vec<(&str, &[&str])> = ARKIT.iter().map(alone).collect();
     let expressions = Expressions::read(&named, template, data_dir)?;
     let performer = Performer::new(template, &expressions)?;
     let mean: Vec<DVec3> = parts.mean.iter().map(|p| p.as_dvec3()).collect();
@@ -204,6 +201,11 @@ pub fn bake(
         .collect()
 }
 
+/// An expression that is one target, of the same name.
+fn alone<'a>(name: &'a &'static str) -> (&'a str, &'a [&'static str]) {
+    (name, std::slice::from_ref(name))
+}
+
 /// What can be told of a face on a scan: all of [`ARKIT`] but where the eyes look, what shuts lips over
 /// an open jaw, and what might as well be the shape of a face, on a template's own rest pose.
 ///
@@ -211,11 +213,8 @@ pub fn bake(
 /// When the base mesh cannot be read, or has another topology.
 pub fn visible(template: &Template, data_dir: &Path) -> FitResult<Vec<Expression>> {
     let shape = ["mouthClose", "cheekPuff", "jawForward"];
-    let seen = |name: &&str| !name.starts_with("eyeLook") && !shape.contains(name);
-    let files: Vec<[&str; 1]> = ARKIT.into_iter().filter(seen).map(|name| [name]).collect();
-    let named: Vec<(&str, &[&str])> = (files.iter())
-        .map(|file| (file[0], file.as_slice()))
-        .collect();
+    let seen = |name: &&&str| !name.starts_with("eyeLook") && !shape.contains(name);
+    let named: Vec<(&str, &[&str])> = ARKIT.iter().filter(seen).map(alone).collect();
     let expressions = Expressions::read(&named, template, data_dir)?;
     let performer = Performer::new(template, &expressions)?;
     let rest = &template.positions;

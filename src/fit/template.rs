@@ -116,7 +116,7 @@ record! {
 /// Those of [`crate::model`] from `uvs` to `colours`, and: `positions` f64 3 N, rest pose in mm;
 /// `stencil_starts` index N + 1; `stencil_bases` index and `stencil_weights` f64, both E, the
 /// entries of the subdivision's rows; `prior` f32 3 N a mode in mm, where there is one;
-/// `expressions` the names of E expressions and `expression_moves` f32 3 N for each in mm, both absent
+/// `expressions` a list of names and `expression_moves` f32 3 N for each of them in mm, both absent
 /// without any.
 impl Template {
     /// The bytes of the template's blob.
@@ -225,7 +225,8 @@ fn flat<'a>(vectors: impl Iterator<Item = &'a DVec3>) -> Vec<f32> {
 
 /// Fields of `n` vectors, one after the other, from [`flat`] numbers.
 fn fields(numbers: &[f32], n: usize) -> impl Iterator<Item = Vec<DVec3>> {
-    numbers.chunks_exact(3 * n).map(|field| {
+    // A blob may say that it has no vertices.
+    numbers.chunks_exact((3 * n).max(1)).map(|field| {
         let vectors = field.chunks_exact(3);
         vectors
             .map(|d| glam::Vec3::from_slice(d).as_dvec3())

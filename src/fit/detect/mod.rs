@@ -6,8 +6,8 @@
 //! (`search`); the likeliest starts are fitted, first rigidly, then with ever more modes
 //! (`fit`); the one with the most evidence wins. Rough questions are put to a grid of small
 //! pieces of surface (`surfels`), and only the last ones to the scan itself. Behind the modes of
-//! the template's prior come smooth ones of no particular face (`shape`), so that landmarks reach
-//! what the prior has never seen.
+//! the template's prior come its expressions, and smooth modes of no particular face (`shape`), so that
+//! landmarks reach what the prior has never seen.
 
 use glam::DVec3;
 
