@@ -102,7 +102,7 @@ impl<'a> Image<'a> {
 
     /// The mean linear light, 0 to 1, of the pixels whose middles are within `reach` px of a point along
     /// both axes, at least of the pixel that it is in; `None` outside of the image and of the person.
-    fn mean(&self, p: DVec2, reach: f64) -> Option<DVec3> {
+    pub(super) fn mean(&self, p: DVec2, reach: f64) -> Option<DVec3> {
         self.pixel(p)?;
         let size = DVec2::new(self.width as f64, self.height as f64);
         let reach = (reach - 0.5).max(0.0);

@@ -27,11 +27,13 @@ mod appearance;
 mod camera;
 mod contour;
 mod light;
+mod looks;
 mod pixels;
 pub mod raster;
 mod reshape;
 mod shape;
 mod sight;
+mod skin;
 mod solver;
 mod start;
 mod surface;
@@ -44,6 +46,7 @@ use nalgebra::DMatrix;
 
 pub use camera::Camera;
 pub use light::{HARMONICS, Image, Light};
+pub use looks::{Hair, Looks};
 pub use reshape::{Edit, Field};
 pub use texture::Texture;
 

@@ -2,10 +2,11 @@
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use js_sys::{Float32Array, Object, Reflect};
+use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
 use super::{Fitter, error};
-use crate::photo::{Camera, Edit, Field, HARMONICS, Image, Light};
+use crate::photo::{Camera, Edit, Field, HARMONICS, Image, Light, Looks};
 use crate::{Error, Expressions, Face, Performance};
 
 /// How many numbers tell a camera: the focal length, the centre, the rotation row by row, the
@@ -59,6 +60,42 @@ impl Worn {
         match &self.performance {
             Some(p) if !p.is_at_rest() => [p.positions(), p.normals()],
             _ => [self.face.positions(), self.face.normals()],
+        }
+    }
+}
+
+/// As `PhotoLooks` of `index.d.ts`.
+#[derive(Serialize)]
+struct LooksInfo {
+    skin: [f64; 3],
+    irises: Option<[f64; 3]>,
+    beard: f64,
+    hair: Option<HairInfo>,
+}
+
+/// As `PhotoHair` of `index.d.ts`.
+#[derive(Serialize)]
+struct HairInfo {
+    colour: [f64; 3],
+    cover: f64,
+    off: f64,
+    hangs: f64,
+    forehead: f64,
+}
+
+impl From<Looks> for LooksInfo {
+    fn from(looks: Looks) -> Self {
+        Self {
+            skin: looks.skin.to_array(),
+            irises: looks.irises.map(|i| i.to_array()),
+            beard: looks.beard,
+            hair: looks.hair.map(|hair| HairInfo {
+                colour: hair.colour.to_array(),
+                cover: hair.cover,
+                off: hair.off,
+                hangs: hair.hangs,
+                forehead: hair.forehead,
+            }),
         }
     }
 }
@@ -135,6 +172,16 @@ impl PhotoEdit {
         let image = Image::new(width, height, rgba).map_err(error)?;
         let texture = self.edit.texture(&image, size as usize).map_err(error)?;
         Ok(texture.rgba)
+    }
+
+    /// What the photo tells of the person beside the shape, of pixels of the size that it was opened
+    /// with, as `PhotoLooks` of `index.d.ts`.
+    pub fn looks(&self, rgba: &[u8]) -> Result<JsValue, JsError> {
+        let [width, height] = self.size;
+        let image = Image::new(width, height, rgba).map_err(error)?;
+        let looks = LooksInfo::from(self.edit.looks(&image).map_err(error)?);
+        let serializer = serde_wasm_bindgen::Serializer::json_compatible();
+        looks.serialize(&serializer).map_err(error)
     }
 
     /// The photo of another face and expression, of pixels of the size that it was opened with.

@@ -8,7 +8,7 @@ import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
 import { readPicture } from './glb.js';
-import { decodePng, differing, download, moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, landmarkOnScreen, moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
@@ -196,7 +196,7 @@ describe('a face in a photo', () => {
     const steps = (await values.jsonValue()).filter((value) => value > 0);
     assert.ok(steps.length >= 2 && steps.at(-1) === 1, `${steps}`);
     assert.ok(steps.every((value, i) => i === 0 || value > steps[i - 1]), `${steps}`);
-    assert.equal(await sentence(page), 'The face is fitted. Shape it with the other tabs, and the photo follows.');
+    assert.equal(await sentence(page), 'The face is fitted. Shape it with the other tabs, and the photo follows. The 3D head has its colours and, as far as the photo tells, its hair: the tab Looks has the sliders.');
     assert.deepEqual([state.width, state.height, state.faces.length], [512, 512, 1]);
     first = state.points;
     // Where a person sees the outer corners of the eyes, the tip of the nose, the corners of the mouth
@@ -226,6 +226,10 @@ describe('a face in a photo', () => {
     assert.notEqual(own.code, start);
     assert.ok((own.expression.mouthSmileLeft ?? 0) > 0.2 && (own.expression.mouthSmileRight ?? 0) > 0.2, 'she smiles');
     assert.equal(state.changed, false, 'nothing is changed yet');
+    // Fair hair, short, over her forehead; brown eyes; no beard.
+    const looks = await page.evaluate(() => window.designer.colouring);
+    assert.ok(looks.crop > 0.5 && looks.hair < 0.5 && looks.comb > 0.9 && looks.length > 0.2 && looks.length < 0.5, JSON.stringify(looks));
+    assert.ok(looks.skin < 0.4 && (looks.iris ?? 0.7) > 0.5 && !looks.beard && !looks.grey && !looks.red, JSON.stringify(looks));
     assert.deepEqual(await faults(page), []);
     const plain = await shown(page);
     await page.screenshot({ path: join(SCREENSHOTS, 'photo-fitted.png') });
@@ -320,6 +324,7 @@ describe('a face in a photo', () => {
     for (let n = 0; n < 3; n++) await undo.click();
     assert.equal(await page.evaluate(() => window.designer.face.code), start, 'the fit was one step');
     assert.ok(await undo.isDisabled());
+    assert.deepEqual(await page.evaluate(() => window.designer.colouring), {}, 'its looks are of the same step');
 
     // The switch shows the head; the page draws no head that nobody sees.
     assert.ok(await page.locator('.photo-canvas').isVisible());
@@ -361,6 +366,24 @@ describe('a face in a photo', () => {
     await colours.uncheck();
     const plainHead = await head();
     assert.ok(differing(dressed, plainHead) > 0.05 * plainHead.width * plainHead.height);
+    // Her hair is on her head, whatever it wears.
+    const { x, y } = await landmarkOnScreen(page, 'trichion');
+    const box = await page.locator('.view').boundingBox();
+    const ratio = plainHead.width / box.width;
+    const light = (/** @type {Awaited<ReturnType<typeof head>>} */ { width, rgb }) => {
+      let sum = 0;
+      for (let dy = -8; dy < 8; dy++) for (let dx = -8; dx < 8; dx++) sum += rgb[3 * (Math.round((y - box.y) * ratio + dy) * width + Math.round((x - box.x) * ratio + dx)) + 1];
+      return sum / 256;
+    };
+    await page.getByRole('button', { name: 'Redo', exact: true }).click();
+    assert.deepEqual(await page.evaluate(() => window.designer.colouring), looks);
+    const hairy = light(await head());
+    assert.ok(hairy < 0.85 * light(plainHead), `${hairy} at the hairline, bald ${light(plainHead)}`);
+    await colours.check();
+    await page.waitForFunction(() => window.designer.photo.worn);
+    const both = light(await head());
+    assert.ok(both < 0.85 * light(dressed), `${both} at the hairline, bald ${light(dressed)}`);
+    await page.screenshot({ path: join(SCREENSHOTS, 'photo-hair.png') });
 
     const { origin } = site;
     const local = (/** @type {string} */ url) => url.startsWith(`${origin}/`) || url.startsWith('blob:') || url.startsWith('data:');
@@ -511,12 +534,19 @@ describe('a face in a photo', () => {
     assert.equal(await page.evaluate(() => window.designer.face.code), code);
 
     // As found, and fitted again: the same face as at first.
+    // Looks that were chosen meanwhile stay.
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    await page.getByRole('button', { name: 'Bald' }).click();
+    const chosen = await page.evaluate(() => window.designer.colouring);
+    assert.ok(!chosen.crop && chosen.hair < 0.5, JSON.stringify(chosen));
+    await page.getByRole('tab', { name: 'Photo' }).click();
     await page.getByRole('button', { name: 'Correct the points' }).click();
     await page.getByRole('button', { name: 'As found' }).click();
     assert.deepEqual((await stateOf(page)).points, state.points);
     await again.click();
     await done(page);
     assert.equal(await page.evaluate(() => window.designer.face.code), code);
+    assert.deepEqual(await page.evaluate(() => window.designer.colouring), chosen);
 
     // Where no face is found, a mean drawing is placed as a whole.
     const wall = await choose(page, await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332));

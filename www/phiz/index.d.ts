@@ -157,6 +157,32 @@ export interface PhotoField {
   readonly gain: Float32Array;
 }
 
+/** Hair in a photo. */
+export interface PhotoHair {
+  /** Its albedo: red, green and blue in linear light. */
+  readonly colour: readonly [number, number, number];
+  /** How much of the scalp that is seen it covers, 0 to 1. */
+  readonly cover: number;
+  /** How far it stands off the head, mm. */
+  readonly off: number;
+  /** How far it hangs down beside the face, from the tragion on, mm; 0 when it ends above. */
+  readonly hangs: number;
+  /** How much of the forehead it covers, 0 to 1. */
+  readonly forehead: number;
+}
+
+/** What a photo tells of a person beside the shape. Colours are linear light, in the photo's exposure. */
+export interface PhotoLooks {
+  /** The skin's albedo. */
+  readonly skin: readonly [number, number, number];
+  /** The irises' albedo; null when too little of the eyes is seen. */
+  readonly irises: readonly [number, number, number] | null;
+  /** How much darker than the cheeks the skin is where a beard grows: the logarithm of the brightness. */
+  readonly beard: number;
+  /** Null when there is none, or the head is not seen above the forehead. */
+  readonly hair: PhotoHair | null;
+}
+
 /** A photo whose face can be changed. */
 export interface PhotoEdit {
   /** How the photo changes for another shape than the fitted; null when it does not. */
@@ -170,6 +196,11 @@ export interface PhotoEdit {
    * @throws Error when the fit has no light (see `PhotoPoints.rgba`).
    */
   texture(rgba: Uint8Array | Uint8ClampedArray, size?: number): Uint8ClampedArray;
+  /**
+   * What the photo tells of the person beside the shape; alpha as in `PhotoPoints.rgba`.
+   * @throws Error when the fit has no light (see `PhotoPoints.rgba`).
+   */
+  looks(rgba: Uint8Array | Uint8ClampedArray): PhotoLooks;
   /** Gives its memory back. */
   free(): void;
 }

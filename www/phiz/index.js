@@ -406,6 +406,10 @@ class PhotoEdit {
   texture(rgba, size = 1024) {
     return new Uint8ClampedArray(this.#live.texture(rgba, pixels('texture', size)).buffer);
   }
+  /** @param {Uint8Array | Uint8ClampedArray} rgba */
+  looks(rgba) {
+    return this.#live.looks(rgba);
+  }
   free() {
     this.#raw?.free();
     this.#raw = null;

@@ -29,6 +29,7 @@ export class PhotoEdit {
   field(code: string, weights: Float64Array): import('phiz').PhotoField | null;
   render(rgba: Uint8Array | Uint8ClampedArray, code: string, weights: Float64Array): Uint8Array;
   texture(rgba: Uint8Array | Uint8ClampedArray, size: number): Uint8Array;
+  looks(rgba: Uint8Array | Uint8ClampedArray): import('phiz').PhotoLooks;
   free(): void;
 }
 

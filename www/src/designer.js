@@ -171,6 +171,7 @@ export async function createDesigner(model, stage, chosen) {
     files: { modelUrl: chosen.url, expressionsUrl: chosen.expressions },
     expressions: file,
     sleep: scene.sleep,
+    tone: head.tone,
     wear(colours) {
       head.wear(colours);
       scene.shapeChanged();

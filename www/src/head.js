@@ -406,6 +406,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     paintHeat,
     /** What colours it would have. @param {import('./colouring.js').Colouring} then */
     pigments: (then) => pigments(tone, then),
+    /** Of the skin at rest, linear. */
+    tone,
     /** What it is painted in. */
     get colouring() {
       return colouring;

@@ -53,24 +53,42 @@ function between(stops, at, column) {
 }
 
 /**
+ * The colour of hair, linear.
+ * @param {number} hair @param {number} red @param {number} grey
+ */
+export function hairColour(hair, red, grey) {
+  return between(HAIR, hair, 1).lerp(RED.clone().multiplyScalar(0.35 + 1.3 * (1 - hair)), 0.85 * red).lerp(GREY, 0.9 * grey);
+}
+
+/**
+ * The colour of skin, linear.
+ * @param {Color} tone of the skin at rest @param {number} skin @param {number} blood
+ */
+export function skinColour(tone, skin, blood) {
+  const more = melanin(skin) - melanin(REST.skin);
+  const [r, g, b] = [tone.r, tone.g, tone.b].map((under, k) => {
+    const through = SURFACE + (under - SURFACE) * Math.exp(-more * MELANIN[k] * EPIDERMIS);
+    return Math.min(0.92, through * BLOOD[k] ** (blood - REST.blood));
+  });
+  return new Color(r, g, b);
+}
+
+/** The colours of an iris, linear. @param {number} iris */
+export const irisColours = (iris) => ({ inner: between(IRIS, iris, 1), outer: between(IRIS, iris, 2) });
+
+/**
  * The colours to paint with, linear.
  * @param {Color} tone of the skin at rest
  * @param {import('./colouring.js').Colouring} colouring
  */
 export function pigments(tone, colouring) {
   const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles, beardLength } = whole(colouring);
-  const more = melanin(skin) - melanin(REST.skin);
-  const [r, g, b] = [tone.r, tone.g, tone.b].map((under, k) => {
-    const through = SURFACE + (under - SURFACE) * Math.exp(-more * MELANIN[k] * EPIDERMIS);
-    return Math.min(0.92, through * BLOOD[k] ** (blood - REST.blood));
-  });
-  const own = new Color(r, g, b);
+  const own = skinColour(tone, skin, blood);
   // Pale lips have no more blood than the skin; full ones are painted.
   const [most, factors] = lips < REST.lips ? [REST.lips, PALE] : [1 - REST.lips, PAINTED];
   const far = Math.abs(lips - REST.lips) / most;
   const [lipRed, lipGreen, lipBlue] = LIPS.map((factor, k) => factor * factors[k] ** far);
-  const strands = between(HAIR, hair, 1);
-  strands.lerp(RED.clone().multiplyScalar(0.35 + 1.3 * (1 - hair)), 0.85 * red).lerp(GREY, 0.9 * grey);
+  const strands = hairColour(hair, red, grey);
   const atRest = between(HAIR, REST.hair, 1);
   const [lr, lg, lb] = [strands.r / atRest.r, strands.g / atRest.g, strands.b / atRest.b].map((ratio, k) => LASHES[k] * ratio ** FOLLOWS);
   return {
@@ -91,6 +109,6 @@ export function pigments(tone, colouring) {
     freckles,
     style: { length, comb, parting, curl },
     whiskers: { length: beardLength, curl: 0.35 + 0.4 * curl },
-    iris: { inner: between(IRIS, iris, 1), outer: between(IRIS, iris, 2) },
+    iris: irisColours(iris),
   };
 }

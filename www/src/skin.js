@@ -151,6 +151,8 @@ const COLOUR = /* glsl */ `
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
+  // A photo is exposed so that lit skin is brighter than its albedo.
+  if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb * 0.8, worn);
   float hairs = 0.0;
   vec3 lying = vec3(0.0);
   // Distances are the head's, and their colours no darker under hair.
@@ -159,7 +161,8 @@ const COLOUR = /* glsl */ `
     // No hairline is a line: each hair has its own.
     vec2 grown = vGrowth + 0.3 * (broad.a - 0.5) + 0.8 * (strand.g - 0.5);
     grown = smoothstep(vec2(-0.3, -0.35), vec2(0.45, 0.4), grown) * dense;
-    grown.y *= 1.0 - smoothSkin;
+    // A photo that is worn has its own beard.
+    grown.y *= (1.0 - smoothSkin) * (1.0 - worn);
     float thick = max(grown.x, grown.y) * (1.0 - lip);
     // Roots show through the skin; hairs lie over it.
     tone = mix(tone, mix(tone * 0.55, browColour, 0.5 + 0.3 * thick), thick * (0.5 + 0.45 * thick));
@@ -167,12 +170,8 @@ const COLOUR = /* glsl */ `
     tone = mix(tone, browColour * 0.35, thick * covered * 0.8);
     hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);
     tone = mix(tone, browColour * (0.4 + 1.2 * strand.g) * (1.0 - 0.5 * covered), hairs);
-    // A photo that is worn has its own.
-    hairs *= 1.0 - worn;
     lying *= hairs;
   }
-  // A photo is exposed so that lit skin is brighter than its albedo.
-  if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb * 0.8, worn);
   float marked = dot(smoothstep(0.15, 0.85, vMark), markStrength);
   vec2 rim = smoothstep(0.0, 0.45, vMark) * smoothstep(1.0, 0.55, vMark);
   diffuseColor.rgb = mix(tone, accent * (0.35 + 0.9 * dot(tone, vec3(0.33))), clamp(marked * 0.1 + dot(rim, markStrength) * 0.3, 0.0, 0.5));
@@ -306,7 +305,6 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         varying float vFold;
         uniform vec2 dense;
         uniform float heatStrength;
-        uniform float worn;
         varying vec3 vRest;
         varying vec3 vRestNormal;
         varying vec3 vShade;
@@ -331,7 +329,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         vFold = aged.x + max(max(folds.x, folds.y), max(folds.z, folds.w)) * (0.45 + 0.4 * aged.x);
         vFold *= 1.0 + min(0.0, folding.w) * 0.9 * mix(smooths.x, smooths.y, smoothstep(-6.0, 6.0, rest.x));
         // Hair stands off the head.
-        transformed += objectNormal * (3.5 * (1.0 - heatStrength) * (1.0 - worn) * dense.x * smoothstep(-0.1, 0.9, growth.x));
+        transformed += objectNormal * (3.5 * (1.0 - heatStrength) * dense.x * smoothstep(-0.1, 0.9, growth.x));
         vHeat = heat;
         vWorn = uv;`,
       );

@@ -368,7 +368,7 @@ export const text = {
     quality: (/** @type {number} */ px, /** @type {number} */ mm) =>
       `The fitted face is off the points by ${px.toFixed(1)} pixels, ${mm.toFixed(1)} mm on the face.`,
     noPerson: 'No outline of a person was found around it: all of the picture counts as theirs.',
-    ready: 'The face is fitted. Shape it with the other tabs, and the photo follows.',
+    ready: 'The face is fitted. Shape it with the other tabs, and the photo follows. The 3D head has its colours and, as far as the photo tells, its hair: the tab Looks has the sliders.',
     change: 'The change',
     changeAbout: 'Features, meanings, expressions and mixing shape the photo too.',
     strength: 'Strength',
@@ -416,7 +416,7 @@ export const text = {
       'The model knows shapes, and nothing of colours: these are yours to choose, and no statistics stand behind them. Skin goes by how much melanin the epidermis has, 1.3 to 43 % of it, and by the blood below; irises with hardly any melanin are blue.',
       'Lines are those that most faces get with the years, each where it usually is; they come with random faces that the model takes for older ones. Expressions fold them deeper, and a young face a little.',
       'Hair is cropped, or as long as you want it: strands that fall by their weight, parted and combed. It grows where it does on most men who keep theirs and is cut above the eyes; the head below is the face’s own, and what is measured is the head. Distances in mm are shown without it.',
-      'Saved faces, files and the link keep them. A face that wears a photo has the photo’s skin, lips and brows.',
+      'Saved faces, files and the link keep them. A face that wears a photo has the photo’s skin, lips, brows and beard.',
     ],
     mix: [
       'A face is a list of numbers, one an eigenmesh. To mix two faces is to go part of the way from the one list to the other, for all of it or for one feature.',

@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::light::bare;
 use super::raster::{NOTHING, Raster, barycentric};
 use super::sight::BEHIND;
-use super::{Camera, Image, Light, Texture, check_mesh};
+use super::{Camera, Image, Light, Looks, Texture, check_mesh};
 use crate::anatomy::Landmark;
 use crate::{Error, FaceModel, Result};
 use membrane::{CHANNELS, Cell, Known};
@@ -268,11 +268,24 @@ impl Edit {
     /// # Errors
     /// When no light is known, or the size is not from 64 to 4096.
     pub fn texture(&self, image: &Image, size: usize) -> Result<Texture> {
-        let light = self.light.as_ref().ok_or_else(|| {
-            Error::Mismatch("without the light on it nobody knows a face's colours".into())
-        })?;
         let mesh = (&self.positions[..], &self.normals[..]);
-        Texture::of(&self.model, &self.camera, light, mesh, image, size)
+        Texture::of(&self.model, &self.camera, self.light()?, mesh, image, size)
+    }
+
+    /// What the photo tells of the person beside the shape.
+    ///
+    /// # Errors
+    /// When no light is known.
+    pub fn looks(&self, image: &Image) -> Result<Looks> {
+        image.check_size(self.size)?;
+        let mesh = (&self.positions[..], &self.normals[..]);
+        Looks::of(&self.model, &self.camera, self.light()?, mesh, image)
+    }
+
+    fn light(&self) -> Result<&Light> {
+        self.light.as_ref().ok_or_else(|| {
+            Error::Mismatch("without the light on it nobody knows a face's colours".into())
+        })
     }
 
     /// What is known of the cells' motion and of the logarithm of their gain.

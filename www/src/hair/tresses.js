@@ -26,7 +26,7 @@ const PLACE = /* glsl */ `
   uniform float heatStrength;
   uniform float worn;
   vec3 strandAt() { return position + texelFetch(lockShifts, ivec2(int(strand.x), 0), 0).xyz; }
-  // What is measured is the head, and a photo that is worn has its own hair.
+  // What is measured is the head, and a photo that is worn has its own beard.
   bool strandHidden() { return heatStrength > 0.5 || worn > 0.5; }
   // Half its width, mm: roots are close, and tips thin.
   float ribbon() { return halfWidth * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.9 * outward.w * outward.w * outward.w); }

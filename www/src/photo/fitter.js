@@ -101,6 +101,8 @@ export function createFitter({ modelUrl, expressionsUrl }) {
      * @returns {Promise<{ size: number, rgba: Uint8ClampedArray } | null>}
      */
     texture: (size) => ask('texture', { size }),
+    /** What the photo tells of the person beside the shape. @returns {Promise<import('phiz').PhotoLooks | null>} */
+    looks: () => ask('looks', {}),
     /** @param {{ code: string, expression: Record<string, number> }} state */
     field: (state) => ask('field', { state }),
     cancel: () => end(new Cancelled()),

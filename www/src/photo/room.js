@@ -11,6 +11,7 @@ import { createComparison } from './compare.js';
 import { createCorrection } from './correct.js';
 import { findFaces, findPerson, stopFinding } from './faces.js';
 import { Cancelled, createFitter } from './fitter.js';
+import { colouringOf } from './looks.js';
 import { createPlacing } from './place.js';
 import { boxOf, ibugOf, meanPoints } from './points.js';
 import { readPhoto } from './read.js';
@@ -38,11 +39,12 @@ const EXAMPLE = 'astronaut.jpg';
  *   files: { modelUrl: URL, expressionsUrl: URL | null },
  *   expressions: { any: boolean, load: () => Promise<void> },
  *   sleep: (asleep: boolean) => void,
+ *   tone: import('three').Color,
  *   wear: (colours: { size: number, rgba: Uint8ClampedArray } | null) => void,
  * }} parts `panel` takes the controls; `sleep` stops the drawing of the head while it is covered; `wear` gives it
  *   the photo's colours, or its own
  */
-export function createRoom(editor, { panel, stage, files, expressions, sleep, wear }) {
+export function createRoom(editor, { panel, stage, files, expressions, sleep, tone, wear }) {
   const { model, face } = editor;
   const fitter = createFitter(files);
 
@@ -65,6 +67,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   /** What the present face changes. @type {import('./warp.js').Field | null} */
   let field = null;
   let editable = false;
+  /** Whether the head has the looks of this person. */
+  let dressed = false;
   /** Each photo that is opened is a visit: what comes late for an earlier one is dropped. */
   let visit = 0;
   /** @type {Mode} */
@@ -331,7 +335,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
     faces = [];
     detected = fitted = own = field = null;
     forgetPerson();
-    editable = false;
+    editable = dressed = false;
     comparison.reset();
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     warp.setPhoto(picture);
@@ -376,6 +380,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
 
   /** One of the faces. @param {number} i */
   async function take(i) {
+    dressed = false;
     forgetPerson();
     detected = ibugOf(faces[i]);
     correction.open(photo, detected);
@@ -431,12 +436,15 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
       const expression = Object.fromEntries(
         Object.entries(found.expression).flatMap(([name, weight]) => (weight >= 0.005 ? [[name, Math.round(100 * weight) / 100]] : [])),
       );
-      editor.take({ code: found.code, expression });
-      own = { code: face.code, expression: face.expression };
-      const base = { ...found, ...own };
-      fitted = { fit: base, points: points.slice(), scale: pixels.scale };
+      const base = { ...found, expression };
       await fitter.edit(pixels, base);
+      // Who corrects points has seen the looks, and may have changed them. Without a light nobody knows them.
+      const looks = dressed ? null : await fitter.looks().catch(() => null);
       if (here !== visit) return;
+      editor.take({ code: found.code, expression, ...(looks && { colouring: colouringOf(looks, tone) }) });
+      own = { code: face.code, expression: face.expression };
+      fitted = { fit: { ...base, ...own }, points: points.slice(), scale: pixels.scale };
+      dressed = true;
       editable = true;
       colours.forget();
       field = null;
@@ -475,6 +483,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, we
   }
   function startPlacing() {
     if (!photo) return;
+    dressed = false;
     forgetPerson();
     const { width, height } = photo;
     detected = null;

@@ -59,6 +59,9 @@ const TASKS = {
     const rgba = edit && pixels && edit.texture(pixels, size);
     return { answer: rgba && { size, rgba }, transfer: rgba ? [rgba.buffer] : [] };
   },
+  async looks() {
+    return { answer: edit && pixels && edit.looks(pixels) };
+  },
   async field({ state }) {
     const field = edit?.field(state) ?? null;
     return { answer: field, transfer: field ? [field.motion.buffer, field.gain.buffer] : [] };

@@ -1,0 +1,498 @@
+//! What a photo tells of a person beside the shape: the colours of skin, irises and hair, how far
+//! the hair stands off and hangs down, and a beard.
+//!
+//! The skin's colour is its usual albedo ([`Texture`](super::Texture) has the same). Irises are found as what is dark between the lids, and compared with the white of the
+//! eye, whose colour is known: an eye lies deeper than the light on the skin tells. Hair is what is
+//! person and not skin where scalps are: it is compared with both around the head, downwards beside the
+//! face until it ends, outwards from the crown, and on the forehead.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::sight::Sight;
+use super::skin::{Skin, median};
+use super::{Camera, Image, Light};
+use crate::srgb::BRIGHTNESS;
+use crate::{FaceModel, Result};
+
+/// What a photo tells of a person beside the shape. Colours are linear light, in the exposure and white
+/// balance of the photo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Looks {
+    /// The skin's albedo.
+    pub skin: DVec3,
+    /// The irises' albedo; `None` when too little of the eyes is seen, or through dark
+    /// glasses.
+    pub irises: Option<DVec3>,
+    /// How much darker than the cheeks the skin is where a beard grows: the logarithm of the brightness.
+    pub beard: f64,
+    /// `None` when there is none, or the head is not seen above the forehead.
+    pub hair: Option<Hair>,
+}
+
+/// The hair on a head.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hair {
+    /// Its albedo.
+    pub colour: DVec3,
+    /// How much of the scalp that is seen it covers, 0 to 1.
+    pub cover: f64,
+    /// How far it stands off the crown, mm.
+    pub off: f64,
+    /// How far it hangs beside the face: from the tragion down, mm, at most 190; 0 when it ends above.
+    pub hangs: f64,
+    /// How much of the forehead it covers, 0 to 1.
+    pub forehead: f64,
+}
+
+/// How far hair is followed down beside the face, mm: to the shoulders.
+const LOWEST: f64 = 190.0;
+
+/// Of the scalp counts what is farther inside the hairline than this part of the forehead's height: hairlines
+/// of people are elsewhere by as much.
+const INSIDE: f32 = 0.14;
+/// The usual hairline: at so many degrees around the head from the middle of the face, so high, where 0 is
+/// the tragion and 1 the trichion.
+const HAIRLINE: [[f32; 2]; 6] = [
+    [0.0, 1.0],
+    [36.0, 1.02],
+    [51.0, 0.68],
+    [71.0, 0.45],
+    [85.0, 0.25],
+    [180.0, 0.1],
+];
+/// The scalp is asked where the cosine of the angle at which it is seen is above this.
+const FACING: f64 = 0.15;
+/// Fewer vertices of it, or of an area of skin, tell nothing.
+const FEWEST: usize = 12;
+/// What is darker than the skin would be by this logarithm, or differs in hue (the logarithms of red and blue
+/// over green), is no skin. Bald heads shine, so what is brighter is.
+const DARKER: f64 = 0.45;
+const OTHER_HUE: f64 = 0.3;
+/// Light on the scalp within this factor of the usual is believed: the face, of which it is known, looks
+/// elsewhere.
+const UNUSUAL: f64 = 1.6;
+/// A head whose scalp is covered less is bald.
+const LEAST_COVER: f64 = 0.3;
+/// Below this light colours are the camera's noise.
+const BLACK: f64 = 0.01;
+/// Hair differs from its median by this logarithm at most: it shines and has shadows.
+const VARIES: f64 = 1.8;
+/// Steps in which hair is followed, mm, and how many in a row may be none.
+const STEP: f64 = 4.0;
+const GAPS: usize = 2;
+/// Beside the face hair is looked for so far outside of the tragion, mm.
+const BESIDE: [f64; 7] = [-6.0, 2.0, 10.0, 18.0, 26.0, 34.0, 42.0];
+/// There it is followed from so far above the tragion, mm.
+const ABOVE_EAR: f64 = 32.0;
+/// A head is turned when the sine of the camera's direction is above this.
+const TURNED: f64 = 0.3;
+/// Skin that is darker than the cheeks by this logarithm has a beard.
+const BEARDED: f64 = 0.4;
+/// Along the parting's height it is followed outwards from so far to either side of the middle, mm.
+const CROWN: [f64; 5] = [-30.0, -15.0, 0.0, 15.0, 30.0];
+/// Beside the temples so far below the trichion, mm.
+const TEMPLES: [f64; 3] = [-20.0, 0.0, 20.0];
+/// No hair stands off farther, mm.
+const FARTHEST_OFF: f64 = 120.0;
+/// Hair that stands off less is cropped, mm.
+const CROPPED: f64 = 6.0;
+/// An iris's radius, mm; people differ by a tenth.
+const IRIS: f64 = 5.9;
+/// An iris whose radius is fewer px has no colour but that of lids and lashes.
+const LEAST_IRIS: f64 = 2.5;
+/// The albedo of the white of the eye between lids.
+const SCLERA: f64 = 0.55;
+/// What the cornea before an iris mirrors of its surroundings.
+const CORNEA: f64 = 0.02;
+/// The albedo of the darkest irises.
+const MELANIN: f64 = 0.01;
+/// The brightness of the palest.
+const PALEST: f64 = 0.3;
+
+impl Looks {
+    /// Of a face (positions in mm, unit normals) that a camera sees in an image.
+    ///
+    /// # Errors
+    /// When the mesh is not the model's, or the face is not in the photo.
+    pub fn of(
+        model: &FaceModel,
+        camera: &Camera,
+        light: &Light,
+        (places, normals): (&[DVec3], &[Vec3]),
+        image: &Image,
+    ) -> Result<Self> {
+        let skin = Skin::new(model, camera, light, (places, normals), image)?;
+        let own = skin.own();
+        let head = Head {
+            model,
+            camera,
+            places,
+            normals,
+            image,
+            skin: &skin,
+            own,
+        };
+        Ok(Self {
+            skin: own,
+            irises: head.irises(),
+            beard: head.beard(),
+            hair: head.hair(),
+        })
+    }
+}
+
+/// A head in a photo.
+struct Head<'a> {
+    model: &'a FaceModel,
+    camera: &'a Camera,
+    places: &'a [DVec3],
+    normals: &'a [Vec3],
+    image: &'a Image<'a>,
+    skin: &'a Skin<'a>,
+    own: DVec3,
+}
+
+/// What hair and skin look like in a photo, linear light.
+struct Tones {
+    hair: DVec3,
+    skin: DVec3,
+}
+
+impl Tones {
+    /// Whether this light is nearer to the hair's than to the skin's.
+    fn is_hair(&self, light: DVec3) -> bool {
+        let tone = logarithm(light);
+        let [hair, skin] = [self.hair, self.skin].map(|c| (tone - logarithm(c)).length());
+        hair < VARIES && hair < skin
+    }
+
+    /// How much hair this light is a mixture of, the rest being skin.
+    fn share(&self, light: DVec3) -> f64 {
+        let across = self.skin - self.hair;
+        let along = (self.skin - light).dot(across) / across.length_squared().max(1e-9);
+        along.clamp(0.0, 1.0)
+    }
+}
+
+fn logarithm(light: DVec3) -> DVec3 {
+    light.max(DVec3::splat(BLACK)).map(f64::ln)
+}
+
+/// The logarithms of red and blue over green.
+fn hue(logarithm: DVec3) -> DVec2 {
+    DVec2::new(logarithm.x - logarithm.y, logarithm.z - logarithm.y)
+}
+
+impl Head<'_> {
+    /// A named point on the head in the photo, and on the mean head.
+    fn point(&self, name: &str) -> Option<[DVec3; 2]> {
+        let parts = self.model.parts();
+        let landmark = parts.landmarks.iter().find(|l| l.name == name)?;
+        let stencil = landmark.stencil.iter();
+        let here = stencil.map(|&(v, w)| self.places[v as usize] * w).sum();
+        Some([here, landmark.position(&parts.mean).as_dvec3()])
+    }
+
+    /// px a mm at a point.
+    fn scale(&self, p: DVec3) -> f64 {
+        self.camera.focal / self.camera.to_camera(p).z
+    }
+
+    /// The light of the person's within a mm of a point.
+    fn light(&self, p: DVec3) -> Option<DVec3> {
+        self.image.mean(self.camera.project(p), self.scale(p))
+    }
+
+    /// The shading of a vertex over the usual one, where that is believed.
+    fn shade(&self, v: usize) -> DVec3 {
+        let shade = self.skin.light.shade(self.normals[v].as_dvec3()) / self.skin.usual;
+        shade.clamp(DVec3::splat(1.0 / UNUSUAL), DVec3::splat(UNUSUAL))
+    }
+
+    /// The median albedo of the skin that is seen within some mm of points on the mean head.
+    fn albedo_near(&self, points: &[DVec3], reach: f64) -> Option<DVec3> {
+        let mean = &self.model.parts().mean;
+        let near = |v: usize| {
+            let p = mean[v].as_dvec3();
+            points.iter().any(|q| q.distance(p) < reach)
+        };
+        let each = (0..mean.len()).filter(|&v| self.skin.facings[v] > 0.4 && near(v));
+        let seen: Vec<DVec3> = each.filter_map(|v| self.skin.vertex(v)).collect();
+        (seen.len() >= FEWEST).then(|| median(seen.into_iter()))
+    }
+
+    fn beard(&self) -> f64 {
+        let between = |a: &str, b: &str| Some((self.point(a)?[1] + self.point(b)?[1]) / 2.0);
+        let brightness = |points: [Option<DVec3>; 2], reach: f64| {
+            let points: Vec<DVec3> = points.into_iter().flatten().collect();
+            let albedo = self.albedo_near(&points, reach)?;
+            Some(albedo.dot(BRIGHTNESS).max(BLACK).ln())
+        };
+        let cheeks = brightness(
+            [between("ibug_41", "ibug_48"), between("ibug_46", "ibug_54")],
+            12.0,
+        );
+        let lip = brightness(
+            [between("ibug_33", "ibug_50"), between("ibug_33", "ibug_52")],
+            5.0,
+        );
+        let chin = brightness([between("ibug_57", "ibug_08"), None], 12.0);
+        match (cheeks, lip, chin) {
+            (Some(cheeks), Some(lip), Some(chin)) => (cheeks - lip.max(chin)).max(0.0),
+            _ => 0.0,
+        }
+    }
+
+    fn irises(&self) -> Option<DVec3> {
+        if self.skin.dark_lenses {
+            return None;
+        }
+        let eyes = [36, 42].map(|first| self.iris(first));
+        let seen: Vec<DVec3> = eyes.into_iter().flatten().collect();
+        (!seen.is_empty()).then(|| seen.iter().sum::<DVec3>() / seen.len() as f64)
+    }
+
+    /// The albedo of the iris between six points around an eye, from the one of this number on.
+    fn iris(&self, first: u32) -> Option<DVec3> {
+        let points: Option<Vec<DVec3>> = (first..first + 6)
+            .map(|i| Some(self.point(&format!("ibug_{i}"))?[0]))
+            .collect();
+        let points = points?;
+        let radius = IRIS * self.scale(points.iter().sum::<DVec3>() / 6.0);
+        let lids: Vec<DVec2> = points.iter().map(|&p| self.camera.project(p)).collect();
+        let pixels = self.between_lids(&lids);
+        if radius < LEAST_IRIS {
+            return None;
+        }
+        let brightness = |p: &(DVec2, DVec3)| p.1.dot(BRIGHTNESS);
+        let mean = |inside: &dyn Fn(f64) -> bool, centre: DVec2| {
+            let all = pixels.iter().filter(|p| inside(p.0.distance(centre)));
+            let (sum, count) = all.fold((0.0, 0), |(s, n), p| (s + brightness(p), n + 1));
+            (count > 0).then(|| (sum / f64::from(count), count))
+        };
+        // The darkest disc beside something brighter, of which lids cover no more than the half.
+        let least = 0.45 * std::f64::consts::PI * radius * radius;
+        let score = |centre: DVec2| {
+            let (disc, count) = mean(&|d| d < radius, centre)?;
+            let (ring, _) = mean(&|d| d > 1.1 * radius && d < 1.8 * radius, centre)?;
+            (f64::from(count) > least).then_some((ring / disc.max(1e-4)).ln())
+        };
+        let all = pixels.iter().filter_map(|p| Some((p.0, score(p.0)?)));
+        let (centre, score) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        if score < 0.2 {
+            return None;
+        }
+        let part = |is_one: &dyn Fn(DVec2) -> bool| -> Vec<DVec3> {
+            let all = pixels.iter().filter(|p| is_one((p.0 - centre) / radius));
+            all.map(|p| p.1).collect()
+        };
+        // Not the pupil, nor the ring around the iris, nor what lies in the shadow of the upper lid.
+        let mut iris = part(&|at| (0.42..0.9).contains(&at.length()) && at.y > -0.2);
+        let mut white = part(&|at| at.length() > 1.25);
+        if iris.len() < 6 || white.len() < 4 {
+            return None;
+        }
+        let by_brightness = |a: &DVec3, b: &DVec3| a.dot(BRIGHTNESS).total_cmp(&b.dot(BRIGHTNESS));
+        // Lamps are mirrored in the cornea, and lashes are, and the pupil is near.
+        iris.sort_unstable_by(by_brightness);
+        iris.truncate(iris.len() * 3 / 5);
+        iris.drain(..iris.len() / 2);
+        white.sort_unstable_by(by_brightness);
+        // Corners are red, and lashes dark.
+        let white = median(white[white.len() / 2..].iter().copied());
+        let ratio = median(iris.into_iter()) / white.max(DVec3::splat(BLACK));
+        let albedo = ratio * SCLERA - CORNEA;
+        // Brighter than any iris is the lid.
+        let is_iris = albedo.dot(BRIGHTNESS) < PALEST;
+        is_iris.then(|| albedo.clamp(DVec3::splat(MELANIN), DVec3::ONE))
+    }
+
+    /// The middles of the pixels between lids, and their light.
+    fn between_lids(&self, lids: &[DVec2]) -> Vec<(DVec2, DVec3)> {
+        let low = lids.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+        let high = lids.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+        let size = DVec2::new(self.image.width as f64, self.image.height as f64);
+        let [low, high] = [low, high].map(|p| p.clamp(DVec2::ZERO, size).as_usizevec2());
+        let inside = |p: DVec2| {
+            let edges = lids.iter().zip(lids.iter().cycle().skip(1));
+            let crossed = edges.filter(|(a, b)| {
+                (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
+            });
+            crossed.count() % 2 == 1
+        };
+        let middles = (low.y..high.y).flat_map(|y| (low.x..high.x).map(move |x| [x, y]));
+        let middles = middles.map(|p| DVec2::from_array(p.map(|c| c as f64 + 0.5)));
+        let between = middles.filter(|&p| inside(p));
+        between
+            .filter_map(|p| Some((p, self.image.at(p)?)))
+            .collect()
+    }
+
+    fn hair(&self) -> Option<Hair> {
+        let [tragion_left, tragion] = self.point("tragion left")?;
+        let tragion_right = self.point("tragion right")?[0];
+        let trichion = self.point("trichion")?[1];
+        let mean = &self.model.parts().mean;
+        let topology = &self.model.parts().topology;
+        let sight = Sight::new(self.camera, self.places, &topology.triangles())?;
+        let tall = (trichion.y - tragion.y) as f32;
+        let axis = tragion.z as f32 + 0.11 * tall;
+        let inside =
+            |p: Vec3| (p.y - tragion.y as f32) / tall - hairline(p.x.atan2(p.z - axis).abs());
+        let mut samples = Vec::new();
+        let mut bare = 0;
+        for v in topology.part_vertices("skin") {
+            let v = v as usize;
+            if inside(mean[v]) < INSIDE {
+                continue;
+            }
+            let facing = sight.facing(self.places[v], self.normals[v].as_dvec3());
+            let Some(light) = facing
+                .filter(|&f| f > FACING)
+                .and(self.light(self.places[v]))
+            else {
+                continue;
+            };
+            let skin = logarithm(self.own * self.shade(v));
+            let tone = logarithm(light);
+            let darker = skin.dot(BRIGHTNESS) - tone.dot(BRIGHTNESS);
+            let hue = (hue(tone) - hue(skin)).length();
+            match darker > DARKER || hue > OTHER_HUE {
+                true => samples.push((light, light / self.shade(v))),
+                false => bare += 1,
+            }
+        }
+        let count = samples.len() + bare;
+        let cover = samples.len() as f64 / count.max(1) as f64;
+        if samples.len() < FEWEST || cover < LEAST_COVER {
+            return None;
+        }
+        let tones = Tones {
+            hair: median(samples.iter().map(|s| s.0)),
+            skin: self.own,
+        };
+        let off = self.off(&tones);
+        // Skin shows between short hairs.
+        if off < CROPPED {
+            let bright = |s: &(DVec3, DVec3)| s.0.dot(BRIGHTNESS);
+            samples.sort_unstable_by(|a, b| bright(a).total_cmp(&bright(b)));
+            samples.truncate(samples.len() / 2);
+        }
+        let colour = median(samples.into_iter().map(|s| s.1));
+        let hangs = [(tragion_left, 1.0), (tragion_right, -1.0)]
+            .map(|(p, side)| self.hangs(p, side, self.beard() > BEARDED, &tones));
+        Some(Hair {
+            colour,
+            cover,
+            off,
+            hangs: hangs[0].max(hangs[1]),
+            forehead: self.forehead(&tones),
+        })
+    }
+
+    /// How far hair hangs down from beside an ear. Of a head that is turned the nape is seen there, so only
+    /// what hangs before the ear counts; beside a beard only what hangs outside of it.
+    fn hangs(&self, tragion: DVec3, side: f64, bearded: bool, tones: &Tones) -> f64 {
+        let to_eye = (self.camera.position() - tragion).normalize_or_zero();
+        let turned = to_eye.x.abs() > TURNED;
+        let places = BESIDE.iter().filter(|&&b| {
+            if turned {
+                b < 6.0
+            } else {
+                !bearded || b > 16.0
+            }
+        });
+        let places: Vec<f64> = places.copied().collect();
+        let hair_at = |down: f64| {
+            let found = places.iter().filter(|&&beside| {
+                let p = tragion + DVec3::new(side * beside, -down, 12.0);
+                self.light(p).is_some_and(|light| tones.is_hair(light))
+            });
+            found.count() > 1
+        };
+        let steps = (LOWEST / STEP) as usize;
+        let from = -ABOVE_EAR;
+        (followed(steps, |i| hair_at(from + i as f64 * STEP)) + from).max(0.0)
+    }
+
+    /// How far hair stands off the head, seen against what is behind it: the median of some places above
+    /// the crown and beside the temples.
+    fn off(&self, tones: &Tones) -> f64 {
+        let away = |from: DVec3, along: DVec3| {
+            let steps = (FARTHEST_OFF / STEP) as usize;
+            followed(steps, |i| {
+                let light = self.light(from + along * (i as f64 * STEP));
+                light.is_some_and(|light| tones.is_hair(light))
+            })
+        };
+        let mut all = Vec::new();
+        let mut farthest = |along: DVec3, near: &dyn Fn(DVec3) -> bool| {
+            let places = self.places.iter().copied().filter(|&p| near(p));
+            let out = places.max_by(|a, b| a.dot(along).total_cmp(&b.dot(along)));
+            all.extend(out.map(|out| away(out, along)));
+        };
+        for x in CROWN {
+            farthest(DVec3::Y, &|p| (p.x - x).abs() < 4.0);
+        }
+        let top = self.point("trichion").map_or(0.0, |p| p[0].y);
+        for down in TEMPLES {
+            for side in [DVec3::X, DVec3::NEG_X] {
+                farthest(side, &|p| (p.y - top + down).abs() < 4.0);
+            }
+        }
+        all.sort_unstable_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// How much of the forehead hair covers.
+    fn forehead(&self, tones: &Tones) -> f64 {
+        let found = [
+            self.point("trichion"),
+            self.point("ibug_19"),
+            self.point("ibug_24"),
+        ];
+        let [Some(trichion), Some(right), Some(left)] = found else {
+            return 0.0;
+        };
+        let brows = right[1].y.max(left[1].y);
+        let mean = &self.model.parts().mean;
+        let across = left[1].x;
+        let on_it = |p: &Vec3| {
+            let p = p.as_dvec3();
+            p.x.abs() < across && p.z > 0.0 && p.y > brows + 9.0 && p.y < trichion[1].y - 8.0
+        };
+        let seen = (0..mean.len()).filter(|&v| on_it(&mean[v]) && self.skin.facings[v] > 0.4);
+        let each =
+            seen.filter_map(|v| Some(tones.share(self.light(self.places[v])? / self.shade(v))));
+        let (sum, count) = each.fold((0.0, 0), |(sum, n), share| (sum + share, n + 1));
+        sum / f64::from(count.max(1))
+    }
+}
+
+/// How far something goes on without a gap, mm.
+fn followed(steps: usize, is_there: impl Fn(usize) -> bool) -> f64 {
+    let (mut last, mut gap) = (0, 0);
+    for i in 0..steps {
+        match is_there(i) {
+            true => (last, gap) = (i + 1, 0),
+            false => gap += 1,
+        }
+        if gap > GAPS {
+            break;
+        }
+    }
+    last as f64 * STEP
+}
+
+/// How high the hairline is at an angle from the middle of the face (radians, not below 0).
+fn hairline(angle: f32) -> f32 {
+    let angle = angle.to_degrees();
+    let next = HAIRLINE
+        .iter()
+        .position(|p| p[0] >= angle)
+        .unwrap_or(HAIRLINE.len() - 1)
+        .max(1);
+    let [from, to] = [HAIRLINE[next - 1], HAIRLINE[next]];
+    let part = ((angle - from[0]) / (to[0] - from[0])).clamp(0.0, 1.0);
+    from[1] + part * (to[1] - from[1])
+}

@@ -1,0 +1,362 @@
+//! The colours of the skin that a photo shows, without the light on it, and how far they are believed.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::light::bare;
+use super::sight::Sight;
+use super::{Camera, Image, Light};
+use crate::anatomy::Landmark;
+use crate::srgb::{BRIGHTNESS, linear};
+use crate::{Error, FaceModel, Result};
+
+/// What is seen at a cosine of the first is not believed, of the second wholly.
+const FACING: [f64; 2] = [0.25, 0.6];
+/// Towards the outline, at a cosine below this, what has another tone than the skin is hair or what is
+/// behind the head, not skin.
+const INNER: f64 = 0.85;
+/// Hair falls into foreheads: from so many mm above the brows on other tones are doubted, too, wholly
+/// from the second on.
+const FOREHEAD: [f32; 2] = [2.0, 9.0];
+/// So it does into temples, which face the camera when a head is turned: from so far behind the outer
+/// corners of the eyes on, mm, wholly from the second on; and from so far above the nose's base, below
+/// which it is a beard, that is worn.
+const TEMPLE: [[f32; 2]; 2] = [[4.0, 16.0], [0.0, 12.0]];
+/// Around what is doubted there so many edges of the mesh are doubted as well.
+const EDGE: usize = 2;
+/// The logarithms of tones that are another: none of the first is, all of the second are.
+const OTHER: [f64; 2] = [0.2, 0.42];
+/// The photo is worn within this distance of the 68 points, mm, wholly within the second.
+const AROUND: [f32; 2] = [35.0, 24.0];
+/// A bridge of glasses is darker than what is above and below it, by this logarithm, in the middle of the nose
+/// and so far to either side, mm; portraits without have at most 0.33. It is looked for at so many places between two points of the nose.
+const BRIDGE: [f64; 3] = [-3.0, 0.0, 3.0];
+const BRIDGE_DEPTH: f64 = 0.55;
+const BRIDGE_STEPS: usize = 12;
+/// Glasses reach from so far above the brows to so far below the tip of the nose, mm, and not onto the nose's
+/// wings, which are so far from its middle.
+const LENS: [f32; 2] = [4.0, 4.0];
+const NOSE: f32 = 20.0;
+/// What is darker than the skin by the first of these logarithms, or brighter by the second, is a frame.
+const FRAME: [f64; 2] = [0.3, 0.45];
+/// Lids and brows are dark anyway, so near to the points on them, mm.
+const LID: f32 = 5.0;
+const BROW: f32 = 6.0;
+/// The eye's surroundings that a lens covers, mm from the points on the lids.
+const SOCKET: f32 = 14.0;
+/// No tone is farther than this factor from the model's colours.
+const LARGEST_TONE: f64 = 5.0;
+/// Light below this part of the usual is shadow, whose albedo nobody knows.
+const DARKEST: f64 = 0.15;
+/// A face with what is known of its colours.
+pub(super) struct Skin<'a> {
+    pub model: &'a FaceModel,
+    pub light: &'a Light,
+    pub image: &'a Image<'a>,
+    pub normals: &'a [Vec3],
+    /// Where vertices are in the photo, px.
+    pub seen: Vec<DVec2>,
+    pub trust: Vec<f64>,
+    /// The model's own colours, linear.
+    pub painted: Vec<DVec3>,
+    /// The cosine of the angle at which each vertex is seen, 0 when it is not.
+    pub facings: Vec<f64>,
+    /// The usual shading.
+    pub usual: DVec3,
+    /// Whether an eye is behind a lens that is not clear.
+    pub dark_lenses: bool,
+}
+
+impl<'a> Skin<'a> {
+    /// Of a face (positions in mm, unit normals) that a camera sees in an image.
+    ///
+    /// # Errors
+    /// When the mesh is not the model's, or the face is not in the photo.
+    pub fn new(
+        model: &'a FaceModel,
+        camera: &Camera,
+        light: &'a Light,
+        (places, normals): (&[DVec3], &'a [Vec3]),
+        image: &'a Image<'a>,
+    ) -> Result<Self> {
+        let topology = &model.parts().topology;
+        super::check_mesh(places.len(), normals.len(), topology.regions.len())?;
+        let [trust, facings] = trust(model, camera, places, normals)?;
+        let lit = (0..facings.len()).filter(|&v| facings[v] > INNER);
+        let shading = lit.map(|v| light.shade(normals[v].as_dvec3()));
+        let usual = median(shading).max(DVec3::splat(1e-6));
+        let mut skin = Self {
+            model,
+            light,
+            image,
+            normals,
+            seen: places.iter().map(|&p| camera.project(p)).collect(),
+            trust,
+            facings,
+            painted: topology.colours.iter().map(|&c| linear(c)).collect(),
+            usual,
+            dark_lenses: false,
+        };
+        skin.doubt();
+        skin.doubt_glasses();
+        Ok(skin)
+    }
+
+    /// The albedo at a mix of three vertices, and how much it is believed.
+    pub fn albedo(&self, corners: [usize; 3], share: [f64; 3]) -> (DVec3, f64) {
+        let trust: f64 = (0..3).map(|i| share[i] * self.trust[corners[i]]).sum();
+        if !(trust > 0.0) {
+            return (DVec3::ZERO, 0.0);
+        }
+        let place: DVec2 = (0..3).map(|i| self.seen[corners[i]] * share[i]).sum();
+        let normal: DVec3 = (0..3)
+            .map(|i| self.normals[corners[i]].as_dvec3() * share[i])
+            .sum();
+        let Some(seen) = self.image.at(place) else {
+            return (DVec3::ZERO, 0.0);
+        };
+        let shading = self.light.shade(normal.normalize_or_zero()) / self.usual;
+        (seen / shading.max(DVec3::splat(DARKEST)), trust)
+    }
+
+    /// The albedo of a vertex that is seen.
+    pub fn vertex(&self, v: usize) -> Option<DVec3> {
+        let (albedo, trust) = self.albedo([v; 3], [1.0, 0.0, 0.0]);
+        (trust > 0.0).then_some(albedo)
+    }
+
+    /// The usual albedo of what is seen and believed.
+    pub fn own(&self) -> DVec3 {
+        let seen = (0..self.trust.len()).filter(|&v| self.trust[v] > 0.8);
+        median(seen.filter_map(|v| self.vertex(v)))
+    }
+
+    /// The logarithms of (albedo / model's colour) of the vertices that are seen.
+    pub fn seen_tones(&self) -> Vec<(usize, DVec3)> {
+        let limit = DVec3::splat(LARGEST_TONE.ln());
+        let each = (0..self.trust.len()).filter_map(|v| {
+            let (albedo, trust) = self.albedo([v; 3], [1.0, 0.0, 0.0]);
+            let tone = (albedo.max(DVec3::splat(1e-3)) / self.painted[v]).map(f64::ln);
+            (trust > 0.0).then(|| (v, tone.clamp(-limit, limit)))
+        });
+        each.collect()
+    }
+
+    /// Believes less of what is near the outline or the hairline and has another tone than the skin.
+    fn doubt(&mut self) {
+        let tones = self.seen_tones();
+        let inner = tones.iter().filter(|t| self.facings[t.0] > INNER);
+        let usual = median(inner.map(|t| t.1));
+        let parts = self.model.parts();
+        let places = |names: std::ops::RangeInclusive<&'static str>| {
+            let named = move |l: &&Landmark| names.contains(&l.name.as_str());
+            let found = parts.landmarks.iter().filter(named);
+            found.map(|l| l.position(&parts.mean))
+        };
+        let brows = places("ibug_17"..="ibug_26").map(|p| p.y);
+        let brows = brows.fold(f32::NEG_INFINITY, f32::max);
+        let corners = places("ibug_36"..="ibug_36").chain(places("ibug_45"..="ibug_45"));
+        let corners = corners.map(|p| p.z).fold(f32::INFINITY, f32::min);
+        let nose = places("ibug_33"..="ibug_33").map(|p| p.y);
+        let nose = nose.fold(f32::NEG_INFINITY, f32::max);
+        let mut hairless = vec![1.0; self.trust.len()];
+        let within = |[from, to]: [f32; 2], x: f32| ((x - from) / (to - from)).clamp(0.0, 1.0);
+        for (v, tone) in tones {
+            let off = ((tone - usual).length() - OTHER[0]) / (OTHER[1] - OTHER[0]);
+            let outer = ((INNER - self.facings[v]) / (INNER - FACING[1])).clamp(0.0, 1.0);
+            let at = parts.mean[v];
+            let above = within(FOREHEAD, at.y - brows);
+            let beside = within(TEMPLE[0], corners - at.z) * within(TEMPLE[1], at.y - nose);
+            let off = off.clamp(0.0, 1.0);
+            self.trust[v] *= 1.0 - off * outer.max(f64::from(above));
+            hairless[v] = 1.0 - off * f64::from(beside);
+        }
+        // The edge of hair is half skin. (Brows are beside the forehead, and theirs is worn.)
+        let neighbours = self.neighbours();
+        for _ in 0..EDGE {
+            let before = hairless.clone();
+            for (own, near) in hairless.iter_mut().zip(&neighbours) {
+                let least = near.iter().map(|&n| before[n as usize]);
+                *own = least.fold(*own, f64::min);
+            }
+        }
+        for (trust, hairless) in self.trust.iter_mut().zip(hairless) {
+            *trust *= hairless;
+        }
+    }
+
+    /// Does not believe what glasses cover, if they are worn: around the eyes all that is darker or brighter than
+    /// skin is their frame, or lens, or its shadow.
+    fn doubt_glasses(&mut self) {
+        if !self.bridged() {
+            return;
+        }
+        let parts = self.model.parts();
+        let at = |i: u32| {
+            let name = format!("ibug_{i:02}");
+            let landmark = parts.landmarks.iter().find(|l| l.name == name);
+            landmark.map_or(Vec3::NAN, |l| l.position(&parts.mean))
+        };
+        let line = |range: std::ops::RangeInclusive<u32>| range.map(at).collect::<Vec<_>>();
+        let (brows, eyes) = (
+            [line(17..=21), line(22..=26)],
+            [line(36..=41), line(42..=47)],
+        );
+        let top = brows
+            .iter()
+            .flatten()
+            .map(|p| p.y)
+            .fold(f32::NEG_INFINITY, f32::max)
+            + LENS[0];
+        let [bottom, nose] = [at(30).y - LENS[1], at(29).y];
+        let near = |p: Vec3, lines: &[Vec<Vec3>; 2], reach: f32| {
+            let mut corners = lines.iter().flatten();
+            corners.any(|c| c.distance(p) < reach)
+        };
+        let tones = self.seen_tones();
+        let own = BRIGHTNESS.dot(median(
+            tones
+                .iter()
+                .filter(|t| self.facings[t.0] > INNER)
+                .map(|t| t.1),
+        ));
+        // What glasses may cover: not nostrils.
+        let around = |p: Vec3| p.y < top && p.y > bottom && (p.x.abs() > NOSE || p.y > nose);
+        let mut covered = vec![false; self.trust.len()];
+        let mut counts = [[0, 0]; 2];
+        for &(v, tone) in &tones {
+            let p = parts.mean[v];
+            if !around(p) {
+                continue;
+            }
+            let off = BRIGHTNESS.dot(tone) - own;
+            let is_off = !(-FRAME[0]..=FRAME[1]).contains(&off);
+            let [lid, brow] = [near(p, &eyes, LID), near(p, &brows, BROW)];
+            covered[v] = is_off && !lid && !brow;
+            if near(p, &eyes, SOCKET) && !brow {
+                let side = &mut counts[usize::from(p.x > 0.0)];
+                side[usize::from(is_off)] += 1;
+            }
+        }
+        // Behind a dark lens nothing is seen, lids and brows among it.
+        for &(v, _) in &tones {
+            let p = parts.mean[v];
+            let [clear, dark] = counts[usize::from(p.x > 0.0)];
+            covered[v] |= dark > clear && around(p) && near(p, &eyes, SOCKET);
+        }
+        self.dark_lenses = counts.iter().any(|[clear, dark]| dark > clear);
+        let neighbours = self.neighbours();
+        for _ in 0..EDGE {
+            let before = covered.clone();
+            for (own, near) in covered.iter_mut().zip(&neighbours) {
+                *own |= near.iter().any(|&n| before[n as usize]);
+            }
+        }
+        for (trust, covered) in self.trust.iter_mut().zip(covered) {
+            if covered {
+                *trust = 0.0;
+            }
+        }
+    }
+
+    /// Whether something crosses the nose between the eyes: a dark band with skin above and below. Of whoever
+    /// wears nothing it may be darker there, but by less.
+    fn bridged(&self) -> bool {
+        let parts = self.model.parts();
+        let at = |i: u32| {
+            let name = format!("ibug_{i:02}");
+            let landmark = parts.landmarks.iter().find(|l| l.name == name)?;
+            let stencil = landmark.stencil.iter();
+            Some(
+                stencil
+                    .map(|&(v, w)| self.seen[v as usize] * w)
+                    .sum::<DVec2>(),
+            )
+        };
+        let ridge =
+            [(21, 22), (27, 27), (28, 28), (29, 29)].map(|(a, b)| Some((at(a)? + at(b)?) / 2.0));
+        let ([Some(brow), Some(root), Some(middle), Some(low)], Some(right), Some(left)) =
+            (ridge, at(39), at(42))
+        else {
+            return false;
+        };
+        let ridge = [brow, root, middle, low];
+        // Inner corners are some 30 mm apart.
+        let mm = (left - right) / 30.0;
+        let depth = |beside: f64| {
+            let along: Option<Vec<f64>> = (0..=3 * BRIDGE_STEPS)
+                .map(|i| {
+                    let part = i as f64 / BRIDGE_STEPS as f64;
+                    let from = (part as usize).min(2);
+                    let p = ridge[from].lerp(ridge[from + 1], part - from as f64) + mm * beside;
+                    let light = self.image.mean(p, 0.7 * mm.length())?;
+                    Some(light.dot(BRIGHTNESS).max(1e-3).ln())
+                })
+                .collect();
+            let Some(along) = along else {
+                return 0.0;
+            };
+            let most = |side: &[f64]| side.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let each = (1..along.len() - 1)
+                .map(|i| most(&along[..i]).min(most(&along[i + 1..])) - along[i]);
+            each.fold(0.0, f64::max)
+        };
+        BRIDGE.into_iter().map(depth).all(|d| d > BRIDGE_DEPTH)
+    }
+
+    /// The vertices around each of the skin's.
+    pub fn neighbours(&self) -> Vec<Vec<u32>> {
+        let topology = &self.model.parts().topology;
+        let all = topology.triangles();
+        let mut neighbours = vec![Vec::new(); self.trust.len()];
+        for part in topology.parts.iter().filter(|p| p.name == "skin") {
+            for &[a, b, c] in &all[part.first as usize..(part.first + part.count) as usize] {
+                // Each edge inside has a triangle on either side, and counts once from each.
+                for [from, to] in [[a, b], [b, c], [c, a]] {
+                    neighbours[from as usize].push(to);
+                }
+            }
+        }
+        neighbours
+    }
+}
+
+/// How much each vertex's colour is believed, 0..=1, and the cosine of the angle at which it is seen.
+fn trust(
+    model: &FaceModel,
+    camera: &Camera,
+    places: &[DVec3],
+    normals: &[Vec3],
+) -> Result<[Vec<f64>; 2]> {
+    let parts = model.parts();
+    let sight = Sight::new(camera, places, &parts.topology.triangles())
+        .ok_or_else(|| Error::Mismatch("no face is seen in the photo".into()))?;
+    let points: Vec<Vec3> = (parts.landmarks.iter())
+        .filter(|l| l.name.starts_with("ibug_"))
+        .map(|l| l.position(&parts.mean))
+        .collect();
+    let mut trust = vec![0.0; places.len()];
+    let mut facings = vec![0.0; places.len()];
+    for v in bare(model) {
+        let v = v as usize;
+        let away = points.iter().map(|p| p.distance(parts.mean[v]));
+        let away = away.fold(f32::INFINITY, f32::min);
+        let near = ((AROUND[0] - away) / (AROUND[0] - AROUND[1])).clamp(0.0, 1.0);
+        let facing = sight
+            .facing(places[v], normals[v].as_dvec3())
+            .unwrap_or(0.0);
+        facings[v] = facing;
+        let facing = ((facing - FACING[0]) / (FACING[1] - FACING[0])).clamp(0.0, 1.0);
+        trust[v] = f64::from(near) * facing;
+    }
+    Ok([trust, facings])
+}
+
+/// The median of each channel; 0 of none.
+pub(super) fn median(tones: impl Iterator<Item = DVec3>) -> DVec3 {
+    let tones: Vec<DVec3> = tones.collect();
+    DVec3::from_array([0, 1, 2].map(|channel| {
+        let mut all: Vec<f64> = tones.iter().map(|t| t[channel]).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
+    }))
+}

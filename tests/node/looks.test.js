@@ -1,0 +1,75 @@
+// From what a photo tells of a person's looks to the page's sliders, and back.
+import assert from 'node:assert/strict';
+import { describe, test } from 'node:test';
+import { REST, whole } from '../../www/src/colouring.js';
+import { colouringOf } from '../../www/src/photo/looks.js';
+import { hairColour, irisColours, skinColour } from '../../www/src/pigments.js';
+import { Color } from '../../www/node_modules/three/build/three.module.js';
+
+const tone = new Color('#d9a88c');
+const rgb = (/** @type {Color} */ { r, g, b }) => /** @type {[number, number, number]} */ ([r, g, b]);
+/** What a photo would have of skin: as the page's shader shows it. */
+const seen = (/** @type {Color} */ { r, g, b }) => /** @type {[number, number, number]} */ ([(r * 0.97) / 0.8, (g * 0.875) / 0.8, (b * 0.81) / 0.8]);
+const bald = { skin: seen(tone), irises: null, beard: 0, hair: null };
+const short = { colour: rgb(hairColour(REST.hair, 0, 0)), cover: 1, off: 12, hangs: 0, forehead: 0 };
+/** How far apart two colours are: the logarithm of the greatest ratio of a channel. Below a hundredth all is black. */
+const apart = (/** @type {number[]} */ a, /** @type {number[]} */ b) => Math.max(...a.map((value, k) => Math.abs(Math.log((value + 0.01) / (b[k] + 0.01)))));
+
+describe('looks', () => {
+  test('of the head at rest are at rest', () => {
+    assert.deepEqual(colouringOf(bald, tone), {});
+    const { crop, length, ...rest } = colouringOf({ ...bald, hair: short }, tone);
+    assert.ok(crop > 0.5 && length > 0.1, `${crop}, ${length}`);
+    assert.ok(Object.keys(rest).every((name) => name === 'comb'), JSON.stringify(rest));
+  });
+
+  test('of other skins look like them', () => {
+    for (const skin of [0, 0.15, 0.5, 0.75, 1]) {
+      for (const blood of [0.1, 0.3, 0.7]) {
+        const wanted = skinColour(tone, skin, blood);
+        const found = whole(colouringOf({ ...bald, skin: seen(wanted) }, tone));
+        const off = apart(rgb(skinColour(tone, found.skin, found.blood)), rgb(wanted));
+        // A shade that two sliders share is not told twice: what is drawn counts.
+        assert.ok(off < 0.12, `skin ${skin} with blood ${blood} is off by ${off}: ${JSON.stringify(found)}`);
+      }
+    }
+  });
+
+  test('of hair and eyes look like them', () => {
+    for (const [hair, red, grey] of [[0.05, 0, 0], [0.4, 0, 0], [1, 0, 0], [0.4, 0.8, 0], [0.5, 0, 0.8], [0.9, 0, 0.3]]) {
+      const wanted = rgb(hairColour(hair, red, grey));
+      const found = whole(colouringOf({ ...bald, hair: { ...short, colour: wanted } }, tone));
+      const off = apart(rgb(hairColour(found.hair, found.red, found.grey)), wanted);
+      // What is nearly black is taken for a little less of it: a camera's noise.
+      assert.ok(off < (hair < 1 ? 0.15 : 0.35), `hair ${hair}, ${red}, ${grey} is off by ${off}: ${JSON.stringify(found)}`);
+    }
+    for (const iris of [0.05, 0.4, 0.6, 0.95]) {
+      const { inner, outer } = irisColours(iris);
+      const colour = rgb(inner.lerp(outer, 0.5));
+      // In the shade of the lids, too.
+      for (const light of [1, 0.8]) {
+        const found = whole(colouringOf({ ...bald, irises: [colour[0] * light, colour[1] * light, colour[2] * light] }, tone)).iris;
+        assert.ok(Math.abs(found - iris) < 0.13, `an iris of ${iris} is ${found}`);
+      }
+    }
+    // Dark and grey is what a camera makes of brown eyes in the shade.
+    assert.equal(whole(colouringOf({ ...bald, irises: [0.035, 0.03, 0.033] }, tone)).iris, REST.iris);
+  });
+
+  test('of hair of any length have it', () => {
+    const lengthOf = (/** @type {object} */ more) => whole(colouringOf({ ...bald, hair: { ...short, ...more } }, tone)).length;
+    assert.equal(lengthOf({ off: 3 }), 0);
+    const lengths = [{ off: 8 }, { off: 16 }, { off: 28 }, { hangs: 40 }, { hangs: 80 }, { hangs: 140 }].map(lengthOf);
+    for (const [i, length] of lengths.entries()) assert.ok(i === 0 || length > lengths[i - 1], lengths.join(', '));
+    const fringe = whole(colouringOf({ ...bald, hair: { ...short, off: 3, forehead: 0.6 } }, tone));
+    assert.ok(fringe.comb > 0.9 && fringe.length > 0.3, JSON.stringify(fringe));
+    assert.ok(whole(colouringOf({ ...bald, hair: { ...short, cover: 0.4 } }, tone)).crop < 0.6);
+  });
+
+  test('of a beard have one', () => {
+    const beardOf = (/** @type {number} */ beard) => whole(colouringOf({ ...bald, beard }, tone));
+    assert.equal(beardOf(0.05).beard, 0);
+    assert.ok(beardOf(0.25).beard > 0 && beardOf(0.25).beardLength === 0);
+    assert.ok(beardOf(0.9).beard > 0.5 && beardOf(0.9).beardLength > 0);
+  });
+});

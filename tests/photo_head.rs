@@ -1,0 +1,543 @@
+//! What a photo tells of a head beside its shape: the colours that it wears, and its looks.
+#![cfg(feature = "photo")]
+
+mod common;
+
+use glam::{DVec2, DVec3, Vec3};
+use phiz::Face;
+use phiz::anatomy::Landmark;
+use phiz::photo::raster::{NOTHING, Raster, barycentric};
+use phiz::photo::{Camera, Edit, HARMONICS, Hair, Image, Light, Looks};
+
+use common::person;
+
+const SIZE: [u32; 2] = [480, 400];
+const SKIN: DVec3 = DVec3::new(0.5, 0.35, 0.25);
+
+fn camera(angles: [f64; 3]) -> Camera {
+    Camera {
+        rotation: Camera::turned(angles),
+        translation: DVec3::new(0.0, 0.0, 800.0),
+        focal: 1000.0,
+        centre: DVec2::new(240.0, 200.0),
+    }
+}
+
+fn edit(face: &Face, camera: &Camera, light: Option<Light>) -> Edit {
+    Edit::new(
+        face.model(),
+        camera,
+        SIZE,
+        light,
+        face.positions(),
+        face.normals(),
+    )
+    .unwrap()
+}
+
+fn window() -> Light {
+    // Bright from the subject's left and above, a little warm.
+    let channel =
+        |k: f64| -> [f64; HARMONICS] { [k, 0.5 * k, 0.2 * k, 0.3 * k, 0.0, 0.0, 0.1, 0.0, 0.0] };
+    Light {
+        coefficients: [channel(0.7), channel(0.6), channel(0.5)],
+        rms: 0.0,
+    }
+}
+
+fn stencil(landmark: &Landmark, of: &[Vec3]) -> Vec3 {
+    landmark
+        .stencil
+        .iter()
+        .map(|&(v, w)| of[v as usize] * w as f32)
+        .sum()
+}
+
+/// A picture of a face whose skin has some linear albedo at each vertex, in a light, on green.
+fn picture(face: &Face, camera: &Camera, light: &Light, albedo: &[DVec3]) -> Vec<u8> {
+    coded(&linear_picture(face, camera, light, albedo))
+}
+
+/// The bytes of light, all of which is a person's.
+fn coded(picture: &[DVec3]) -> Vec<u8> {
+    let each = picture.iter().flat_map(|colour| {
+        let [r, g, b] = colour.to_array().map(|c| match c <= 0.0031308 {
+            true => 12.92 * c,
+            false => 1.055 * c.powf(1.0 / 2.4) - 0.055,
+        });
+        [r, g, b, 1.0].map(|c| (255.0 * c.min(1.0)).round() as u8)
+    });
+    each.collect()
+}
+
+fn linear_picture(face: &Face, camera: &Camera, light: &Light, albedo: &[DVec3]) -> Vec<DVec3> {
+    let triangles = face.model().parts().topology.triangles();
+    let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+    let size = SIZE.map(|s| s as usize);
+    let raster = Raster::new(camera, size, &positions, &triangles);
+    let mut picture = Vec::with_capacity(size[0] * size[1]);
+    for (at, &triangle) in raster.triangles.iter().enumerate() {
+        let mut colour = DVec3::new(0.0, 0.5, 0.0);
+        if triangle != NOTHING {
+            let corners = triangles[triangle as usize].map(|v| v as usize);
+            let here = DVec2::new((at % size[0]) as f64, (at / size[0]) as f64) + 0.5;
+            let share = barycentric(here, corners.map(|v| camera.project(positions[v])));
+            let mix = |of: &dyn Fn(usize) -> DVec3| -> DVec3 {
+                (0..3).map(|i| of(corners[i]) * share[i]).sum()
+            };
+            let normal = mix(&|v| face.normals()[v].as_dvec3()).normalize();
+            colour = mix(&|v| albedo[v]) * light.shade(normal);
+        }
+        picture.push(colour);
+    }
+    picture
+}
+
+#[test]
+fn a_head_wears_the_photo_without_its_light() {
+    let face = person(9);
+    let model = face.model();
+    let parts = model.parts();
+    // Turned: the right side of the face is hardly seen. Skin is striped across, the same on both sides.
+    let camera = camera([0.6, 0.0, 0.0]);
+    let albedo: Vec<DVec3> = (parts.mean.iter())
+        .map(|p| DVec3::new(0.5, 0.35, 0.25) * (1.0 + 0.2 * f64::from(p.y / 9.0).sin()))
+        .collect();
+    let light = window();
+    let rgba = picture(&face, &camera, &light, &albedo);
+    let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+    let worn = edit(&face, &camera, Some(light))
+        .texture(&image, 512)
+        .unwrap();
+    assert_eq!(worn.rgba.len(), 4 * 512 * 512);
+    let linear = |byte: u8| (f64::from(byte) / 255.0 + 0.055).powf(2.4) / 1.055_f64.powf(2.4);
+    // Over the true albedo, which is known but for the exposure.
+    let mut ratios: [Vec<f64>; 2] = Default::default();
+    for (v, uv) in parts.topology.uvs[..parts.mean.len()].iter().enumerate() {
+        let [x, y] = [uv[0], 1.0 - uv[1]].map(|c| ((c * 512.0) as usize).min(511));
+        let at = 4 * (512 * y + x);
+        if worn.rgba[at + 3] > 230 && parts.mean[v].x.abs() > 15.0 {
+            let side = usize::from(parts.mean[v].x > 0.0);
+            ratios[side].push(linear(worn.rgba[at]) / albedo[v].x);
+        }
+    }
+    let [right, left] = ratios.map(|mut all| {
+        all.sort_unstable_by(f64::total_cmp);
+        assert!(all.len() > 300, "{}", all.len());
+        [0.1, 0.5, 0.9].map(|q| all[(q * (all.len() - 1) as f64) as usize])
+    });
+    // Stripes are some cells of the picture wide, so a tenth of their height is lost.
+    for [low, median, high] in [right, left] {
+        assert!(
+            low / median > 0.92 && high / median < 1.08,
+            "{low}, {median}, {high}"
+        );
+    }
+    assert!(
+        (right[1] / left[1] - 1.0).abs() < 0.05,
+        "{right:?}, {left:?}"
+    );
+    // Nothing of the wall is on the skin.
+    let skin = parts.topology.part_vertices("skin");
+    let green = skin.iter().filter(|&&v| {
+        let [u, w] = parts.topology.uvs[v as usize];
+        let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
+        let pixel = &worn.rgba[4 * (512 * y + x)..][..3];
+        pixel[1] > pixel[0]
+    });
+    assert_eq!(green.count(), 0);
+}
+
+/// Of a head that is turned the temple faces the camera, and the hair on it; a beard is worn.
+#[test]
+fn hair_on_a_temple_is_no_skin() {
+    let face = person(9);
+    let parts = face.model().parts();
+    let landmark = |name: &str| {
+        let found = parts.landmarks.iter().find(|l| l.name == name);
+        stencil(found.expect("is there"), &parts.mean)
+    };
+    let [corner, nose] = ["ibug_45", "ibug_33"].map(landmark);
+    // Behind the corner of the eye, and below the mouth.
+    let is_hair = |p: Vec3| p.z < corner.z - 18.0 && p.y > nose.y + 14.0;
+    let is_beard = |p: Vec3| p.y < nose.y - 30.0;
+    let skin = DVec3::new(0.5, 0.35, 0.25);
+    let each = parts.mean.iter().map(|&p| match (is_hair(p), is_beard(p)) {
+        (true, _) => skin * 0.12,
+        (_, true) => skin * 0.4,
+        _ => skin,
+    });
+    let albedo: Vec<DVec3> = each.collect();
+    for yaw in [-0.7, 0.7] {
+        let (camera, light) = (camera([yaw, 0.0, 0.0]), window());
+        let rgba = picture(&face, &camera, &light, &albedo);
+        let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+        let edit = edit(&face, &camera, Some(light));
+        let worn = edit.texture(&image, 512).unwrap();
+        let red = |is_one: &dyn Fn(Vec3) -> bool| -> Vec<u8> {
+            let each = parts.topology.part_vertices("skin").into_iter();
+            let each = each.filter(|&v| is_one(parts.mean[v as usize]));
+            let each = each.map(|v| {
+                let [u, w] = parts.topology.uvs[v as usize];
+                let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
+                worn.rgba[4 * (512 * y + x)]
+            });
+            let mut all: Vec<u8> = each.collect();
+            all.sort_unstable();
+            assert!(all.len() > 100, "{}", all.len());
+            all
+        };
+        let near = |p: Vec3, x: f32| (p.x.abs() - x).abs() < 12.0;
+        let cheek = red(&|p| p.z > corner.z && (p.y - nose.y).abs() < 10.0 && near(p, 35.0));
+        let cheek = f64::from(cheek[cheek.len() / 2]);
+        // From the edge of the hair on, but for where painted brows and ears end.
+        let temple = red(&|p| is_hair(p) && p.z > corner.z - 45.0 && p.y < corner.y + 40.0);
+        let dark = f64::from(temple[temple.len() / 50]);
+        assert!(
+            dark > 0.75 * cheek,
+            "a temple is {dark} of 255, a cheek {cheek}"
+        );
+        let chin = red(&|p| is_beard(p) && p.z > corner.z && near(p, 0.0));
+        let chin = f64::from(chin[chin.len() / 2]);
+        assert!(
+            chin < 0.8 * cheek,
+            "a beard is {chin} of 255, a cheek {cheek}"
+        );
+    }
+}
+
+#[test]
+fn colours_that_nobody_knows_are_refused() {
+    let face = person(1);
+    let grey = vec![128; (4 * SIZE[0] * SIZE[1]) as usize];
+    let image = Image::new(SIZE[0], SIZE[1], &grey).unwrap();
+    let dark = edit(&face, &camera([0.0; 3]), None).texture(&image, 512);
+    assert!(dark.unwrap_err().to_string().contains("without the light"));
+    let lit = edit(&face, &camera([0.0; 3]), Some(window()));
+    for size in [0, 63, 4097] {
+        let why = lit.texture(&image, size).unwrap_err().to_string();
+        assert!(why.contains("from 64 to 4096 texels"), "{why}");
+    }
+}
+
+/// Whether a point of the photo, px, is in something.
+type Place = Box<dyn Fn(DVec2) -> bool>;
+
+/// A face that looks at the camera, its photo, and where things are in it.
+struct Portrait {
+    face: Face,
+    camera: Camera,
+    light: Light,
+    albedo: Vec<DVec3>,
+    /// Painted over what is drawn: whether it is there, and its light.
+    over: Vec<(Place, DVec3)>,
+}
+
+impl Portrait {
+    fn new(seed: u64) -> Self {
+        let face = person(seed);
+        Self {
+            albedo: vec![SKIN; face.positions().len()],
+            face,
+            camera: Camera {
+                translation: DVec3::new(0.0, 0.0, 700.0),
+                ..camera([0.0; 3])
+            },
+            light: window(),
+            over: Vec::new(),
+        }
+    }
+
+    /// Where a landmark is on the mean head and, px, in the photo.
+    fn at(&self, name: &str) -> (Vec3, DVec2) {
+        let parts = self.face.model().parts();
+        let found = parts.landmarks.iter().find(|l| l.name == name);
+        let landmark = found.expect("is there");
+        let here = stencil(landmark, self.face.positions());
+        let seen = self.camera.project(here.as_dvec3());
+        (stencil(landmark, &parts.mean), seen)
+    }
+
+    /// Gives an albedo to some of the mean head's skin.
+    fn paint(&mut self, albedo: DVec3, is_there: impl Fn(Vec3) -> bool) {
+        let mean = &self.face.model().parts().mean;
+        for (own, &p) in self.albedo.iter_mut().zip(mean) {
+            if is_there(p) {
+                *own = albedo;
+            }
+        }
+    }
+
+    /// px a mm along the height at a landmark.
+    fn scale_at(&self, name: &str) -> f64 {
+        let parts = self.face.model().parts();
+        let landmark = parts.landmarks.iter().find(|l| l.name == name);
+        let here = stencil(landmark.expect("is there"), self.face.positions()).as_dvec3();
+        let [from, to] = [here, here + DVec3::Y].map(|p| self.camera.project(p));
+        from.distance(to)
+    }
+
+    /// px a mm at the face.
+    fn scale(&self) -> f64 {
+        self.camera.focal / self.camera.translation.z
+    }
+
+    /// Paints what is higher than a hairline that is everywhere inside the usual one.
+    fn paint_scalp(&mut self, albedo: DVec3) {
+        let [trichion, tragion] = ["trichion", "tragion left"].map(|name| self.at(name).0);
+        let slope = 0.8 * (trichion.y - tragion.y) / (trichion.z - tragion.z);
+        let line = move |z: f32| tragion.y + 4.0 + slope * (z - tragion.z).max(0.0);
+        self.paint(albedo, |p| {
+            p.y > line(p.z) && p.z < trichion.z + 5.0 || p.y > trichion.y
+        });
+    }
+
+    fn rgba(&self) -> Vec<u8> {
+        let mut picture = linear_picture(&self.face, &self.camera, &self.light, &self.albedo);
+        for (at, light) in picture.iter_mut().enumerate() {
+            let width = SIZE[0] as usize;
+            let here = DVec2::new((at % width) as f64, (at / width) as f64) + 0.5;
+            for (is_there, colour) in &self.over {
+                if is_there(here) {
+                    *light = *colour;
+                }
+            }
+        }
+        coded(&picture)
+    }
+
+    fn looks(&self) -> Looks {
+        let rgba = self.rgba();
+        let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+        let edit = edit(&self.face, &self.camera, Some(self.light));
+        edit.looks(&image).unwrap()
+    }
+
+    fn hair(&self) -> Hair {
+        self.looks().hair.expect("there is hair")
+    }
+}
+
+/// The greatest ratio of two colours' channels, either way.
+fn ratio(a: DVec3, b: DVec3) -> f64 {
+    let ratio = a / b;
+    ratio.max_element().max(1.0 / ratio.min_element())
+}
+
+#[test]
+fn skin_has_its_colour_without_the_light() {
+    let face = Portrait::new(3);
+    let looks = face.looks();
+    // Of the exposure nobody knows more than that usual light is 1: the light's mean here is near that of
+    // the front, and the hue is that of the skin under the lamp's own.
+    let front = face.light.shade(DVec3::new(0.0, 0.1, 1.0).normalize());
+    let off = ratio(looks.skin, SKIN * front);
+    assert!(off < 1.12, "{:?} for {:?}", looks.skin, SKIN * front);
+    assert!(looks.beard < 0.05, "{}", looks.beard);
+    assert_eq!(looks.hair, None, "nothing grows on bare skin");
+}
+
+#[test]
+fn hair_has_its_colour_and_ends_where_it_ends() {
+    let black = DVec3::new(0.04, 0.03, 0.025);
+    let mut face = Portrait::new(4);
+    face.paint_scalp(black);
+    let short = face.hair();
+    let front = face.light.shade(DVec3::new(0.0, 0.1, 1.0).normalize());
+    assert!(
+        ratio(short.colour, black * front) < 1.25,
+        "{:?}",
+        short.colour
+    );
+    assert!(short.cover > 0.9, "{}", short.cover);
+    assert!(short.off < 6.0, "{}", short.off);
+    assert!(short.forehead < 0.15, "{}", short.forehead);
+    assert_eq!(short.hangs, 0.0);
+
+    // A mop that stands off by 24 mm: a disc around the head above the ears.
+    let (_, ear) = face.at("tragion left");
+    let crown: DVec2 = {
+        let all = face
+            .face
+            .positions()
+            .iter()
+            .map(|p| face.camera.project(p.as_dvec3()));
+        all.min_by(|a, b| a.y.total_cmp(&b.y)).unwrap()
+    };
+    let scale = face.scale();
+    let (_, trichion) = face.at("trichion");
+    let radius = (ear.y - crown.y).max((ear.x - crown.x).abs()) + 24.0 * scale;
+    let centre = DVec2::new(crown.x, crown.y - 24.0 * scale + radius);
+    let mut mop = Portrait::new(4);
+    mop.paint_scalp(black);
+    let outside = move |p: DVec2| p.distance(centre) < radius && p.y < trichion.y;
+    mop.over.push((Box::new(outside), black * 0.8));
+    let off = mop.hair().off;
+    assert!((14.0..40.0).contains(&off), "{off}");
+
+    // Curtains on both sides, to so many mm below the ears.
+    for down in [60.0, 120.0] {
+        let mut long = Portrait::new(4);
+        long.paint_scalp(black);
+        for side in ["left", "right"] {
+            let (_, ear) = long.at(&format!("tragion {side}"));
+            let scale = long.scale_at(&format!("tragion {side}"));
+            let curtain = move |p: DVec2| {
+                (p.x - ear.x).abs() < 14.0 * scale
+                    && p.y > ear.y - 50.0 * scale
+                    && p.y < ear.y + down * scale
+            };
+            long.over.push((Box::new(curtain), black * 0.8));
+        }
+        let hangs = long.hair().hangs;
+        // It is looked for in steps of 4 mm, by the light within one.
+        assert!((hangs - down).abs() < 6.0, "{hangs} mm for {down}");
+    }
+}
+
+#[test]
+fn a_fringe_covers_the_forehead() {
+    let fair = DVec3::new(0.3, 0.2, 0.09);
+    let mut face = Portrait::new(5);
+    face.paint_scalp(fair);
+    let [brow, trichion] = ["ibug_19", "trichion"].map(|name| face.at(name).0);
+    face.paint(fair, |p| p.z > 0.0 && p.y > brow.y + 8.0);
+    let forehead = face.hair().forehead;
+    assert!(forehead > 0.8, "{forehead}");
+    // Half of it.
+    let middle = (brow.y + 9.0 + trichion.y - 8.0) / 2.0;
+    face.paint(SKIN, |p| p.z > 0.0 && p.y < middle);
+    let forehead = face.hair().forehead;
+    assert!((0.3..0.7).contains(&forehead), "{forehead}");
+}
+
+#[test]
+fn a_beard_is_darker_than_the_cheeks() {
+    for darker in [0.3_f64, 0.9] {
+        let mut face = Portrait::new(6);
+        let nose = face.at("ibug_33").0;
+        face.paint(SKIN * (-darker).exp(), |p| p.y < nose.y - 3.0);
+        let beard = face.looks().beard;
+        assert!((beard - darker).abs() < 0.12, "{beard} for {darker}");
+    }
+}
+
+#[test]
+fn irises_are_told_beside_the_white_of_the_eye() {
+    let eye = |iris: DVec3, first: &[u32]| {
+        let mut face = Portrait::new(7);
+        let radius = 5.9 * face.scale();
+        for &i in first {
+            let points: Vec<DVec2> = (i..i + 6)
+                .map(|i| face.at(&format!("ibug_{i}")).1)
+                .collect();
+            let centre = points.iter().sum::<DVec2>() / 6.0;
+            let wide = points[0].distance(points[3]) / 2.0;
+            let white = DVec3::splat(0.4);
+            face.over
+                .push((Box::new(move |p| p.distance(centre) < wide), white));
+            // An albedo of 0.02 is what the cornea mirrors.
+            let shown = (iris + 0.02) / 0.55 * 0.4;
+            face.over
+                .push((Box::new(move |p| p.distance(centre) < radius), shown));
+            face.over.push((
+                Box::new(move |p| p.distance(centre) < 0.35 * radius),
+                DVec3::splat(0.004),
+            ));
+        }
+        face.looks().irises
+    };
+    for iris in [DVec3::new(0.08, 0.15, 0.22), DVec3::new(0.11, 0.06, 0.03)] {
+        let found = eye(iris, &[36, 42]).expect("eyes are open");
+        assert!(ratio(found, iris) < 1.15, "{found:?} for {iris:?}");
+    }
+    // Lids are shut: skin all over.
+    assert_eq!(eye(DVec3::ONE, &[]), None);
+}
+
+/// Draws a frame around both eyes, with a bridge, and lenses that let so much light through.
+fn glasses(face: &mut Portrait, through: f64) {
+    let scale = face.scale();
+    let eyes = [[36, 39], [42, 45]].map(|pair| {
+        let [a, b] = pair.map(|i| face.at(&format!("ibug_{i}")).1);
+        (a + b) / 2.0
+    });
+    let (wide, tall, thick) = (25.0 * scale, 18.0 * scale, 2.5 * scale);
+    for eye in eyes {
+        let inside = move |p: DVec2, more: f64| {
+            ((p.x - eye.x) / (wide + more)).powi(4) + ((p.y - eye.y) / (tall + more)).powi(4) < 1.0
+        };
+        let frame = move |p: DVec2| inside(p, 0.5 * thick) && !inside(p, -0.5 * thick);
+        face.over.push((Box::new(frame), DVec3::splat(0.01)));
+        if through < 1.0 {
+            let lens = move |p: DVec2| inside(p, -0.5 * thick);
+            face.over.push((Box::new(lens), SKIN * through));
+        }
+    }
+    let bridge = move |p: DVec2| {
+        (p.y - eyes[0].y).abs() < 0.5 * thick && p.x > eyes[0].x + wide && p.x < eyes[1].x - wide
+    };
+    face.over.push((Box::new(bridge), DVec3::splat(0.01)));
+}
+
+#[test]
+fn glasses_are_not_skin() {
+    let darkest = |face: &Portrait| {
+        let rgba = face.rgba();
+        let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+        let edit = edit(&face.face, &face.camera, Some(face.light));
+        let worn = edit.texture(&image, 512).unwrap();
+        let parts = face.face.model().parts();
+        let [eye, cheek] = ["ibug_36", "ibug_45"].map(|name| face.at(name).0);
+        let middle = (eye + cheek) / 2.0;
+        let near = |p: Vec3| {
+            (p - middle).x.abs() < 60.0 && (p - middle).y.abs() < 35.0 && p.z > middle.z - 15.0
+        };
+        let skin = parts.topology.part_vertices("skin").into_iter();
+        let mut red: Vec<u8> = skin
+            .filter(|&v| near(parts.mean[v as usize]))
+            .map(|v| {
+                let [u, w] = parts.topology.uvs[v as usize];
+                let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
+                worn.rgba[4 * (512 * y + x)]
+            })
+            .collect();
+        red.sort_unstable();
+        assert!(red.len() > 500, "{}", red.len());
+        // All but a hundredth is lighter.
+        f64::from(red[red.len() / 100]) / f64::from(red[red.len() / 2])
+    };
+    let bare = darkest(&Portrait::new(8));
+    for through in [1.0, 0.1] {
+        let mut face = Portrait::new(8);
+        glasses(&mut face, through);
+        let worn = darkest(&face);
+        assert!(
+            worn > 0.8 * bare,
+            "{worn} of the usual, {bare} without glasses"
+        );
+        if through < 1.0 {
+            assert_eq!(face.looks().irises, None, "behind dark lenses");
+        }
+        // Without a bridge it is paint, which is worn.
+        face.over.pop();
+        let painted = darkest(&face);
+        assert!(
+            painted < 0.6 * bare,
+            "{painted} of the usual, {bare} without paint"
+        );
+    }
+}
+
+#[test]
+fn looks_that_nobody_knows_are_refused() {
+    let face = person(1);
+    let grey = vec![128; (4 * SIZE[0] * SIZE[1]) as usize];
+    let image = Image::new(SIZE[0], SIZE[1], &grey).unwrap();
+    let dark = edit(&face, &camera([0.0; 3]), None).looks(&image);
+    assert!(dark.unwrap_err().to_string().contains("without the light"));
+    let small = Image::new(1, 1, &grey[..4]).unwrap();
+    let lit = edit(&face, &camera([0.0; 3]), Some(window()));
+    let why = lit.looks(&small).unwrap_err().to_string();
+    assert!(why.contains("480 x 400"), "{why}");
+}

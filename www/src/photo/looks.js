@@ -1,0 +1,118 @@
+import { REST, readColouring } from '../colouring.js';
+import { hairColour, irisColours, skinColour } from '../pigments.js';
+
+// From what a photo tells of a person's colours and hair to the sliders that look like it.
+
+/** What the skin's pigment looks like where it is lit, over what the photo has: blood, and its exposure. As in the skin's shader. */
+const SHOWN = [0.8 / 0.97, 0.8 / 0.875, 0.8 / 0.81];
+/** Hair that stands off less is cropped, mm: the fitted head is off by as much. */
+const CROPPED = 6;
+/** Hair that hangs less beside the face hangs around an ear, mm. */
+const AROUND_EARS = 20;
+/** From there on hair reaches the shoulders, where nobody sees how much longer it is. */
+const TO_SHOULDERS = 90;
+/** Longer hair begins so far above the ear, mm. */
+const ABOVE_EAR = 35;
+/** A fringe covers more than this part of the forehead. */
+const FRINGE = 0.22;
+/** Stubble is darker than cheeks by the first of these logarithms, a beard by the second. */
+const BEARDS = [0.13, 0.4];
+/** The green of an iris that is dark, and how far the logarithms of blue and green are apart in one without a hue. */
+const DARK_IRIS = 0.05;
+const HUELESS = 0.4;
+/** As `colouring.js` has it, the slider of hair's length. @param {number} mm */
+const sliderOf = (mm) => (mm / 230) ** (1 / 1.5);
+
+/** @typedef {readonly number[]} Linear red, green and blue */
+
+/** Below this, light is noise. */
+const BLACK = 0.01;
+/** @param {Linear} colour */
+const logarithms = (colour) => colour.map((value) => Math.log(Math.max(BLACK, value)));
+
+/**
+ * The place on one or more sliders that has the least of something.
+ * @param {number[]} steps of each slider
+ * @param {(...places: number[]) => number} cost
+ */
+function least(steps, cost) {
+  /** @type {{ places: number[], cost: number }} */
+  let best = { places: [], cost: Infinity };
+  /** @param {number[]} chosen */
+  function search(chosen) {
+    if (chosen.length === steps.length) {
+      const here = cost(...chosen);
+      if (here < best.cost) best = { places: chosen, cost: here };
+      return;
+    }
+    const count = steps[chosen.length];
+    for (let i = 0; i <= count; i++) search([...chosen, i / count]);
+  }
+  search([]);
+  return best.places;
+}
+
+/** The square of the distance of two colours. @param {number[]} a @param {number[]} b logarithms */
+const apart = (a, b) => a.reduce((sum, value, k) => sum + (value - b[k]) ** 2, 0);
+
+/** @param {Linear} colour @param {import('three').Color} tone */
+function skinOf(colour, tone) {
+  const wanted = logarithms(colour.map((value, k) => value * SHOWN[k]));
+  const [skin, blood] = least([50, 20], (skin, blood) => {
+    const own = skinColour(tone, skin, blood);
+    // What lamps and cameras do to reds is not blood.
+    return apart(wanted, logarithms([own.r, own.g, own.b])) + 0.15 * (blood - REST.blood) ** 2;
+  });
+  return { skin, blood };
+}
+
+/** @param {Linear} colour */
+function hairOf(colour) {
+  const wanted = logarithms(colour);
+  const [hair, red, grey] = least([40, 10, 10], (hair, red, grey) => {
+    const own = hairColour(hair, red, grey);
+    return apart(wanted, logarithms([own.r, own.g, own.b])) + 0.12 * red + 0.12 * grey;
+  });
+  return { hair, red, grey };
+}
+
+/**
+ * Irises are told by their hue: how bright they are is a matter of lids. What is dark and has no hue is most often
+ * brown, as at rest, below what it mirrors.
+ * @param {Linear} colour @returns {import('../colouring.js').Colouring}
+ */
+function irisOf(colour) {
+  const hue = (/** @type {number[]} */ [r, g, b]) => [r - g, b - g, 0.3 * g];
+  const wanted = hue(logarithms(colour));
+  if (colour[1] < DARK_IRIS && Math.abs(wanted[1]) < HUELESS) return {};
+  const [iris] = least([50], (iris) => {
+    const { inner, outer } = irisColours(iris);
+    return apart(wanted, hue(logarithms([(inner.r + outer.r) / 2, (inner.g + outer.g) / 2, (inner.b + outer.b) / 2])));
+  });
+  return { iris };
+}
+
+/** @param {import('phiz').PhotoHair} hair @returns {import('../colouring.js').Colouring} */
+function styleOf({ colour, cover, off, hangs, forehead }) {
+  const crop = cover > 0.6 ? 0.9 : 0.5;
+  const short = off < CROPPED ? 0 : Math.min(58, Math.max(20, 2 * off));
+  const mm = hangs > TO_SHOULDERS ? 200 : hangs > AROUND_EARS ? hangs + ABOVE_EAR : short;
+  // What covers a forehead reaches down to it.
+  const length = sliderOf(forehead > FRINGE ? Math.max(mm, 55) : mm);
+  const comb = forehead > FRINGE ? 0.95 : hangs > AROUND_EARS ? 0.5 : 0.3;
+  return { ...hairOf(colour), crop, length, comb };
+}
+
+/**
+ * The colouring that looks like a person in a photo. What a photo does not tell is at rest.
+ * @param {import('phiz').PhotoLooks} looks
+ * @param {import('three').Color} tone of the head's skin at rest
+ */
+export function colouringOf({ skin, irises, beard, hair }, tone) {
+  return readColouring({
+    ...skinOf(skin, tone),
+    ...(irises && irisOf(irises)),
+    ...(hair ? styleOf(hair) : { crop: 0, length: 0 }),
+    ...(beard > BEARDS[1] ? { beard: 0.7, beardLength: 0.15 } : beard > BEARDS[0] ? { beard: 0.3 } : {}),
+  });
+}
