@@ -14,8 +14,8 @@ use super::{Camera, Image, Light};
 use crate::srgb::BRIGHTNESS;
 use crate::{FaceModel, Result};
 
-/// What a photo tells of a person beside the shape. Colours are linear light, in the exposure and white
-/// balance of the photo.
+/// What a photo tells of a person beside the shape. Colours are linear light, in the white balance and, unless that
+/// is too dark, the exposure of the photo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Looks {
     /// The skin's albedo.
@@ -200,7 +200,8 @@ impl Head<'_> {
 
     /// The light of the person's within a mm of a point.
     fn light(&self, p: DVec3) -> Option<DVec3> {
-        self.image.mean(self.camera.project(p), self.scale(p))
+        let light = self.image.mean(self.camera.project(p), self.scale(p))?;
+        Some(light * self.skin.exposure)
     }
 
     /// The shading of a vertex over the usual one, where that is believed.
@@ -324,7 +325,7 @@ impl Head<'_> {
         let middles = middles.map(|p| DVec2::from_array(p.map(|c| c as f64 + 0.5)));
         let between = middles.filter(|&p| inside(p));
         between
-            .filter_map(|p| Some((p, self.image.at(p)?)))
+            .filter_map(|p| Some((p, self.image.at(p)? * self.skin.exposure)))
             .collect()
     }
 

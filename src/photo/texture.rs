@@ -1,7 +1,7 @@
 //! The colours of a head that wears a photo (semantic reshaping, section 4.2): its albedo, all round.
 //!
 //! Where the skin is seen its albedo is the photo's light over the shading, in the exposure and white
-//! balance of the photo: a light that is everywhere cannot be told from a lighter skin, and people
+//! balance of the photo, unless it is too dark: a light that is everywhere cannot be told from a lighter skin, and people
 //! look as in the photo when the usual shading is 1. What the camera does not
 //! see of one side it mostly sees of the other, so that is taken from there. What remains has the
 //! model's own colours, in the tone that the neighbourhood has: the logarithm of (seen / model's) is

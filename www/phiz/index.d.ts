@@ -171,7 +171,7 @@ export interface PhotoHair {
   readonly forehead: number;
 }
 
-/** What a photo tells of a person beside the shape. Colours are linear light, in the photo's exposure. */
+/** What a photo tells of a person beside the shape. Colours are linear light, in the photo's exposure unless that is too dark. */
 export interface PhotoLooks {
   /** The skin's albedo. */
   readonly skin: readonly [number, number, number];

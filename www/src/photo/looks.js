@@ -14,7 +14,7 @@ const TO_SHOULDERS = 90;
 /** Longer hair begins so far above the ear, mm. */
 const ABOVE_EAR = 35;
 /** A fringe covers more than this part of the forehead. */
-const FRINGE = 0.22;
+const FRINGE = 0.35;
 /** Stubble is darker than cheeks by the first of these logarithms, a beard by the second. */
 const BEARDS = [0.13, 0.4];
 /** The green of an iris that is dark, and how far the logarithms of blue and green are apart in one without a hue. */
