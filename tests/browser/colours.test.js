@@ -237,6 +237,22 @@ describe('colours', () => {
     assert.equal(differing(await picture(page, 'hair-kept'), await picture(linked.page, 'hair-linked')), 0);
     await linked.context.close();
 
+    // It can be hidden, by a key and a button, and is the face's all the same; who picks a style sees it.
+    const hide = page.getByRole('button', { name: 'Hide the hair' });
+    await page.locator('.view').focus();
+    await page.keyboard.press('h');
+    assert.equal(await hide.getAttribute('aria-pressed'), 'true');
+    const hidden = await picture(page, 'hair-hidden');
+    for (const place of ['scalp', 'beside', 'forehead']) assert.equal(look.around(bald, hidden, place, 10), 0, `hair that is hidden is seen at the ${place}`);
+    assert.deepEqual(await colouring(page), kept);
+    assert.equal(new URL(page.url()).hash, hash);
+    await hide.click();
+    assert.ok(look.around(bald, await picture(page, 'hair-shown'), 'scalp', 10) > 300, 'hair that is shown again is not seen');
+    await hide.click();
+    await page.getByRole('button', { name: 'Bob', exact: true }).click();
+    assert.equal(await hide.getAttribute('aria-pressed'), 'false');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+
     // Distances are the head's: with hair and without they look the same.
     await page.getByRole('tab', { name: 'Features' }).click();
     await page.locator('.tab[data-group="head"]').click();
@@ -247,6 +263,7 @@ describe('colours', () => {
     await choose(page);
     await page.getByRole('button', { name: 'The model’s own' }).click();
     assert.equal(differing(heat, await picture(page, 'hair-heat-bald')), 0, 'hair lies over the distances');
+    assert.ok(await hide.isHidden(), 'there is nothing to hide');
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.deepEqual(complaints, []);
     await context.close();

@@ -82,34 +82,79 @@ const PEOPLE = [
 ];
 const WIDTH = 300;
 const HEIGHT = 400;
+/** A page whose stage has so much room, without what lies on it. */
+async function portraitPage() {
+  const { page } = await open(browser, site, { sharp: true, deviceScaleFactor: 2, viewport: { width: 900, height: HEIGHT + 55 }, colorScheme: 'light' });
+  await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
+  await page.locator('.explain-open').evaluate((button) => (button.style.visibility = 'hidden'));
+  return page;
+}
+/**
+ * Puts the middle of a picture on a sheet of three in a row.
+ * @param {InstanceType<typeof PNG>} onto @param {number} place
+ * @param {InstanceType<typeof PNG>} from
+ */
+function put(onto, place, { data, width }) {
+  const left = Math.floor((width - WIDTH) / 2);
+  for (let y = 0; y < HEIGHT; y++) {
+    for (let x = 0; x < WIDTH; x++) {
+      const o = 4 * ((Math.floor(place / 3) * HEIGHT + y) * onto.width + (place % 3) * WIDTH + x);
+      for (let k = 0; k < 3; k++) onto.data[o + k] = data[4 * (y * width + left + x) + k];
+      onto.data[o + 3] = 255;
+    }
+  }
+}
 const sheet = new PNG({ width: 3 * WIDTH, height: 2 * HEIGHT });
-const small = await open(browser, site, { sharp: true, deviceScaleFactor: 2, viewport: { width: 900, height: HEIGHT + 55 }, colorScheme: 'light' });
-await small.page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
-await small.page.locator('.explain-open').evaluate((button) => (button.style.visibility = 'hidden'));
+const small = await portraitPage();
 for (const [i, { seed, colours }] of PEOPLE.entries()) {
-  await small.page.evaluate((number) => {
+  await small.evaluate((number) => {
     const { model } = window.designer;
     const other = model.face();
     other.randomize({ seed: number, spread: 0.9 });
     location.hash = other.code;
     other.free();
   }, seed);
-  await small.page.getByRole('tab', { name: 'Looks' }).click();
+  await small.getByRole('tab', { name: 'Looks' }).click();
   for (const [name, value] of Object.entries(colours)) {
-    const slider = small.page.locator(`#colour-${name}`);
+    const slider = small.locator(`#colour-${name}`);
     await slider.fill(String(value));
     await slider.dispatchEvent('change');
   }
-  const { data, width } = halved(await picture(small.page, `people-${i}`));
-  const left = Math.floor((width - WIDTH) / 2);
-  for (let y = 0; y < HEIGHT; y++) {
-    for (let x = 0; x < WIDTH; x++) {
-      const o = 4 * (((i < 3 ? 0 : HEIGHT) + y) * sheet.width + (i % 3) * WIDTH + x);
-      for (let k = 0; k < 3; k++) sheet.data[o + k] = data[4 * (y * width + left + x) + k];
-      sheet.data[o + 3] = 255;
-    }
-  }
+  put(sheet, i, halved(await picture(small, `people-${i}`)));
 }
 writeFileSync(place('page-colours'), PNG.sync.write(sheet));
+
+// A photo, and the head that it becomes.
+const shown = new PNG({ width: 3 * WIDTH, height: HEIGHT });
+const photo = await portraitPage();
+await photo.getByRole('tab', { name: 'Photo' }).click();
+await photo.getByRole('button', { name: 'An example' }).click();
+await photo.waitForFunction(() => window.designer.photo?.mode === 'ready', null, { timeout: 60_000 });
+await photo.evaluate(() => {
+  for (const over of document.querySelectorAll('.photo-sides, .hint, .toast')) over.style.visibility = 'hidden';
+});
+const cut = await photo.evaluate(
+  async ([width, height]) => {
+    const canvas = Object.assign(document.createElement('canvas'), { width, height });
+    const whole = await createImageBitmap(await (await fetch('astronaut.jpg')).blob());
+    const context = canvas.getContext('2d');
+    context.imageSmoothingQuality = 'high';
+    context.drawImage(whole, 120, 0, (300 * width) / height, 300, 0, 0, width, height);
+    return canvas.toDataURL().split(',')[1];
+  },
+  [WIDTH, HEIGHT],
+);
+put(shown, 0, PNG.sync.read(Buffer.from(cut, 'base64')));
+await photo.getByLabel('3D head', { exact: true }).evaluate((side) => side.click());
+await photo.waitForFunction(() => window.designer.photo.worn);
+for (const [i, name] of ['Front', 'Three-quarter'].entries()) {
+  await photo.locator('.views button', { hasText: name }).evaluate((button) => {
+    button.click();
+    button.parentElement.style.visibility = 'hidden';
+  });
+  await settled(photo);
+  put(shown, i + 1, halved(decodePng(await photo.locator('.view').screenshot())));
+}
+writeFileSync(place('page-photo'), PNG.sync.write(shown));
 await browser.close();
 await site.close();

@@ -2,6 +2,7 @@ import { createAbout } from './about.js';
 import { createAddress } from './address.js';
 import { decodeColouring, decodeExpression, encodeColouring, splitHash } from './addresscode.js';
 import { createAutosave } from './autosave.js';
+import { createBare } from './bare.js';
 import { createColours } from './colours.js';
 import { createCompare } from './compare.js';
 import { createDisplay } from './display.js';
@@ -95,9 +96,10 @@ export async function createDesigner(model, stage, chosen) {
   const touch = window.matchMedia('(pointer: coarse)').matches;
   const hint = element('p', { class: 'hint' }, touch ? text.hintTouch : text.hint);
   const glow = createGlow(head, scene);
-  stage.root.append(hint, toast.root, createViewpoint(canvas, scene));
+  const bare = createBare(editor, canvas, repaint);
+  stage.root.append(hint, toast.root, createViewpoint(canvas, scene, bare.button));
 
-  const display = createDisplay({ face, head, scene, colouring: () => editor.colouring, onScale: (millimetres) => compare.setScale(millimetres) });
+  const display = createDisplay({ face, head, scene, colouring: () => bare.colouring, onScale: (millimetres) => compare.setScale(millimetres) });
   const library = createLibrary(model, chosen.name);
   const portraits = createPortraits(model, display);
 
@@ -208,11 +210,12 @@ export async function createDesigner(model, stage, chosen) {
   editor.onShape((range) => {
     display.refresh(range);
   });
-  editor.onColours(() => {
-    head.paint(editor.colouring);
+  editor.onColours(repaint);
+  function repaint() {
+    head.paint(bare.colouring);
     // Hair casts shadows.
     scene.shapeChanged();
-  });
+  }
   head.adorn(growHair);
   head.paint(colours);
   editor.onRefusal((why) => toast.say(text.refused(why)));

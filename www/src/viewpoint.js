@@ -18,8 +18,9 @@ const TURNS = {
  * From where the head is seen: buttons, and keys on the canvas.
  * @param {HTMLCanvasElement} canvas
  * @param {ReturnType<typeof import('./scene.js').createScene>} scene
+ * @param {HTMLElement[]} more buttons beside them
  */
-export function createViewpoint(canvas, scene) {
+export function createViewpoint(canvas, scene, ...more) {
   canvas.addEventListener('keydown', (event) => {
     const turn = TURNS[event.key];
     if (!turn || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -38,5 +39,6 @@ export function createViewpoint(canvas, scene) {
       { type: 'button', class: 'tool', 'aria-label': text.resetView, title: text.resetView, onclick: () => scene.view('front') },
       icon('home'),
     ),
+    ...more,
   );
 }

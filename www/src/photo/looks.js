@@ -15,6 +15,8 @@ const TO_SHOULDERS = 90;
 const ABOVE_EAR = 35;
 /** A fringe covers more than this part of the forehead. */
 const FRINGE = 0.35;
+/** From the hairline to the brows, mm, along hair that does not lie flat. */
+const FOREHEAD = 48;
 /** Stubble is darker than cheeks by the first of these logarithms, a beard by the second. */
 const BEARDS = [0.13, 0.4];
 /** The green of an iris that is dark, and how far the logarithms of blue and green are apart in one without a hue. */
@@ -97,9 +99,9 @@ function styleOf({ colour, cover, off, hangs, forehead }) {
   const crop = cover > 0.6 ? 0.9 : 0.5;
   const short = off < CROPPED ? 0 : Math.min(58, Math.max(20, 2 * off));
   const mm = hangs > TO_SHOULDERS ? 200 : hangs > AROUND_EARS ? hangs + ABOVE_EAR : short;
-  // What covers a forehead reaches down to it.
-  const length = sliderOf(forehead > FRINGE ? Math.max(mm, 55) : mm);
-  const comb = forehead > FRINGE ? 0.95 : hangs > AROUND_EARS ? 0.5 : 0.3;
+  // What covers a forehead is long enough to.
+  const length = sliderOf(forehead > FRINGE ? Math.max(mm, FOREHEAD * forehead) : mm);
+  const comb = forehead > FRINGE ? 0.85 : hangs > AROUND_EARS ? 0.5 : 0.3;
   return { ...hairOf(colour), crop, length, comb };
 }
 
