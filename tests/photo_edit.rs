@@ -2,16 +2,16 @@
 #![cfg(feature = "photo")]
 
 mod common;
+#[path = "common/photo.rs"]
+mod staged;
 
 use glam::{DVec2, DVec3, Vec3};
-use phiz::anatomy::Landmark;
 use phiz::photo::raster::{NOTHING, Raster};
-use phiz::photo::{Camera, Edit, Field, HARMONICS, Image, Light};
+use phiz::photo::{Camera, Edit, Field, Image};
 use phiz::{Face, Random};
 
 use common::person;
-
-const SIZE: [u32; 2] = [480, 400];
+use staged::{SIZE, camera, edit, stencil, window};
 
 /// The edits of the paper's Figs. 7 and 8, each both ways.
 const EDITS: [&str; 8] = [
@@ -24,27 +24,6 @@ const EDITS: [&str; 8] = [
     "forehead convexity",
     "forehead size",
 ];
-
-fn camera(angles: [f64; 3]) -> Camera {
-    Camera {
-        rotation: Camera::turned(angles),
-        translation: DVec3::new(0.0, 0.0, 800.0),
-        focal: 1000.0,
-        centre: DVec2::new(240.0, 200.0),
-    }
-}
-
-fn edit(face: &Face, camera: &Camera, light: Option<Light>) -> Edit {
-    Edit::new(
-        face.model(),
-        camera,
-        SIZE,
-        light,
-        face.positions(),
-        face.normals(),
-    )
-    .unwrap()
-}
 
 fn field(edit: &Edit, face: &Face) -> Option<Field> {
     edit.field(face.positions(), face.normals()).unwrap()
@@ -91,16 +70,6 @@ fn least_jacobian(field: &Field) -> f64 {
         across.perp_dot(down)
     });
     each.fold(f64::INFINITY, f64::min)
-}
-
-fn window() -> Light {
-    // Bright from the subject's left and above, a little warm.
-    let channel =
-        |k: f64| -> [f64; HARMONICS] { [k, 0.5 * k, 0.2 * k, 0.3 * k, 0.0, 0.0, 0.1, 0.0, 0.0] };
-    Light {
-        coefficients: [channel(0.7), channel(0.6), channel(0.5)],
-        rms: 0.0,
-    }
 }
 
 #[test]
@@ -150,14 +119,6 @@ fn what_is_seen_goes_where_the_surface_goes() {
         }
     }
     assert!(checked > 80, "{checked}");
-}
-
-fn stencil(landmark: &Landmark, of: &[Vec3]) -> Vec3 {
-    landmark
-        .stencil
-        .iter()
-        .map(|&(v, w)| of[v as usize] * w as f32)
-        .sum()
 }
 
 #[test]

@@ -2,56 +2,18 @@
 #![cfg(feature = "photo")]
 
 mod common;
+#[path = "common/photo.rs"]
+mod staged;
 
 use glam::{DVec2, DVec3, Vec3};
 use phiz::Face;
-use phiz::anatomy::Landmark;
 use phiz::photo::raster::{NOTHING, Raster, barycentric};
-use phiz::photo::{Camera, Edit, HARMONICS, Hair, Image, Light, Looks};
+use phiz::photo::{Camera, Hair, Image, Light, Looks};
 
 use common::person;
+use staged::{SIZE, camera, edit, stencil, window};
 
-const SIZE: [u32; 2] = [480, 400];
 const SKIN: DVec3 = DVec3::new(0.5, 0.35, 0.25);
-
-fn camera(angles: [f64; 3]) -> Camera {
-    Camera {
-        rotation: Camera::turned(angles),
-        translation: DVec3::new(0.0, 0.0, 800.0),
-        focal: 1000.0,
-        centre: DVec2::new(240.0, 200.0),
-    }
-}
-
-fn edit(face: &Face, camera: &Camera, light: Option<Light>) -> Edit {
-    Edit::new(
-        face.model(),
-        camera,
-        SIZE,
-        light,
-        face.positions(),
-        face.normals(),
-    )
-    .unwrap()
-}
-
-fn window() -> Light {
-    // Bright from the subject's left and above, a little warm.
-    let channel =
-        |k: f64| -> [f64; HARMONICS] { [k, 0.5 * k, 0.2 * k, 0.3 * k, 0.0, 0.0, 0.1, 0.0, 0.0] };
-    Light {
-        coefficients: [channel(0.7), channel(0.6), channel(0.5)],
-        rms: 0.0,
-    }
-}
-
-fn stencil(landmark: &Landmark, of: &[Vec3]) -> Vec3 {
-    landmark
-        .stencil
-        .iter()
-        .map(|&(v, w)| of[v as usize] * w as f32)
-        .sum()
-}
 
 /// A picture of a face whose skin has some linear albedo at each vertex, in a light, on green.
 fn picture(face: &Face, camera: &Camera, light: &Light, albedo: &[DVec3]) -> Vec<u8> {

@@ -1,10 +1,11 @@
 //! What a photo tells of a person beside the shape: the colours of skin, irises and hair, how far
 //! the hair stands off and hangs down, and a beard.
 //!
-//! The skin's colour is its usual albedo ([`Texture`](super::Texture) has the same). Irises are found as what is dark between the lids, and compared with the white of the
-//! eye, whose colour is known: an eye lies deeper than the light on the skin tells. Hair is what is
-//! person and not skin where scalps are: it is compared with both around the head, downwards beside the
-//! face until it ends, outwards from the crown, and on the forehead.
+//! The skin's colour is its usual albedo, as in a [`Texture`](super::Texture). Irises are found as what is
+//! dark between the lids, and compared with the white of the eye, whose colour is known: an eye lies deeper
+//! than the light on the skin tells. Hair is what is person and not skin where scalps are; what is around the
+//! head, downwards beside the face until it ends, outwards from the head, and on the forehead, is compared
+//! with both.
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -36,7 +37,7 @@ pub struct Hair {
     pub colour: DVec3,
     /// How much of the scalp that is seen it covers, 0 to 1.
     pub cover: f64,
-    /// How far it stands off the crown, mm.
+    /// How far it stands off the head, mm.
     pub off: f64,
     /// How far it hangs beside the face: from the tragion down, mm, at most 190; 0 when it ends above.
     pub hangs: f64,
@@ -100,6 +101,8 @@ const CROPPED: f64 = 6.0;
 const IRIS: f64 = 5.9;
 /// An iris whose radius is fewer px has no colour but that of lids and lashes.
 const LEAST_IRIS: f64 = 2.5;
+/// So many places along an iris's radius tell its colour, or as many as there are px.
+const ACROSS: f64 = 10.0;
 /// The albedo of the white of the eye between lids.
 const SCLERA: f64 = 0.55;
 /// What the cornea before an iris mirrors of its surroundings.
@@ -186,11 +189,11 @@ fn hue(logarithm: DVec3) -> DVec2 {
 impl Head<'_> {
     /// A named point on the head in the photo, and on the mean head.
     fn point(&self, name: &str) -> Option<[DVec3; 2]> {
-        let parts = self.model.parts();
-        let landmark = parts.landmarks.iter().find(|l| l.name == name)?;
+        let landmark = self.skin.landmark(name)?;
         let stencil = landmark.stencil.iter();
         let here = stencil.map(|&(v, w)| self.places[v as usize] * w).sum();
-        Some([here, landmark.position(&parts.mean).as_dvec3()])
+        let mean = &self.model.parts().mean;
+        Some([here, landmark.position(mean).as_dvec3()])
     }
 
     /// px a mm at a point.
@@ -260,11 +263,12 @@ impl Head<'_> {
             .collect();
         let points = points?;
         let radius = IRIS * self.scale(points.iter().sum::<DVec3>() / 6.0);
-        let lids: Vec<DVec2> = points.iter().map(|&p| self.camera.project(p)).collect();
-        let pixels = self.between_lids(&lids);
         if radius < LEAST_IRIS {
             return None;
         }
+        let lids: Vec<DVec2> = points.iter().map(|&p| self.camera.project(p)).collect();
+        let step = (radius / ACROSS).max(1.0);
+        let pixels = self.between_lids(&lids, step);
         let brightness = |p: &(DVec2, DVec3)| p.1.dot(BRIGHTNESS);
         let mean = |inside: &dyn Fn(f64) -> bool, centre: DVec2| {
             let all = pixels.iter().filter(|p| inside(p.0.distance(centre)));
@@ -272,7 +276,7 @@ impl Head<'_> {
             (count > 0).then(|| (sum / f64::from(count), count))
         };
         // The darkest disc beside something brighter, of which lids cover no more than the half.
-        let least = 0.45 * std::f64::consts::PI * radius * radius;
+        let least = 0.45 * std::f64::consts::PI * (radius / step).powi(2);
         let score = |centre: DVec2| {
             let (disc, count) = mean(&|d| d < radius, centre)?;
             let (ring, _) = mean(&|d| d > 1.1 * radius && d < 1.8 * radius, centre)?;
@@ -308,12 +312,10 @@ impl Head<'_> {
         is_iris.then(|| albedo.clamp(DVec3::splat(MELANIN), DVec3::ONE))
     }
 
-    /// The middles of the pixels between lids, and their light.
-    fn between_lids(&self, lids: &[DVec2]) -> Vec<(DVec2, DVec3)> {
+    /// Places between lids, so many px apart, and the light around each.
+    fn between_lids(&self, lids: &[DVec2], step: f64) -> Vec<(DVec2, DVec3)> {
         let low = lids.iter().copied().fold(DVec2::INFINITY, DVec2::min);
         let high = lids.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-        let size = DVec2::new(self.image.width as f64, self.image.height as f64);
-        let [low, high] = [low, high].map(|p| p.clamp(DVec2::ZERO, size).as_usizevec2());
         let inside = |p: DVec2| {
             let edges = lids.iter().zip(lids.iter().cycle().skip(1));
             let crossed = edges.filter(|(a, b)| {
@@ -321,12 +323,13 @@ impl Head<'_> {
             });
             crossed.count() % 2 == 1
         };
-        let middles = (low.y..high.y).flat_map(|y| (low.x..high.x).map(move |x| [x, y]));
-        let middles = middles.map(|p| DVec2::from_array(p.map(|c| c as f64 + 0.5)));
-        let between = middles.filter(|&p| inside(p));
-        between
-            .filter_map(|p| Some((p, self.image.at(p)? * self.skin.exposure)))
-            .collect()
+        let count = ((high - low) / step).ceil().as_usizevec2();
+        let places = (0..count.y).flat_map(|y| (0..count.x).map(move |x| [x, y]));
+        // Of a small eye these are its pixels.
+        let low = low.floor() + 0.5;
+        let places = places.map(|p| low + step * DVec2::from_array(p.map(|c| c as f64)));
+        let light = |p| Some((p, self.image.mean(p, 0.5 * step)? * self.skin.exposure));
+        places.filter(|&p| inside(p)).filter_map(light).collect()
     }
 
     fn hair(&self) -> Option<Hair> {

@@ -201,8 +201,7 @@ impl<'a> Skin<'a> {
         }
         let parts = self.model.parts();
         let at = |i: u32| {
-            let name = format!("ibug_{i:02}");
-            let landmark = parts.landmarks.iter().find(|l| l.name == name);
+            let landmark = self.landmark(&format!("ibug_{i:02}"));
             landmark.map_or(Vec3::NAN, |l| l.position(&parts.mean))
         };
         let line = |range: std::ops::RangeInclusive<u32>| range.map(at).collect::<Vec<_>>();
@@ -270,16 +269,10 @@ impl<'a> Skin<'a> {
     /// Whether something crosses the nose between the eyes: a dark band with skin above and below. Of whoever
     /// wears nothing it may be darker there, but by less.
     fn bridged(&self) -> bool {
-        let parts = self.model.parts();
-        let at = |i: u32| {
-            let name = format!("ibug_{i:02}");
-            let landmark = parts.landmarks.iter().find(|l| l.name == name)?;
-            let stencil = landmark.stencil.iter();
-            Some(
-                stencil
-                    .map(|&(v, w)| self.seen[v as usize] * w)
-                    .sum::<DVec2>(),
-            )
+        let at = |i: u32| -> Option<DVec2> {
+            let stencil = &self.landmark(&format!("ibug_{i:02}"))?.stencil;
+            let each = stencil.iter();
+            Some(each.map(|&(v, w)| self.seen[v as usize] * w).sum())
         };
         let ridge =
             [(21, 22), (27, 27), (28, 28), (29, 29)].map(|(a, b)| Some((at(a)? + at(b)?) / 2.0));
@@ -310,6 +303,12 @@ impl<'a> Skin<'a> {
         let most = |side: &[f64]| side.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let depth = |i: usize| most(&along[..i]).min(most(&along[i + 1..])) - along[i];
         (1..along.len() - 1).any(|i| depth(i) > BRIDGE_DEPTH)
+    }
+
+    /// A landmark by its name; models need not have all.
+    pub fn landmark(&self, name: &str) -> Option<&'a Landmark> {
+        let landmarks = &self.model.parts().landmarks;
+        landmarks.iter().find(|l| l.name == name)
     }
 
     /// The vertices around each of the skin's.

@@ -11,6 +11,9 @@ const LONGEST = 230;
 /** How long hair is, mm. @param {{ length: number }} style */
 export const hairLength = ({ length }) => LONGEST * length ** 1.5;
 
+/** Where the slider of hair so long is. @param {number} mm */
+export const sliderOfLength = (mm) => Math.min(1, (mm / LONGEST) ** (1 / 1.5));
+
 /** Where hair parts, mm to the subject's left. @param {Style} style */
 const lineOf = ({ parting }) => (0.5 - parting) * 90;
 

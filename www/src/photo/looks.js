@@ -1,4 +1,5 @@
 import { REST, readColouring } from '../colouring.js';
+import { sliderOfLength } from '../hair/hairstyle.js';
 import { hairColour, irisColours, skinColour } from '../pigments.js';
 
 // From what a photo tells of a person's colours and hair to the sliders that look like it.
@@ -22,8 +23,6 @@ const BEARDS = [0.13, 0.4];
 /** The green of an iris that is dark, and how far the logarithms of blue and green are apart in one without a hue. */
 const DARK_IRIS = 0.05;
 const HUELESS = 0.4;
-/** As `colouring.js` has it, the slider of hair's length. @param {number} mm */
-const sliderOf = (mm) => (mm / 230) ** (1 / 1.5);
 
 /** @typedef {readonly number[]} Linear red, green and blue */
 
@@ -100,7 +99,7 @@ function styleOf({ colour, cover, off, hangs, forehead }) {
   const short = off < CROPPED ? 0 : Math.min(58, Math.max(20, 2 * off));
   const mm = hangs > TO_SHOULDERS ? 200 : hangs > AROUND_EARS ? hangs + ABOVE_EAR : short;
   // What covers a forehead is long enough to.
-  const length = sliderOf(forehead > FRINGE ? Math.max(mm, FOREHEAD * forehead) : mm);
+  const length = sliderOfLength(forehead > FRINGE ? Math.max(mm, FOREHEAD * forehead) : mm);
   const comb = forehead > FRINGE ? 0.85 : hangs > AROUND_EARS ? 0.5 : 0.3;
   return { ...hairOf(colour), crop, length, comb };
 }
