@@ -21,8 +21,8 @@ use crate::{FaceModel, Result};
 pub struct Looks {
     /// The skin's albedo.
     pub skin: DVec3,
-    /// The irises' albedo; `None` when too little of the eyes is seen, or through dark
-    /// glasses.
+    /// The irises' albedo; `None` when too little of the eyes is seen, through dark glasses
+    /// or in the dark.
     pub irises: Option<DVec3>,
     /// How much darker than the cheeks the skin is where a beard grows: the logarithm of the brightness.
     pub beard: f64,
@@ -99,6 +99,8 @@ const FARTHEST_OFF: f64 = 120.0;
 const CROPPED: f64 = 6.0;
 /// An iris's radius, mm; people differ by a tenth.
 const IRIS: f64 = 5.9;
+/// In a photo that is darker by this factor than usual noise is as strong as the light of an iris.
+const TOO_DARK: f64 = 5.0;
 /// An iris whose radius is fewer px has no colour but that of lids and lashes.
 const LEAST_IRIS: f64 = 2.5;
 /// So many places along an iris's radius tell its colour, or as many as there are px.
@@ -248,7 +250,7 @@ impl Head<'_> {
     }
 
     fn irises(&self) -> Option<DVec3> {
-        if self.skin.dark_lenses {
+        if self.skin.dark_lenses || self.skin.exposure > TOO_DARK {
             return None;
         }
         let eyes = [36, 42].map(|first| self.iris(first));

@@ -175,7 +175,7 @@ export interface PhotoHair {
 export interface PhotoLooks {
   /** The skin's albedo. */
   readonly skin: readonly [number, number, number];
-  /** The irises' albedo; null when too little of the eyes is seen. */
+  /** The irises' albedo; null when too little of the eyes is seen, through dark glasses or in the dark. */
   readonly irises: readonly [number, number, number] | null;
   /** How much darker than the cheeks the skin is where a beard grows: the logarithm of the brightness. */
   readonly beard: number;
