@@ -1,18 +1,10 @@
 import { smoothstep } from '../groundwork/paint.js';
 import { clamp, norm } from './hull.js';
+import { hairLength } from './length.js';
 
 // Hair on the head: combed back, parted, or forward into a fringe.
 
 /** What of a colouring is a style, each from 0 to 1. @typedef {{ length: number, comb: number, parting: number, curl: number }} Style */
-
-/** The longest that hair is, mm: to below the chin. */
-const LONGEST = 230;
-
-/** How long hair is, mm. @param {{ length: number }} style */
-export const hairLength = ({ length }) => LONGEST * length ** 1.5;
-
-/** Where the slider of hair so long is. @param {number} mm */
-export const sliderOfLength = (mm) => Math.min(1, (mm / LONGEST) ** (1 / 1.5));
 
 /** Where hair parts, mm to the subject's left. @param {Style} style */
 const lineOf = ({ parting }) => (0.5 - parting) * 90;

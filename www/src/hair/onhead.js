@@ -1,6 +1,7 @@
 import { beardGround, beardLength } from './beard.js';
-import { hairLength, scalpGround } from './hairstyle.js';
+import { scalpGround } from './hairstyle.js';
 import { createHull } from './hull.js';
+import { hairLength } from './length.js';
 import { growOn } from './strands.js';
 import { createTresses } from './tresses.js';
 

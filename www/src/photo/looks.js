@@ -1,5 +1,5 @@
 import { REST, readColouring } from '../colouring.js';
-import { sliderOfLength } from '../hair/hairstyle.js';
+import { sliderOfLength } from '../hair/length.js';
 import { hairColour, irisColours, skinColour } from '../pigments.js';
 
 // From what a photo tells of a person's colours and hair to the sliders that look like it.
