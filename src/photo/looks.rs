@@ -89,9 +89,9 @@ const ABOVE_EAR: f64 = 32.0;
 const TURNED: f64 = 0.3;
 /// Skin that is darker than the cheeks by this logarithm has a beard.
 const BEARDED: f64 = 0.4;
-/// Along the parting's height it is followed outwards from so far to either side of the middle, mm.
+/// Upwards from the head it is followed at so many mm to the subject's left.
 const CROWN: [f64; 5] = [-30.0, -15.0, 0.0, 15.0, 30.0];
-/// Beside the temples so far below the trichion, mm.
+/// Sideways from the head it is followed so many mm below the trichion.
 const TEMPLES: [f64; 3] = [-20.0, 0.0, 20.0];
 /// No hair stands off farther, mm.
 const FARTHEST_OFF: f64 = 120.0;
@@ -129,31 +129,27 @@ impl Looks {
         let skin = Skin::new(model, camera, light, (places, normals), image)?;
         let own = skin.own();
         let head = Head {
-            model,
             camera,
             places,
-            normals,
-            image,
             skin: &skin,
             own,
         };
+        let beard = head.beard();
         Ok(Self {
             skin: own,
             irises: head.irises(),
-            beard: head.beard(),
-            hair: head.hair(),
+            beard,
+            hair: head.hair(beard > BEARDED),
         })
     }
 }
 
 /// A head in a photo.
 struct Head<'a> {
-    model: &'a FaceModel,
     camera: &'a Camera,
     places: &'a [DVec3],
-    normals: &'a [Vec3],
-    image: &'a Image<'a>,
     skin: &'a Skin<'a>,
+    /// The skin's albedo.
     own: DVec3,
 }
 
@@ -194,7 +190,7 @@ impl Head<'_> {
         let landmark = self.skin.landmark(name)?;
         let stencil = landmark.stencil.iter();
         let here = stencil.map(|&(v, w)| self.places[v as usize] * w).sum();
-        let mean = &self.model.parts().mean;
+        let mean = &self.skin.model.parts().mean;
         Some([here, landmark.position(mean).as_dvec3()])
     }
 
@@ -205,19 +201,22 @@ impl Head<'_> {
 
     /// The light of the person's within a mm of a point.
     fn light(&self, p: DVec3) -> Option<DVec3> {
-        let light = self.image.mean(self.camera.project(p), self.scale(p))?;
+        let light = self
+            .skin
+            .image
+            .mean(self.camera.project(p), self.scale(p))?;
         Some(light * self.skin.exposure)
     }
 
     /// The shading of a vertex over the usual one, where that is believed.
     fn shade(&self, v: usize) -> DVec3 {
-        let shade = self.skin.light.shade(self.normals[v].as_dvec3()) / self.skin.usual;
+        let shade = self.skin.light.shade(self.skin.normals[v].as_dvec3()) / self.skin.usual;
         shade.clamp(DVec3::splat(1.0 / UNUSUAL), DVec3::splat(UNUSUAL))
     }
 
     /// The median albedo of the skin that is seen within some mm of points on the mean head.
     fn albedo_near(&self, points: &[DVec3], reach: f64) -> Option<DVec3> {
-        let mean = &self.model.parts().mean;
+        let mean = &self.skin.model.parts().mean;
         let near = |v: usize| {
             let p = mean[v].as_dvec3();
             points.iter().any(|q| q.distance(p) < reach)
@@ -330,16 +329,16 @@ impl Head<'_> {
         // Of a small eye these are its pixels.
         let low = low.floor() + 0.5;
         let places = places.map(|p| low + step * DVec2::from_array(p.map(|c| c as f64)));
-        let light = |p| Some((p, self.image.mean(p, 0.5 * step)? * self.skin.exposure));
+        let light = |p| Some((p, self.skin.image.mean(p, 0.5 * step)? * self.skin.exposure));
         places.filter(|&p| inside(p)).filter_map(light).collect()
     }
 
-    fn hair(&self) -> Option<Hair> {
+    fn hair(&self, bearded: bool) -> Option<Hair> {
         let [tragion_left, tragion] = self.point("tragion left")?;
         let tragion_right = self.point("tragion right")?[0];
         let trichion = self.point("trichion")?[1];
-        let mean = &self.model.parts().mean;
-        let topology = &self.model.parts().topology;
+        let mean = &self.skin.model.parts().mean;
+        let topology = &self.skin.model.parts().topology;
         let sight = Sight::new(self.camera, self.places, &topology.triangles())?;
         let tall = (trichion.y - tragion.y) as f32;
         let axis = tragion.z as f32 + 0.11 * tall;
@@ -352,7 +351,7 @@ impl Head<'_> {
             if inside(mean[v]) < INSIDE {
                 continue;
             }
-            let facing = sight.facing(self.places[v], self.normals[v].as_dvec3());
+            let facing = sight.facing(self.places[v], self.skin.normals[v].as_dvec3());
             let Some(light) = facing
                 .filter(|&f| f > FACING)
                 .and(self.light(self.places[v]))
@@ -386,7 +385,7 @@ impl Head<'_> {
         }
         let colour = median(samples.into_iter().map(|s| s.1));
         let hangs = [(tragion_left, 1.0), (tragion_right, -1.0)]
-            .map(|(p, side)| self.hangs(p, side, self.beard() > BEARDED, &tones));
+            .map(|(p, side)| self.hangs(p, side, bearded, &tones));
         Some(Hair {
             colour,
             cover,
@@ -461,7 +460,7 @@ impl Head<'_> {
             return 0.0;
         };
         let brows = right[1].y.max(left[1].y);
-        let mean = &self.model.parts().mean;
+        let mean = &self.skin.model.parts().mean;
         let across = left[1].x;
         let on_it = |p: &Vec3| {
             let p = p.as_dvec3();

@@ -3,8 +3,8 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { beardGround, beardLength } from '../../www/src/hair/beard.js';
 import { scalpGround } from '../../www/src/hair/hairstyle.js';
-import { hairLength } from '../../www/src/hair/length.js';
 import { createHull } from '../../www/src/hair/hull.js';
+import { hairLength } from '../../www/src/hair/length.js';
 import { growOn, POINTS } from '../../www/src/hair/strands.js';
 
 const [WIDE, TALL, DEEP] = [75, 110, 95];

@@ -192,7 +192,8 @@ export interface PhotoEdit {
   /**
    * The head's colours as the photo has them, without its light: `size` x `size` texels in the model's
    * texture coordinates, row by row from v = 1, sRGB; alpha is how much of it is the photo's. What the
-   * camera does not see is taken from the other side, or continued.
+   * camera does not see, or glasses cover, is taken from the other side, or continued; a photo that is too dark
+   * counts as exposed as most are.
    * @throws Error when the fit has no light (see `PhotoPoints.rgba`).
    */
   texture(rgba: Uint8Array | Uint8ClampedArray, size?: number): Uint8ClampedArray;
