@@ -183,6 +183,13 @@ fn folders_that_cannot_be_meant_are_refused() {
         said.contains("anna.ply") && said.contains("anna.OBJ"),
         "{said}"
     );
+    fs::remove_file(scans.join("anna.OBJ")).expect("goes");
+    fs::write(scans.join("recipe.ply"), "").expect("writes");
+    let said = error(&faces);
+    assert!(
+        said.contains("recipe.ply") && said.contains("a name that is taken"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -227,6 +234,7 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         "anna.png",
         "emil.json",
         "emil.ply",
+        "recipe.json",
     ];
     assert_eq!(names(&faces), there);
     // The texture has the colour that the scan has all over; the skin takes a quarter of the layout.
@@ -254,6 +262,43 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
     assert_eq!(names(&faces), there);
     for kept in ["anna.ply", "anna.json", "anna.png"] {
         assert_eq!(after[kept], before[kept], "{kept}");
+    }
+
+    // Who corrects the landmarks of one gets that one again.
+    let (corrected, before) = (scans.join("emil.json"), files(&faces));
+    let bytes = fs::read(&corrected).expect("landmarks");
+    fs::write(&corrected, bytes).expect("writes");
+    let third = register(&template_file, &folder);
+    let out = said(&third.stdout);
+    assert!(
+        out.contains("1 faces registered, 1 were there, 0 failed"),
+        "{out}"
+    );
+    let after = files(&faces);
+    assert!(after["emil.ply"] > before["emil.ply"]);
+    assert_eq!(after["anna.ply"], before["anna.ply"]);
+
+    // Faces that are made in another way do not join these.
+    let plain = Template {
+        expressions: Vec::new(),
+        ..template.clone()
+    };
+    let other = root.path().join("other");
+    fs::create_dir(&other).expect("makes");
+    let another = self::template_file(&other, &plain);
+    let neutral: Vec<&Path> = [&folder[..], &["--neutral".as_ref()]].concat();
+    for (template, arguments, cause) in [
+        (&another, &folder[..], "with another template"),
+        (&template_file, &neutral, "with the expressions they show"),
+    ] {
+        let refused = register(template, arguments);
+        assert_eq!(refused.status.code(), Some(1));
+        let err = said(&refused.stderr);
+        assert!(
+            err.contains("recipe.json") && err.contains(cause) && err.lines().count() == 1,
+            "{err}"
+        );
+        assert_eq!(files(&faces), after);
     }
 }
 

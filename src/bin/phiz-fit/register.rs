@@ -6,7 +6,8 @@ use std::sync::{Mutex, PoisonError};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use phiz::fit::register::batch::{self, Job, Prepared};
+use phiz::blob::{Blob, Kind};
+use phiz::fit::register::batch::{self, Job, Prepared, Recipe};
 use phiz::fit::register::{Registered, Registrar, Settings};
 use phiz::fit::scan::{Scan, Texture, Unit};
 use phiz::fit::template::Template;
@@ -24,7 +25,8 @@ pub struct RegisterArgs {
     /// Its landmarks, JSON or 68 lines of text; without them they are found.
     #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     landmarks: Option<PathBuf>,
-    /// Every scan of a folder, with landmarks in NAME.json or NAME.txt beside NAME.ply.
+    /// Every scan of a folder, with landmarks in NAME.json or NAME.txt beside NAME.ply. Faces that are
+    /// there already, and newer than both, stay.
     #[arg(long, value_name = "DIR")]
     scans: Option<PathBuf>,
     /// The scans' unit: mm, cm, m, inch, or how many mm it has; without it, it is guessed and said.
@@ -133,7 +135,15 @@ fn many(
     let output = &args.output;
     std::fs::create_dir_all(output).map_err(|e| FitError::file(output, e))?;
     let jobs = batch::jobs(folder, output)?;
-    let there = jobs.iter().filter(|job| job.output.exists()).count();
+    let bytes = super::read(&args.template)?;
+    let recipe = Recipe {
+        template: Blob::parse(&bytes, Kind::Template)?.fingerprint(),
+        prior: settings.prior,
+        neutral: settings.neutral,
+        unit: args.unit.map(|unit| unit.to_string()),
+    };
+    recipe.keep(output)?;
+    let there = jobs.iter().filter(|job| job.is_done()).count();
     let bar = ProgressBar::new((jobs.len() - there) as u64);
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} scans, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));

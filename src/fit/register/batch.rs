@@ -1,5 +1,6 @@
 //! Registering every scan of a folder: on all cores, resumable, and one bad scan does not stop the
-//! others.
+//! others. A face that is there and not older than its scan and its landmarks stays, and all faces of
+//! a folder are made in one way ([`Recipe`]).
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,6 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Registered, Registrar, Settings};
+use crate::fit::files::write_atomically;
 use crate::fit::scan::{Scan, Unit, check, landmarks};
 use crate::fit::template::Template;
 use crate::fit::{FitError, FitResult, ply};
@@ -23,6 +25,73 @@ pub struct Job {
     pub output: PathBuf,
 }
 
+impl Job {
+    /// Whether its face is there, and not older than the scan and the landmarks that it is made from.
+    pub fn is_done(&self) -> bool {
+        let written = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
+        let newest = [Some(&self.scan), self.landmarks.as_ref()]
+            .into_iter()
+            .flatten();
+        let newest = newest.filter_map(|path| written(path)).max();
+        written(&self.output).is_some_and(|at| newest.is_none_or(|newest| newest <= at))
+    }
+}
+
+/// How the faces of a folder were made: what would make other faces of the same scans.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Recipe {
+    /// The template's identity ([`Blob::fingerprint`](crate::blob::Blob::fingerprint)).
+    pub template: u32,
+    /// As in [`Settings`].
+    pub prior: bool,
+    /// As in [`Settings`].
+    pub neutral: bool,
+    /// The unit that was asked for; none where each scan's is guessed.
+    pub unit: Option<String>,
+}
+
+/// Where a folder of faces says how they were made.
+const RECIPE: &str = "recipe.json";
+
+impl Recipe {
+    /// Writes it beside the faces of `folder`, where it is not yet.
+    ///
+    /// # Errors
+    /// When the faces there were made in another way, which would mix two kinds, with what differs;
+    /// when what is there cannot be read, and when nothing can be written.
+    pub fn keep(&self, folder: &Path) -> FitResult<()> {
+        let path = folder.join(RECIPE);
+        let fail = |cause: String| Err(FitError::file(&path, cause));
+        let bytes = match std::fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                let bytes =
+                    serde_json::to_vec_pretty(self).map_err(|e| FitError::file(&path, e))?;
+                return write_atomically(&path, &bytes);
+            }
+            Err(e) => return Err(FitError::file(&path, e)),
+        };
+        let there: Self = serde_json::from_slice(&bytes).map_err(|e| FitError::file(&path, e))?;
+        let was = if there.template != self.template {
+            "with another template"
+        } else if there.prior != self.prior {
+            ["without its prior", "with its prior"][usize::from(there.prior)]
+        } else if there.neutral != self.neutral {
+            [
+                "with the expressions they show",
+                "without their expressions",
+            ][usize::from(there.neutral)]
+        } else if there.unit != self.unit {
+            "in another unit"
+        } else {
+            return Ok(());
+        };
+        fail(format!(
+            "the faces there were registered {was}: others go to a folder of their own"
+        ))
+    }
+}
+
 /// The endings of scans.
 const ENDINGS: [&str; 3] = ["ply", "obj", "glb"];
 
@@ -30,7 +99,7 @@ const ENDINGS: [&str; 3] = ["ply", "obj", "glb"];
 ///
 /// # Errors
 /// When the folder cannot be read or holds no scan, when two scans have the same name but for
-/// their ending, and when the output folder is the scans' own.
+/// their ending or one that is taken, and when the output folder is the scans' own.
 pub fn jobs(scans: &Path, output: &Path) -> FitResult<Vec<Job>> {
     let entries = std::fs::read_dir(scans).map_err(|e| FitError::file(scans, e))?;
     if let (Ok(a), Ok(b)) = (scans.canonicalize(), output.canonicalize())
@@ -51,6 +120,11 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Vec<Job>> {
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned();
+        // Its landmarks would take the place of what is said of all faces.
+        if ["about", "recipe"].contains(&name.as_str()) {
+            let cause = "has a name that is taken: call it otherwise";
+            return Err(FitError::file(&path, cause));
+        }
         if let Some(other) = found.insert(name, path.clone()) {
             let cause = format!("has the same name as {}", other.display());
             return Err(FitError::file(&path, cause));
@@ -182,7 +256,7 @@ pub fn read_registered(dir: &Path, template: &Template) -> FitResult<Vec<Registe
         .collect()
 }
 
-/// Registers the jobs whose output is not there yet, on all cores, each with its landmarks in mm
+/// Registers the jobs that are not done, on all cores, each with its landmarks in mm
 /// beside it; `also` may write more of each, `done` is told of each. Returns what failed, in the
 /// order of the jobs.
 pub fn run(
@@ -196,7 +270,7 @@ pub fn run(
     jobs.par_iter()
         // A core takes the next scan when it is free: they take unequal time.
         .with_max_len(1)
-        .filter(|job| !job.output.exists())
+        .filter(|job| !job.is_done())
         .filter_map(|job| {
             let result =
                 register_scan(registrar, job, unit, settings).and_then(|(prepared, face)| {
