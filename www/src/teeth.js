@@ -14,12 +14,15 @@ const IVORY = [0.88, 0.73, 0.57];
 const GUM = [0.5, 0.17, 0.16];
 const TONGUE = [0.52, 0.2, 0.19];
 
-// Lamps behind the head do not shine through it, and cast no shadows that would tell.
-const LIGHTS = ShaderChunk.lights_fragment_begin.replace(
-  'getDirectionalLightInfo( directionalLight, directLight );',
-  /* glsl */ `$&
+// Lamps behind the head do not shine through it, and cast no shadows that would tell. Enamel lets light
+// through: in the lips' shadow it is still lit from beside.
+const LIGHTS = ShaderChunk.lights_fragment_begin
+  .replace(
+    'getDirectionalLightInfo( directionalLight, directLight );',
+    /* glsl */ `$&
     directLight.color *= smoothstep(0.0, 0.4, dot(directLight.direction, (viewMatrix * vec4(0.0, 0.0, 1.0, 0.0)).xyz));`,
-);
+  )
+  .replaceAll('directionalLightShadow.shadowIntensity', '0.55 * directionalLightShadow.shadowIntensity');
 
 /** Between lips that are no further apart than the first nothing is seen, mm; past the second all is. */
 export const OPEN = [1.4, 3.6];
@@ -230,7 +233,6 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
       // The left half is the right one mirrored, and so are its triangles.
       side: DoubleSide,
       roughness: 0.36,
-      envMapIntensity: 0.45,
     });
     material.onBeforeCompile = (shader) => {
       shader.fragmentShader = shader.fragmentShader.replace('#include <lights_fragment_begin>', LIGHTS);
