@@ -71,7 +71,7 @@ const DECLARATIONS = /* glsl */ `
   varying vec2 vGrowth; // hair, beard
   uniform sampler2D strandMap;
   uniform vec2 dense;
-  uniform float covered;
+  uniform vec2 covered; // by longer hair, by a longer beard
   varying vec2 vWorn;
   uniform sampler2D wornMap;
   uniform float worn;
@@ -154,22 +154,32 @@ const COLOUR = /* glsl */ `
   // A photo is exposed so that lit skin is brighter than its albedo.
   if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb * 0.8, worn);
   float hairs = 0.0;
+  float underHair = 0.0;
   vec3 lying = vec3(0.0);
   // Distances are the head's, and their colours no darker under hair.
   if (dense.x + dense.y > 0.0 && heatStrength < 1.0) {
     vec2 strand = strands(lying);
-    // No hairline is a line: each hair has its own.
-    vec2 grown = vGrowth + 0.3 * (broad.a - 0.5) + 0.8 * (strand.g - 0.5);
-    grown = smoothstep(vec2(-0.3, -0.35), vec2(0.45, 0.4), grown) * dense;
-    // A photo that is worn has its own beard.
-    grown.y *= (1.0 - smoothSkin) * (1.0 - worn);
-    float thick = max(grown.x, grown.y) * (1.0 - lip);
+    // No hairline is a line: each hair has its own. Of a beard the dark ones are first.
+    vec2 grown = vGrowth + 0.3 * (broad.a - 0.5) + vec2(0.8, -0.8) * (strand.g - 0.5);
+    grown = smoothstep(vec2(-0.3, -0.35), vec2(0.45, 0.4), grown) * dense * (1.0 - lip);
+    float thick = grown.x;
     // Roots show through the skin; hairs lie over it.
     tone = mix(tone, mix(tone * 0.55, browColour, 0.5 + 0.3 * thick), thick * (0.5 + 0.45 * thick));
     // Under longer hair it is dark.
-    tone = mix(tone, browColour * 0.35, thick * covered * 0.8);
+    tone = mix(tone, browColour * 0.35, thick * covered.x * 0.8);
     hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);
-    tone = mix(tone, browColour * (0.4 + 1.2 * strand.g) * (1.0 - 0.5 * covered), hairs);
+    tone = mix(tone, browColour * (0.4 + 1.2 * strand.g) * (1.0 - 0.5 * covered.x), hairs);
+    underHair = hairs * covered.x;
+    // A photo that is worn has its own beard. One that is thin is single hairs, on skin that is greyer for
+    // their roots.
+    float beard = grown.y * (1.0 - smoothSkin) * (1.0 - worn);
+    float rank = 1.7 * strand.g - 0.45;
+    float whisker = smoothstep(-0.25, 0.25, 1.25 * beard - rank) * min(1.0, 5.0 * beard) * (0.5 + 0.45 * beard);
+    tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), browColour, 0.75 * beard), beard * (0.45 + 0.45 * beard));
+    tone = mix(tone, browColour * 0.35, beard * covered.y * 0.8);
+    tone = mix(tone, browColour * (0.3 + (0.6 + 0.6 * beard) * strand.g) * (1.0 - 0.5 * covered.y), whisker);
+    hairs = max(hairs, whisker);
+    underHair = max(underHair, whisker * covered.y);
     lying *= hairs;
   }
   float marked = dot(smoothstep(0.15, 0.85, vMark), markStrength);
@@ -214,7 +224,7 @@ const OCCLUSION = /* glsl */ `
     reflectedLight.indirectDiffuse += diffuseColor.rgb * vec3(0.11, 0.022, 0.018) * closed;
     float dotNV = saturate(dot(normal, geometryViewDir));
     float shine = computeSpecularOcclusion(dotNV, occlusion, material.roughness);
-    reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) * (1.0 - 0.8 * hairs * covered);
+    reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) * (1.0 - 0.8 * underHair);
     reflectedLight.directDiffuse *= mix(vec3(1.0), vOpen, 0.55);
     reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip)) * (1.0 - 0.85 * hairs);
   }
@@ -258,8 +268,8 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     /** Painted when there is hair. */
     strandMap: { value: hairless },
     dense: { value: new Vector2() },
-    /** By longer hair. */
-    covered: { value: 0 },
+    /** By longer hair, and by a longer beard. */
+    covered: { value: new Vector2() },
     lipColour: { value: new Color() },
     lipCover: { value: 0 },
     accent: { value: new Color('#39a79c') },
@@ -373,7 +383,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       crease();
     },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ skin, bright, lips, bare, brows, bushy, dense, style, lines, freckles }) {
+    paint({ skin, bright, lips, bare, brows, bushy, dense, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
@@ -381,7 +391,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.browColour.value.copy(brows);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
-      uniforms.covered.value = Math.min(1, 6 * style.length);
+      uniforms.covered.value.set(Math.min(1, 6 * style.length), Math.min(1, 6 * whiskers.length));
       uniforms.aged.value.set(lines, freckles);
       crease();
       if (uniforms.strandMap.value === hairless && dense.some((much) => much > 0)) uniforms.strandMap.value = paintStrands();
