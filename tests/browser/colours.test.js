@@ -54,6 +54,19 @@ async function looking(page) {
       }
       return sum;
     },
+    /** How dark the darkest tenth and the lightest tenth of a square around a place are, 0 to 255. */
+    extremes(shown, name, half) {
+      const { x, y } = places[name];
+      const lights = [];
+      for (let j = -half; j <= half; j++) {
+        for (let i = -half; i <= half; i++) {
+          const o = 3 * ((Math.round(y) + j) * shown.width + Math.round(x) + i);
+          lights.push(0.3 * shown.rgb[o] + 0.59 * shown.rgb[o + 1] + 0.11 * shown.rgb[o + 2]);
+        }
+      }
+      lights.sort((a, b) => a - b);
+      return [lights[Math.floor(0.1 * lights.length)], lights[Math.floor(0.9 * lights.length)]];
+    },
     /** How many pixels differ in a square around a place. */
     around(a, b, name, half) {
       const { x, y } = places[name];
@@ -146,6 +159,13 @@ describe('colours', () => {
       }
     }
     await page.getByRole('button', { name: 'Front', exact: true }).click();
+
+    // A few days' beard is dark hairs with skin between them.
+    await moveSlider(page, 'Stubble, none to dense', 0.3);
+    const shaven = look.extremes(rest, 'chin', 10);
+    const stubble = look.extremes(await picture(page, 'colours-stubble'), 'chin', 10);
+    assert.ok(stubble[0] < 0.85 * shaven[0] && stubble[1] > 0.9 * shaven[1], `stubble is a tint: ${stubble}, shaven ${shaven}`);
+    await page.getByRole('button', { name: 'The model’s own' }).click();
 
     await moveSlider(page, 'Iris, blue to brown', 0);
     const blue = look.colour(await picture(page, 'colours-blue'), 'iris', 1);

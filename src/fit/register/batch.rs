@@ -53,6 +53,9 @@ pub struct Recipe {
 /// Where a folder of faces says how they were made.
 const RECIPE: &str = "recipe.json";
 
+/// Files beside the faces that are of no single face, without their ending.
+const OF_ALL: [&str; 3] = ["about", "labels", "recipe"];
+
 impl Recipe {
     /// Writes it beside the faces of `folder`, where it is not yet.
     ///
@@ -61,7 +64,6 @@ impl Recipe {
     /// when what is there cannot be read, and when nothing can be written.
     pub fn keep(&self, folder: &Path) -> FitResult<()> {
         let path = folder.join(RECIPE);
-        let fail = |cause: String| Err(FitError::file(&path, cause));
         let bytes = match std::fs::read(&path) {
             Ok(bytes) => bytes,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
@@ -86,9 +88,9 @@ impl Recipe {
         } else {
             return Ok(());
         };
-        fail(format!(
-            "the faces there were registered {was}: others go to a folder of their own"
-        ))
+        let cause =
+            format!("the faces there were registered {was}: others go to a folder of their own");
+        Err(FitError::file(&path, cause))
     }
 }
 
@@ -121,7 +123,7 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Vec<Job>> {
             .to_string_lossy()
             .into_owned();
         // Its landmarks would take the place of what is said of all faces.
-        if ["about", "recipe"].contains(&name.as_str()) {
+        if OF_ALL.contains(&name.as_str()) {
             let cause = "has a name that is taken: call it otherwise";
             return Err(FitError::file(&path, cause));
         }
