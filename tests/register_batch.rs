@@ -300,6 +300,18 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         );
         assert_eq!(files(&faces), after);
     }
+
+    // Where no face is left, nothing is mixed.
+    for name in ["anna.ply", "emil.ply"] {
+        fs::remove_file(faces.join(name)).expect("goes");
+    }
+    let anew = register(&another, &folder);
+    let out = said(&anew.stdout);
+    assert!(
+        out.contains("2 faces registered, 0 were there, 0 failed"),
+        "{out}{}",
+        said(&anew.stderr)
+    );
 }
 
 #[test]

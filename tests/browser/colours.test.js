@@ -10,6 +10,9 @@ const colouring = (page) => page.evaluate(() => window.designer.colouring);
 const codeOf = (page) => page.evaluate(() => window.designer.face.code);
 const choose = (page) => page.getByRole('tab', { name: 'Looks' }).click();
 
+/** How light a colour is, 0 to 255. */
+const light = ([r, g, b]) => 0.3 * r + 0.59 * g + 0.11 * b;
+
 /** Where to look at colours in a picture of the stage, and how. */
 async function looking(page) {
   const box = await page.locator('canvas.view').boundingBox();
@@ -61,7 +64,7 @@ async function looking(page) {
       for (let j = -half; j <= half; j++) {
         for (let i = -half; i <= half; i++) {
           const o = 3 * ((Math.round(y) + j) * shown.width + Math.round(x) + i);
-          lights.push(0.3 * shown.rgb[o] + 0.59 * shown.rgb[o + 1] + 0.11 * shown.rgb[o + 2]);
+          lights.push(light(shown.rgb.subarray(o, o + 3)));
         }
       }
       lights.sort((a, b) => a - b);
@@ -82,7 +85,6 @@ describe('colours', () => {
     const look = await looking(page);
     const code = await codeOf(page);
     const rest = await picture(page, 'colours-rest');
-    const light = ([r, g, b]) => 0.3 * r + 0.59 * g + 0.11 * b;
 
     // Skin goes from fair to deep all the way, and redder as it goes.
     let before = Infinity;

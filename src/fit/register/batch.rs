@@ -57,21 +57,23 @@ const RECIPE: &str = "recipe.json";
 const OF_ALL: [&str; 3] = ["about", "labels", "recipe"];
 
 impl Recipe {
-    /// Writes it beside the faces of `folder`, where it is not yet.
+    /// Writes it beside the faces of `jobs` in `folder`, where it is not yet, or where none of them is.
     ///
     /// # Errors
     /// When the faces there were made in another way, which would mix two kinds, with what differs;
     /// when what is there cannot be read, and when nothing can be written.
-    pub fn keep(&self, folder: &Path) -> FitResult<()> {
+    pub fn keep(&self, jobs: &[Job], folder: &Path) -> FitResult<()> {
         let path = folder.join(RECIPE);
         let bytes = match std::fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            Ok(bytes) if jobs.iter().any(|job| job.output.exists()) => bytes,
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(FitError::file(&path, e));
+            }
+            _ => {
                 let bytes =
                     serde_json::to_vec_pretty(self).map_err(|e| FitError::file(&path, e))?;
                 return write_atomically(&path, &bytes);
             }
-            Err(e) => return Err(FitError::file(&path, e)),
         };
         let there: Self = serde_json::from_slice(&bytes).map_err(|e| FitError::file(&path, e))?;
         let was = if there.template != self.template {
