@@ -166,10 +166,10 @@ const COLOUR = /* glsl */ `
     // Roots show through the skin; hairs lie over it.
     tone = mix(tone, mix(tone * 0.55, browColour, 0.5 + 0.3 * thick), thick * (0.5 + 0.45 * thick));
     // Under longer hair it is dark.
-    tone = mix(tone, browColour * 0.35, thick * covered.x * 0.8);
+    underHair = smoothstep(0.1, 0.7, thick) * covered.x;
+    tone = mix(tone, browColour * 0.3, underHair * 0.95);
     hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);
-    tone = mix(tone, browColour * (0.4 + 1.2 * strand.g) * (1.0 - 0.5 * covered.x), hairs);
-    underHair = hairs * covered.x;
+    tone = mix(tone, browColour * (0.4 + 1.2 * strand.g) * (1.0 - 0.6 * covered.x), hairs);
     // A photo that is worn has its own beard. One that is thin is single hairs, on skin that is greyer for
     // their roots.
     float beard = grown.y * (1.0 - smoothSkin) * (1.0 - worn);
@@ -227,6 +227,9 @@ const OCCLUSION = /* glsl */ `
     reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) * (1.0 - 0.8 * underHair);
     reflectedLight.directDiffuse *= mix(vec3(1.0), vOpen, 0.55);
     reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip)) * (1.0 - 0.85 * hairs);
+    // Down catches no light below hair.
+    sheenSpecularDirect *= 1.0 - underHair;
+    sheenSpecularIndirect *= 1.0 - underHair;
   }
 `;
 

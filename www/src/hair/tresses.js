@@ -29,7 +29,7 @@ const PLACE = /* glsl */ `
   // What is measured is the head, and a photo that is worn has its own beard.
   bool strandHidden() { return heatStrength > 0.5 || worn > 0.5; }
   // Half its width, mm: roots are close, and tips thin.
-  float ribbon() { return halfWidth * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.9 * outward.w * outward.w * outward.w); }
+  float ribbon() { return halfWidth * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.95 * outward.w * outward.w); }
 `;
 // Ribbons lie over ribbons: what can be is done once a corner, tone mapping among it, and little is left for each pixel.
 const VERTEX = /* glsl */ `
@@ -57,9 +57,9 @@ const VERTEX = /* glsl */ `
 
     float tip = outward.w;
     float under = abs(course.w); // 1 is open to the light
-    vec3 hair = colour * (0.8 + 0.35 * fract(strand.y * 57.0)) * mix(max(0.6, under), 1.0, smoothstep(0.0, 0.5, tip));
+    vec3 hair = colour * (0.85 + 0.25 * fract(strand.y * 57.0)) * mix(0.8, 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
-    float open = 0.86 * mix(0.3, 1.0, under) * mix(max(0.6, under), 1.0, smoothstep(0.0, 0.4, tip));
+    float open = 0.86 * mix(0.4, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
     vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
     vec3 shine = vec3(0.0);
     for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
@@ -71,7 +71,7 @@ const VERTEX = /* glsl */ `
       // From the surface of hairs, and light that went through and comes back in their colour, each to its side (Kajiya
       // and Kay 1989; the shifts are Marschner's, 2003).
       vec3 halfway = normalize(light + toEye);
-      float first = dot(normalize(along + (0.03 + 0.12 * fract(strand.y * 91.0)) * normal), halfway);
+      float first = dot(normalize(along + (0.05 + 0.06 * fract(strand.y * 91.0)) * normal), halfway);
       float second = dot(normalize(along - 0.12 * normal), halfway);
       shine += sent * pow(max(0.0, 1.0 - first * first), 45.0) * 0.09;
       shine += sent * mix(sqrt(hair), vec3(sqrt(hair.g)), 0.4) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.15 * (1.0 - 0.7 * colour.r);
@@ -94,7 +94,7 @@ const FRAGMENT = /* glsl */ `
     // Hairs of a ribbon begin and end one after the other. Gaps that are smaller than a pixel would be specks.
     float across = (0.5 + 0.5 * vHair.x) * 5.0;
     float own = fract(fract(vHair.z * 113.5 + floor(across) * 0.618) * 57.31);
-    float seen = 1.0 - smoothstep(0.35, 0.8, fwidth(across));
+    float seen = 1.0 - smoothstep(0.4, 1.1, fwidth(across));
     float end = 1.0 - 0.45 * own;
     float wide = mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), seen);
     if (abs(fract(across) - 0.5) * 2.0 > wide || (vHair.y > end && seen > 0.5) || vHair.y < 0.07 * fract(own * 7.3)) discard;
@@ -254,13 +254,13 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
         up.fromArray(shown.outward, 8 * from).normalize();
         const along = shown.outward[8 * from + 3] / 127;
         const open = Math.abs(shown.course[8 * from + 3]) / 127;
-        across.crossVectors(way, up).normalize().multiplyScalar(half * slender() * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.9 * along ** 3));
+        across.crossVectors(way, up).normalize().multiplyScalar(half * slender() * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.95 * along ** 2));
         if (s < many - 1) for (const corner of [0, 1, 2, 1, 3, 2]) out.triangles[i++] = o / 3 + corner;
         for (const side of [-1, 1]) {
           for (let k = 0; k < 3; k++) {
             out.positions[o + k] = shown.position[6 * from + k] + moved[lock + k] + side * across.getComponent(k);
             out.normals[o + k] = up.getComponent(k);
-            out.colours[o + k] = shade[k] * (0.35 + 0.65 * open) * (0.6 + 0.8 * ((n * 0.7548776662) % 1));
+            out.colours[o + k] = shade[k] * (0.4 + 0.6 * open) * (0.6 + 0.8 * ((n * 0.7548776662) % 1));
           }
           o += 3;
         }
