@@ -376,6 +376,8 @@ model() {
     need_browser
     package
     site
+    # Their faces are coded for this model.
+    quietly detected-heads node tests/browser/detected-heads.js 24 2 tests/node/detected-heads.json
     quietly page-picture node tests/browser/picture.js
     quietly photo-pictures node tests/browser/photo-pictures.js
     sizes www/public/*.phiz

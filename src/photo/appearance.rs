@@ -692,6 +692,7 @@ mod tests {
             coefficients,
             expressions: expressions.list().len(),
             focal: (7.0, 0.3),
+            jaw: None,
             noise: None,
             scale: 1.0,
         };

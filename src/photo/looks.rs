@@ -111,6 +111,9 @@ const SCLERA: f64 = 0.55;
 const CORNEA: f64 = 0.02;
 /// The albedo of the darkest irises.
 const MELANIN: f64 = 0.01;
+/// Two eyes of a person are alike: where one is brighter by this factor (and what corneas mirror), it is not the
+/// iris that is seen in it.
+const UNLIKE: f64 = 1.5;
 /// The brightness of the palest.
 const PALEST: f64 = 0.3;
 
@@ -253,8 +256,12 @@ impl Head<'_> {
             return None;
         }
         let eyes = [36, 42].map(|first| self.iris(first));
-        let seen: Vec<DVec3> = eyes.into_iter().flatten().collect();
-        (!seen.is_empty()).then(|| seen.iter().sum::<DVec3>() / seen.len() as f64)
+        let mut seen: Vec<DVec3> = eyes.into_iter().flatten().collect();
+        seen.sort_unstable_by(|a, b| a.dot(BRIGHTNESS).total_cmp(&b.dot(BRIGHTNESS)));
+        // What a lamp, a lid or the white of an eye adds makes it brighter.
+        let darkest = seen.first()?.dot(BRIGHTNESS);
+        seen.retain(|iris| iris.dot(BRIGHTNESS) < UNLIKE * darkest + CORNEA);
+        Some(seen.iter().sum::<DVec3>() / seen.len() as f64)
     }
 
     /// The albedo of the iris between six points around an eye, from the one of this number on.

@@ -86,6 +86,9 @@ pub struct Photo<'a> {
     /// The standard deviation of the points along each axis, px, if it is known. Otherwise it is
     /// estimated.
     pub noise: Option<f64>,
+    /// That of the 17 points of the jaw across the face's outline, px, if it is known and another: detectors
+    /// tell where a face ends less well than where its eyes are.
+    pub jaw: Option<f64>,
 }
 
 /// How well a fit tells the points.
@@ -340,6 +343,7 @@ impl Fitter {
             expressions: self.expressions.as_ref().map_or(0, |e| e.list().len()),
             focal,
             noise: photo.noise,
+            jaw: photo.jaw,
             scale,
         };
         let centre = DVec2::new(f64::from(photo.width), f64::from(photo.height)) / 2.0;
@@ -442,6 +446,7 @@ fn checked(photo: &Photo) -> Result<Vec<DVec2>> {
     };
     positive("the focal length", photo.focal)?;
     positive("the points' noise", photo.noise)?;
+    positive("the jaw's noise", photo.jaw)?;
     let limits = [-OUTSIDE * size, (1.0 + OUTSIDE) * size];
     for point in photo.points {
         for axis in 0..2 {

@@ -66,6 +66,8 @@ pub(super) struct Terms {
     pub focal: (f64, f64),
     /// The standard deviation of a point along each axis, px, if it is known.
     pub noise: Option<f64>,
+    /// That of the jaw's points across the outline, px; as that of the others when it is not known.
+    pub jaw: Option<f64>,
     /// About how large a mm is at the face, px.
     pub scale: f64,
 }
@@ -102,7 +104,9 @@ struct Match {
 pub(super) struct Noise {
     /// Of the points inside of the outline, along each axis.
     inner: f64,
-    /// Of the jaw's points that are seen, along the outline.
+    /// Of the jaw's points that are seen, across the outline.
+    across: f64,
+    /// And along it.
     along: f64,
 }
 
@@ -111,6 +115,7 @@ impl Noise {
     pub fn none() -> Self {
         Self {
             inner: 1.0,
+            across: 1.0,
             along: 1.0,
         }
     }
@@ -118,8 +123,11 @@ impl Noise {
     /// Along the axes of the match of a point.
     fn of(&self, point: usize, m: &Match) -> [f64; 2] {
         match (point < JAW, m.hidden) {
-            (true, true) => HIDDEN.map(|noise| noise * self.inner),
-            (true, false) => [self.inner, self.along],
+            (true, true) => {
+                let [across, along] = HIDDEN.map(|noise| noise * self.inner);
+                [across.max(self.across), along]
+            }
+            (true, false) => [self.across, self.along],
             (false, _) => [self.inner; 2],
         }
     }
@@ -341,6 +349,7 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
         determined: 0.0,
         noise: Noise {
             inner: terms.noise.unwrap_or(usual),
+            across: terms.jaw.or(terms.noise).unwrap_or(usual),
             along: ALONG * terms.noise.unwrap_or(usual),
         },
     };
@@ -363,6 +372,9 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
         if terms.noise.is_none() {
             let residuals = observed.off(&held.matches, &state)?;
             state.noise = estimated(&residuals, &held.weights, &held.matches, determined, usual);
+            if let Some(across) = terms.jaw {
+                state.noise.across = across;
+            }
         }
         if most < SETTLED {
             break;
@@ -400,8 +412,10 @@ fn estimated(
     // The jaw takes its share of the freedom.
     let free = (determined + POSE as f64) * count / (2.0 * POINTS as f64);
     let count = (count - free).max(0.0);
+    let inner = variance(usual, NOISE_COUNT, inner, count).sqrt();
     Noise {
-        inner: variance(usual, NOISE_COUNT, inner, count).sqrt(),
+        inner,
+        across: inner,
         along: variance(ALONG * usual, ALONG_COUNT, jaw, shown).sqrt(),
     }
 }

@@ -115,7 +115,8 @@ impl Fitter {
         })
     }
 
-    /// What the points (68 pairs of x and y, px) of a photo tell, and its pixels (sRGB and alpha) if
+    /// What the points (68 pairs of x and y, px) of a photo tell, those of the jaw with a noise of their own
+    /// (px) if it is given, and its pixels (sRGB and alpha) if
     /// they are given, which tell more of the shape, and the light; as a plain object. `told` is called
     /// with the part of the steps that are done; what it throws is dropped.
     pub fn fit(
@@ -124,6 +125,7 @@ impl Fitter {
         height: u32,
         points: &[f64],
         focal: Option<f64>,
+        jaw: Option<f64>,
         rgba: Option<Vec<u8>>,
         told: Option<Function>,
     ) -> Result<JsValue, JsError> {
@@ -139,6 +141,7 @@ impl Fitter {
             points: pairs,
             focal,
             noise: None,
+            jaw,
         };
         let mut tell = |part: f64| {
             if let Some(told) = &told {

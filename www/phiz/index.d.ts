@@ -82,6 +82,11 @@ export interface PhotoPoints {
    */
   focal?: number;
   /**
+   * By how much the 17 points of the jaw are off across the face's outline, px, one standard deviation, if
+   * that is known and more than the other points are: detectors see eyes better than where a face ends.
+   */
+  jawNoise?: number;
+  /**
    * The pixels, as `ImageData.data` has them: sRGB and alpha, row by row from the upper left corner.
    * With them the shape is told better, and the light too. Where alpha is below 128 the pixel is taken for
    * background, not the person, and is not looked at.

@@ -9,6 +9,7 @@ export class Fitter {
     height: number,
     points: Float64Array,
     focal?: number,
+    jaw?: number,
     rgba?: Uint8Array | Uint8ClampedArray,
     told?: (part: number) => void,
   ): import('phiz').PhotoFit;

@@ -226,6 +226,7 @@ fn photo(photograph: &Photograph) -> Photo<'_> {
         points: &photograph.points,
         focal: None,
         noise: None,
+        jaw: None,
     }
 }
 

@@ -54,10 +54,10 @@ export function createFitter({ modelUrl, expressionsUrl }) {
      * The pixels and points as the worker sees them; alpha is how much of a pixel is the person's, if that is
      * known.
      * @param {{ bitmap: ImageBitmap, width: number, height: number, focal?: number }} photo
-     * @param {Float64Array} points px of the photo
+     * @param {{ points: Float64Array, jawNoise?: number }} marks px of the photo
      * @param {import('./faces.js').Person | null} person
      */
-    pixels({ bitmap, width, height, focal }, points, person) {
+    pixels({ bitmap, width, height, focal }, { points, jawNoise }, person) {
       const scale = Math.min(1, LONGEST / Math.max(width, height));
       const size = { width: Math.max(1, Math.round(scale * width)), height: Math.max(1, Math.round(scale * height)) };
       const canvas = new OffscreenCanvas(size.width, size.height);
@@ -80,6 +80,7 @@ export function createFitter({ modelUrl, expressionsUrl }) {
         ...size,
         points: points.map((value) => value * scale),
         focal: focal && focal * scale,
+        jawNoise: jawNoise && jawNoise * scale,
         rgba,
         /** From the worker's px to the photo's. */
         scale: 1 / scale,

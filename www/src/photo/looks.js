@@ -20,7 +20,7 @@ const FRINGE = 0.35;
 const FOREHEAD = 48;
 /** Stubble is darker than cheeks by the first of these logarithms, a beard by the second. */
 const BEARDS = [0.13, 0.4];
-/** The green of an iris that is dark, and how far the logarithms of blue and green are apart in one without a hue. */
+/** The green of an iris that is dark, and by how much the logarithm of blue is below that of green in one with a hue. */
 const DARK_IRIS = 0.05;
 const HUELESS = 0.4;
 
@@ -85,7 +85,8 @@ function hairOf(colour) {
 function irisOf(colour) {
   const hue = (/** @type {number[]} */ [r, g, b]) => [r - g, b - g, 0.3 * g];
   const wanted = hue(logarithms(colour));
-  if (colour[1] < DARK_IRIS && Math.abs(wanted[1]) < HUELESS) return {};
+  // No blue iris is that dark: what is, and bluish, mirrors the sky.
+  if (colour[1] < DARK_IRIS && wanted[1] > -HUELESS) return {};
   const [iris] = least([50], (iris) => {
     const { inner, outer } = irisColours(iris);
     return apart(wanted, hue(logarithms([(inner.r + outer.r) / 2, (inner.g + outer.g) / 2, (inner.b + outer.b) / 2])));

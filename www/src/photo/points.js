@@ -2,8 +2,8 @@
 //
 // The table is our own. For each point of iBUG's drawing it has the vertices of the canonical face mesh
 // that MediaPipe publishes with its landmark model whose mean comes nearest to it. Where iBUG's annotators
-// space points evenly between two ends (jaw, brows), so does this. It was checked against the model:
-// on pictures of twenty of its heads, whose 68 points are known, the inner 51 are 2.1 mm off in the mean.
+// space points evenly between two ends (jaw, brows), so does this. What the points are still off by is in
+// `detected.js`.
 // Sides are the subject's, as in iBUG's numbers; a row goes as iBUG counts, and a vertex that stands
 // twice counts twice.
 
@@ -70,6 +70,50 @@ export function ibugOf(mesh) {
   );
 }
 
+/** How many points there are, and the first of them that is not the jaw's. */
+export const COUNT = 68;
+export const INNER_FROM = 17;
+
+/**
+ * The frame of a face: turned and scaled so that its inner points lie on those of the mean head.
+ * @param {ArrayLike<number>} points 68 as x, y pairs, px
+ * @param {ArrayLike<ArrayLike<number>>} mean the mean head's, mm, the inner ones around 0
+ */
+export function frameOf(points, mean) {
+  const inner = Array.from({ length: COUNT - INNER_FROM }, (_, i) => i + INNER_FROM);
+  const [cx, cy] = [0, 1].map((axis) => inner.reduce((sum, i) => sum + points[2 * i + axis], 0) / inner.length);
+  let [re, im, square] = [0, 0, 0];
+  for (const i of inner) {
+    const [x, y] = [points[2 * i] - cx, points[2 * i + 1] - cy];
+    re += x * mean[i][0] + y * mean[i][1];
+    im += x * mean[i][1] - y * mean[i][0];
+    square += x * x + y * y;
+  }
+  const [a, b] = [re / square, im / square];
+  return {
+    /** A mm in px. */
+    scale: 1 / Math.hypot(a, b),
+    /** @param {number} px @param {number} py @returns {[number, number]} mm */
+    inFrame: (px, py) => [a * (px - cx) - b * (py - cy), b * (px - cx) + a * (py - cy)],
+    /** A displacement. @param {number} x @param {number} y mm @returns {[number, number]} px */
+    inPhoto: (x, y) => [(a * x + b * y) / (a * a + b * b), (a * y - b * x) / (a * a + b * b)],
+  };
+}
+
+/**
+ * Where a head looks, as the terms of a polynomial: how far the tip of the nose is beside the middle of the
+ * eyes, and how far down on the way to the mouth. Heads that are turned farther than 40 degrees count as that.
+ * @param {ArrayLike<ArrayLike<number>>} at 68 points in the frame of the face
+ */
+export function looking(at) {
+  const half = (/** @type {number} */ i, /** @type {number} */ j, /** @type {number} */ axis) => (at[i][axis] + at[j][axis]) / 2;
+  const eyes = half(36, 45, 1);
+  const within = (/** @type {number} */ value, /** @type {number} */ most) => Math.min(most, Math.max(-most, value));
+  const aside = within((at[30][0] - half(36, 45, 0)) / 20, 1.8);
+  const down = within(5 * ((at[30][1] - eyes) / (half(48, 54, 1) - eyes) - 0.68), 1.2);
+  return [1, aside, down, aside * aside, aside * down, down * down];
+}
+
 /** The lines of the drawing, as runs of points: first, last, whether it closes. */
 export const LINES = /** @type {const} */ ([
   ['jaw', 0, 16, false],
@@ -82,9 +126,6 @@ export const LINES = /** @type {const} */ ([
   ['outerLips', 48, 59, true],
   ['innerLips', 60, 67, true],
 ]);
-
-/** How many points there are. */
-export const COUNT = 68;
 
 /**
  * The box around points: left, top, right, bottom.

@@ -13,7 +13,8 @@ import { findFaces, findPerson, stopFinding } from './faces.js';
 import { Cancelled, createFitter } from './fitter.js';
 import { colouringOf } from './looks.js';
 import { createPlacing } from './place.js';
-import { boxOf, ibugOf, meanPoints } from './points.js';
+import { marksOf } from './detected.js';
+import { INNER_FROM, boxOf, meanPoints } from './points.js';
 import { readPhoto } from './read.js';
 import { savePhoto } from './save.js';
 import { createView } from './view.js';
@@ -56,7 +57,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let faces = [];
   /** Who stands around the points of the last fit, `undefined` before it was asked. @type {import('./faces.js').Person | null | undefined} */
   let person;
-  /** The 68 points that were found, px of the photo. @type {Float64Array | null} */
+  /** The 68 points that were found, px of the photo. @type {ReturnType<typeof marksOf> | null} */
   let detected = null;
   /** What was fitted, to which points. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, scale: number } | null} */
   let fitted = null;
@@ -113,7 +114,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   const again = button(text.photo.fitAgain, () => void fit(correction.points), 'primary');
   const asDetected = button(text.photo.asDetected, () => {
     if (!detected) return;
-    correction.open(photo, detected);
+    correction.open(photo, detected.points);
     again.disabled = false;
   });
   const quality = element('p', { class: 'note' });
@@ -382,9 +383,9 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   async function take(i) {
     dressed = false;
     forgetPerson();
-    detected = ibugOf(faces[i]);
-    correction.open(photo, detected);
-    await fit(detected);
+    detected = marksOf(faces[i]);
+    correction.open(photo, detected.points);
+    await fit(detected.points);
   }
 
   /** Without a person all of the photo may be one. @param {import('./read.js').Photo} photo @param {Float64Array} points */
@@ -418,7 +419,9 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
         if (here !== visit) return found?.mask.close();
         person = found;
       }
-      const pixels = fitter.pixels(photo, points, person);
+      // A jaw that somebody placed is believed as other points are.
+      const placed = points.subarray(0, 2 * INNER_FROM).some((value, k) => value !== detected?.points[k]);
+      const pixels = fitter.pixels(photo, { points, jawNoise: placed ? undefined : detected?.jawNoise }, person);
       bar.value = 0;
       say(text.photo.fitting);
       show('busy');

@@ -2,7 +2,7 @@
 // of its own.
 import { load } from 'phiz';
 
-/** @typedef {{ width: number, height: number, points: Float64Array, focal?: number, rgba: Uint8ClampedArray<ArrayBuffer> }} Pixels */
+/** @typedef {{ width: number, height: number, points: Float64Array, focal?: number, jawNoise?: number, rgba: Uint8ClampedArray<ArrayBuffer> }} Pixels */
 /** @typedef {{ code: string, expression: Record<string, number> }} State */
 
 /** @type {Promise<import('phiz').FaceModel> | null} */
