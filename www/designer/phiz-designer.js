@@ -274,16 +274,15 @@ export class PhizDesigner extends HTMLElement {
     const whole = (/** @type {string} */ name) => download(new URL(name, document.baseURI).href);
     /** Shows a model's median face, quickly and then wholly; the model is needed no longer. */
     const draw = async (/** @type {import('phiz').FaceModel} */ shown) => {
-      const view = createView(shown, this.#stage());
+      const view = createView(shown, this.#stage(), layGroundwork());
       scene = view.scene;
       this.#furnish(scene);
       if (early) this.#tell('face');
-      const work = layGroundwork().of(view.rest);
       // The head is on the screen before the model takes the line.
       await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
       // What loads it says why it cannot.
       if (early) whole(src).catch(() => {});
-      const laid = await work;
+      const laid = await view.groundwork;
       if (start !== this.#start) return null;
       const head = view.complete(laid);
       head.adorn(growHair);

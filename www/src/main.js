@@ -16,7 +16,7 @@ async function start() {
   const groundwork = layGroundwork();
   const head = chosen.head && (await loadHead(chosen.head));
   const { createStage } = await drawing;
-  let stage = head && createStage(head);
+  let stage = head && createStage(head, groundwork);
   // The head is on the screen before the model takes the line and the processor.
   if (stage) await painted();
   const designing = import('./designer.js');
@@ -24,14 +24,14 @@ async function start() {
   // A failure is said where it is waited for.
   coming.catch(() => {});
   if (stage) {
-    stage.complete(await groundwork.of(stage.rest));
+    await stage.complete();
     head?.free();
     await painted();
   }
   const model = await coming;
   if (!stage) {
-    stage = createStage(model);
-    stage.complete(await groundwork.of(stage.rest));
+    stage = createStage(model, groundwork);
+    await stage.complete();
   }
   const { createDesigner } = await designing;
   await createDesigner(model, stage, chosen);

@@ -8,8 +8,9 @@ import { createView } from './view.js';
  * will be, it says how far they have come.
  *
  * @param {import('phiz').FaceModel} model needed until the stage is complete
+ * @param {import('./groundwork/lay.js').Laying} laying of the groundwork
  */
-export function createStage(model) {
+export function createStage(model, laying) {
   /** @type {ReturnType<ReturnType<typeof createView>['complete']> | null} */
   let head = null;
 
@@ -27,7 +28,7 @@ export function createStage(model) {
   const app = element('div', { class: 'app' }, bar, root, waiting);
   // The canvas has to be laid out before the scene measures it.
   document.body.replaceChildren(app);
-  const view = createView(model, canvas);
+  const view = createView(model, canvas, laying);
   const { scene } = view;
   const theme = createTheme();
   theme.follow(scene.setTheme);
@@ -42,13 +43,9 @@ export function createStage(model) {
     },
     scene,
     theme,
-    rest: view.rest,
-    /**
-     * In place of the quick head the real one, with its skin, eyes and light.
-     * @param {import('./groundwork/groundwork.js').Groundwork} groundwork
-     */
-    complete(groundwork) {
-      head = view.complete(groundwork);
+    /** In place of the quick head the real one, with its skin, eyes and light, once the groundwork is laid. */
+    async complete() {
+      head = view.complete(await view.groundwork);
       document.documentElement.dataset.face = 'complete';
     },
     /** @param {number} fraction of the model */

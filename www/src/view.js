@@ -8,19 +8,22 @@ import { createScene } from './scene.js';
  *
  * @param {import('phiz').FaceModel} model needed until the view is complete
  * @param {HTMLCanvasElement} canvas laid out: the scene measures it
+ * @param {import('./groundwork/lay.js').Laying} laying of the groundwork
  */
-export function createView(model, canvas) {
+export function createView(model, canvas, laying) {
   // The head at rest is painted on the median face, whatever is asked for.
   const median = model.face();
   const rest = atRest(model, median);
   median.free();
+  // Before anything is drawn: it is what takes longest.
+  const groundwork = laying.of(rest);
   const { subject, fade } = framing(model, rest.positions);
   const scene = createScene(canvas, subject);
   const preview = createPreview(model, rest, fade);
   scene.scene.add(preview.mesh);
   return {
     scene,
-    rest,
+    groundwork,
     /** In place of the quick head the real one. @param {import('./groundwork/groundwork.js').Groundwork} groundwork */
     complete(groundwork) {
       const head = createHead(model, rest, groundwork);

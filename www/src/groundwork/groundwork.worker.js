@@ -1,5 +1,4 @@
 import { headWork, studioWork } from './groundwork.js';
 
-// The studio's is begun before there is a head.
-postMessage(studioWork());
-addEventListener('message', ({ data }) => postMessage(headWork(data)));
+// One of two: what is the same for every head, or a head's own.
+addEventListener('message', ({ data: { rest } }) => postMessage(rest ? headWork(rest) : studioWork()));

@@ -1,26 +1,26 @@
+/** @param {{ rest?: import('./groundwork.js').Rest }} wish @param {Worker} worker @returns {Promise<any>} */
+function answer(worker, wish) {
+  return new Promise((resolve, reject) => {
+    worker.addEventListener('error', reject);
+    worker.addEventListener('message', ({ data }) => resolve(data));
+    worker.postMessage(wish);
+  });
+}
+
 /**
- * Begins a head's groundwork beside the page, in a worker; where there can be none, the page does it.
+ * Begins a head's groundwork beside the page, in two workers; where there can be none, the page does it. The
+ * studio's is begun before there is a head.
  */
 export function layGroundwork() {
-  /** @type {Worker | null} */
-  let worker = null;
-  /** What the worker says, one answer after the other. @type {Promise<any>[]} */
-  let answers = [];
+  /** @type {Worker[]} */
+  const workers = [];
+  /** @type {Promise<any> | null} */
+  let studio = null;
   try {
-    const beside = new Worker(new URL('./groundwork.worker.js', import.meta.url), { type: 'module' });
-    worker = beside;
-    /** @type {((answer: unknown) => void)[]} */
-    const tell = [];
-    answers = [0, 1].map(
-      () =>
-        new Promise((resolve, reject) => {
-          tell.push(resolve);
-          beside.addEventListener('error', reject);
-        }),
-    );
-    // They are waited for later.
-    for (const answer of answers) answer.catch(() => {});
-    beside.addEventListener('message', ({ data }) => tell.shift()?.(data));
+    for (let i = 0; i < 2; i++) workers.push(new Worker(new URL('./groundwork.worker.js', import.meta.url), { type: 'module' }));
+    studio = answer(workers[0], {});
+    // It is waited for later.
+    studio.catch(() => {});
   } catch {
     // Done below.
   }
@@ -31,15 +31,17 @@ export function layGroundwork() {
      */
     async of(rest) {
       try {
-        if (!worker) throw new Error('no worker');
-        worker.postMessage(rest);
-        return Object.assign({}, ...(await Promise.all(answers)));
+        if (!studio) throw new Error('no worker');
+        const [shared, own] = await Promise.all([studio, answer(workers[1], { rest })]);
+        return { ...shared, ...own };
       } catch {
         const { headWork, studioWork } = await import('./groundwork.js');
         return { ...studioWork(), ...headWork(rest) };
       } finally {
-        worker?.terminate();
+        for (const worker of workers) worker.terminate();
       }
     },
   };
 }
+
+/** @typedef {ReturnType<typeof layGroundwork>} Laying */
