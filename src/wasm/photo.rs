@@ -121,14 +121,16 @@ impl Fitter {
     /// with the part of the steps that are done; what it throws is dropped.
     pub fn fit(
         &self,
-        width: u32,
-        height: u32,
+        size: &[u32],
         points: &[f64],
         focal: Option<f64>,
         jaw: Option<f64>,
         rgba: Option<Vec<u8>>,
         told: Option<Function>,
     ) -> Result<JsValue, JsError> {
+        let &[width, height] = size else {
+            return Err(error("a size is a width and a height"));
+        };
         let image = rgba
             .as_deref()
             .map(|rgba| Image::new(width, height, rgba))

@@ -231,13 +231,13 @@ export class FaceModel {
 
   /** @param {import('phiz').PhotoPoints} photo */
   async fitPhoto({ width, height, points, focal, jawNoise, rgba, progress }) {
-    const size = /** @type {const} */ ([pixels('width', width), pixels('height', height)]);
+    const size = Uint32Array.of(pixels('width', width), pixels('height', height));
     const pairs = Float64Array.from(points);
     if (pairs.length % 2) throw new Error('points are pairs of x and y, and one has no y');
     const fitter = await this.#photoFitter();
     // It may have been freed while the module came.
     this.#live;
-    return fitter.fit(...size, pairs, focal, jawNoise, rgba, progress);
+    return fitter.fit(size, pairs, focal, jawNoise, rgba, progress);
   }
 
   /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit, rgba?: Uint8Array | Uint8ClampedArray }} photo */

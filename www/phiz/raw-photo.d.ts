@@ -5,8 +5,7 @@ export class Fitter {
   private constructor();
   static parse(model: Uint8Array, expressions?: Uint8Array): Fitter;
   fit(
-    width: number,
-    height: number,
+    size: Uint32Array,
     points: Float64Array,
     focal?: number,
     jaw?: number,
