@@ -201,7 +201,7 @@ WASM_FEATURES=(--enable-bulk-memory --enable-bulk-memory-opt --enable-nontrappin
 # a time, and all else works on a face once. Loops are not turned into vectors by the compiler nor
 # unrolled to a length that it does not know, and what is larger than a call is called.
 SMALL="-C no-vectorize-loops -C llvm-args=-unroll-runtime=false -C llvm-args=-unroll-allow-partial=false"
-SMALL+=" -C llvm-args=-inline-threshold=25 -C llvm-args=-inlinehint-threshold=25"
+SMALL+=" -C llvm-args=-inline-threshold=5 -C llvm-args=-inlinehint-threshold=25"
 
 # wasm BUILD NAME FEATURES TARGET RUSTFLAGS [WASM-OPT FLAG...]: one build of a module,
 # pkg/BUILD/NAME.js. Builds with the same flags share a TARGET, and so what they depend on.

@@ -167,12 +167,14 @@ impl Topology {
         let vertex_of = |c: u32| uv_vertices[c as usize];
         let on_vertices: Vec<[u32; 3]> = uv_triangles.iter().map(|t| t.map(vertex_of)).collect();
         let walk = Walk::new(n, &on_vertices);
-        let residuals = blob.planes("uvs", 2 * corners)?;
-        let (own, further) = residuals.split_at(2 * n);
-        let mut uvs = walk.restore(own, 2);
-        for (further, &vertex) in further.chunks_exact(2).zip(&uv_vertices[n..]) {
-            let at = 2 * vertex as usize;
-            uvs.extend([0, 1].map(|axis| further[axis].wrapping_add(uvs[at + axis])));
+        let own = walk.restore(blob.in_planes("uvs", 2 * corners)?, 2, 1);
+        let mut uvs: Vec<[i32; 2]> = (own.iter().map(|four| four.to_array()))
+            .map(|[u, v, ..]| [u, v])
+            .collect();
+        let further = &blob.planes("uvs", 2 * corners)?[2 * n..];
+        for (further, &vertex) in further.as_chunks::<2>().0.iter().zip(&uv_vertices[n..]) {
+            let own = uvs[vertex as usize];
+            uvs.push([0, 1].map(|axis| further[axis].wrapping_add(own[axis])));
         }
         let mirror = read_mirror(blob, n)?;
         if regions
@@ -196,8 +198,8 @@ impl Topology {
         }
         let topology = Self {
             uvs: uvs
-                .chunks_exact(2)
-                .map(|c| [c[0], c[1]].map(|x| TEXTURE.point(x) as f32))
+                .into_iter()
+                .map(|c| c.map(|x| TEXTURE.point(x) as f32))
                 .collect(),
             uv_vertices,
             uv_triangles,

@@ -6,6 +6,10 @@
 //! parallelograms there are. Writer and reader derive the same [`Walk`] from the triangles;
 //! everything is integer arithmetic, so what is restored is exact.
 
+use wide::{f32x4, i32x4};
+
+use crate::blob::{Planes, READ};
+
 /// Of the triangles around a vertex so many are looked at, so that no mesh, however strange, costs
 /// more than its size. A head has 12 at most.
 const MOST_AROUND: usize = 32;
@@ -128,60 +132,99 @@ impl Walk {
         walk
     }
 
-    /// What the earlier vertices say of the numbers of the vertex at place `at` of the order: the
-    /// mean of its predictors, rounded to the nearest, in arithmetic modulo 2^32. `values` are
-    /// `guess.len()` numbers a vertex.
-    fn predict(&self, at: usize, values: &[i32], guess: &mut [i32]) {
-        let own = &self.predictors[self.starts[at] as usize..self.starts[at + 1] as usize];
-        let axes = guess.len();
-        let row = |v: u32| &values[v as usize * axes..(v as usize + 1) * axes];
-        guess.fill(own.len() as i32 / 2);
-        for &[a, b, c] in own {
-            let corners = row(a).iter().zip(row(b)).zip(row(c));
-            for (sum, ((a, b), c)) in guess.iter_mut().zip(corners) {
-                *sum = sum.wrapping_add(a.wrapping_add(*b).wrapping_sub(*c));
-            }
-        }
-        let shift = own.len().max(1).ilog2();
-        guess.iter_mut().for_each(|sum| *sum >>= shift);
+    /// The predictors of the vertex at place `at` of the order.
+    fn predictors(&self, at: usize) -> &[[u32; 3]] {
+        &self.predictors[self.starts[at] as usize..self.starts[at + 1] as usize]
     }
 
     /// What prediction misses, in the order of the walk, all of axis 0, then all of axis 1 ...
     /// `values` are `axes` numbers a vertex.
     pub fn residuals(&self, values: &[i32], axes: usize) -> Vec<i32> {
         let mut residuals = vec![0; values.len()];
-        let mut guess = vec![0; axes];
         for (at, &vertex) in self.order.iter().enumerate() {
-            self.predict(at, values, &mut guess);
-            let own = &values[vertex as usize * axes..];
-            for (axis, (value, guess)) in own.iter().zip(&guess).enumerate() {
-                residuals[axis * self.order.len() + at] = value.wrapping_sub(*guess);
+            let own = self.predictors(at);
+            let value = |v: u32, axis: usize| values[v as usize * axes + axis];
+            for axis in 0..axes {
+                let sum = own.iter().fold(own.len() as i32 / 2, |sum, &[a, b, c]| {
+                    let guess = value(a, axis).wrapping_add(value(b, axis));
+                    sum.wrapping_add(guess.wrapping_sub(value(c, axis)))
+                });
+                let guess = sum >> own.len().max(1).ilog2();
+                residuals[axis * self.order.len() + at] = value(vertex, axis).wrapping_sub(guess);
             }
         }
         residuals
     }
 
-    /// The values of [`Walk::residuals`]: `axes` numbers a vertex. `residuals` are as many.
+    /// The values of [`Walk::residuals`], in planes, of which there may be more: `numbers` of `modes`
+    /// a vertex, number 0 of all modes first. In the residuals it is all numbers of mode 0.
+    ///
+    /// They come in fours ([`fours`] a number of a vertex), the last filled up with zeros, so that all
+    /// arithmetic is on four at a time.
     #[inline(never)]
-    pub fn restore(&self, residuals: &[i32], axes: usize) -> Vec<i32> {
-        let mut values = vec![0; residuals.len()];
-        let mut guess = vec![0; axes];
-        for at in 0..self.order.len() {
-            self.restore_one(at, residuals, &mut values, &mut guess);
+    pub fn restore(&self, residuals: Planes, modes: usize, numbers: usize) -> Vec<i32x4> {
+        let width = numbers * fours(modes);
+        let mut values = vec![i32x4::ZERO; self.order.len() * width];
+        let mut missed = vec![i32x4::ZERO; READ * width];
+        let mut guess = vec![i32x4::ZERO; width];
+        for first in (0..self.order.len()).step_by(READ) {
+            for (i, mode) in (0..width).map(|i| (i, i % fours(modes) * 4)) {
+                let rows = [0, 1, 2, 3].map(|k| match mode + k < modes {
+                    true => {
+                        let axis = (mode + k) * numbers + i / fours(modes);
+                        residuals.read(axis * self.order.len() + first)
+                    }
+                    false => [i32x4::ZERO; READ / 4],
+                });
+                for k in 0..READ / 4 {
+                    turn(rows.map(|row| row[k]), &mut missed[i + k * width..], width);
+                }
+            }
+            let each = (first..self.order.len()).zip(missed.chunks_exact(width.max(1)));
+            for (at, missed) in each {
+                self.restore_one(at, missed, &mut values, &mut guess);
+            }
         }
         values
     }
 
-    /// Restores the numbers of the vertex at place `at` of the order.
-    // Not inlined, as what is done for each vertex: see `read_part` of the blob.
+    /// Restores the numbers of the vertex at place `at` of the order: the mean of its predictors,
+    /// rounded to the nearest, and what that missed, in arithmetic modulo 2^32.
+    // Not inlined, as all that is done for each of many parts of a model: an engine runs the fast code
+    // of a function from its next call on, and a model is read once.
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    fn restore_one(&self, at: usize, residuals: &[i32], values: &mut [i32], guess: &mut [i32]) {
-        self.predict(at, values, guess);
-        let missed = residuals.iter().skip(at).step_by(self.order.len());
-        let own = &mut values[self.order[at] as usize * guess.len()..];
-        for ((value, guess), missed) in own.iter_mut().zip(guess).zip(missed) {
-            *value = guess.wrapping_add(*missed);
+    fn restore_one(&self, at: usize, missed: &[i32x4], values: &mut [i32x4], guess: &mut [i32x4]) {
+        let own = self.predictors(at);
+        let width = guess.len();
+        guess.fill(i32x4::splat(own.len() as i32 / 2));
+        for &[a, b, c] in own {
+            let row = |v: u32| &values[v as usize * width..(v as usize + 1) * width];
+            let corners = row(a).iter().zip(row(b)).zip(row(c));
+            for (sum, ((&a, &b), &c)) in guess.iter_mut().zip(corners) {
+                *sum += a + b - c;
+            }
         }
+        let shift = own.len().max(1).ilog2();
+        let own = &mut values[self.order[at] as usize * width..];
+        for ((value, &mut sum), &missed) in own.iter_mut().zip(guess).zip(missed) {
+            *value = (sum >> shift) + missed;
+        }
+    }
+}
+
+/// How many fours hold so many numbers.
+pub(crate) const fn fours(numbers: usize) -> usize {
+    numbers.div_ceil(4)
+}
+
+/// Turns four rows of four numbers into fours, one to each fourth of the rows of `out`, which are
+/// `width` long.
+#[cfg_attr(target_arch = "wasm32", inline(never))]
+fn turn(rows: [i32x4; 4], out: &mut [i32x4], width: usize) {
+    // Numbers only move, whatever they are.
+    let columns = f32x4::transpose(bytemuck::cast(rows));
+    for (out, column) in out.iter_mut().step_by(4 * width).zip(columns) {
+        *out = bytemuck::cast(column);
     }
 }
 
@@ -222,6 +265,20 @@ impl Around {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::blob::in_planes;
+
+    /// What is restored of residuals, `axes` numbers a vertex.
+    fn restored(walk: &Walk, residuals: &[i32], modes: usize, numbers: usize) -> Vec<i32> {
+        let planes = in_planes(residuals);
+        let planes = Planes::new(&planes, residuals.len()).unwrap();
+        let fours = walk.restore(planes, modes, numbers);
+        let rows = bytemuck::cast_slice::<_, i32>(&fours).chunks_exact(4 * super::fours(modes));
+        let rows: Vec<&[i32]> = rows.collect();
+        let vertices = rows.chunks_exact(numbers);
+        let by_mode = vertices.flat_map(|v| (0..modes).flat_map(|k| v.iter().map(move |n| n[k])));
+        assert!(rows.iter().all(|row| row[modes..].iter().all(|&n| n == 0)));
+        by_mode.collect()
+    }
 
     /// A grid of `side` x `side` vertices, two triangles a square.
     fn grid(side: u32) -> Vec<[u32; 3]> {
@@ -263,7 +320,10 @@ mod tests {
             assert!(order.iter().copied().eq(0..81), "each vertex once");
             for scale in [10.0, 1e9] {
                 let values: Vec<i32> = (0..243).map(|_| (random.normal() * scale) as i32).collect();
-                assert_eq!(walk.restore(&walk.residuals(&values, 3), 3), values);
+                for (modes, numbers) in [(3, 1), (1, 3)] {
+                    let residuals = walk.residuals(&values, 3);
+                    assert_eq!(restored(&walk, &residuals, modes, numbers), values);
+                }
             }
         }
     }
@@ -277,7 +337,7 @@ mod tests {
         let linear = |&v: &u32| 7 * (v as i32 % 9) - 300 * (v as i32 / 9) + 40;
         let values: Vec<i32> = vertices.iter().map(linear).collect();
         let residuals = part.residuals(&values, 1);
-        assert_eq!(part.restore(&residuals, 1), values);
+        assert_eq!(restored(&part, &residuals, 1, 1), values);
         // All but the borders along which the walk comes in.
         let missed = residuals.iter().filter(|r| **r != 0).count();
         assert!(missed < 3 * 6, "{missed} of 36: {residuals:?}");

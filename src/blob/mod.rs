@@ -37,6 +37,8 @@
 
 pub(crate) mod record;
 
+use wide::{f32x4, i32x4};
+
 use crate::error::Number;
 use crate::{Error, Result};
 
@@ -178,12 +180,8 @@ impl BlobWriter {
     /// Adds integers that are mostly small, as planes. Read with [`Blob::planes`].
     pub fn planes(&mut self, name: &str, numbers: &[i32]) {
         debug_assert!(name.is_ascii() && name.len() <= 16);
-        let folded = || numbers.iter().map(|&n| ((n << 1) ^ (n >> 31)) as u32);
-        let largest = folded().max().unwrap_or(0);
-        let planes = (4 - largest.leading_zeros() / 8).max(1);
-        let bytes = (0..planes).flat_map(|p| folded().map(move |n| (n >> (8 * p)) as u8));
         self.sections
-            .push((name.to_owned(), PLANES, bytes.collect()));
+            .push((name.to_owned(), PLANES, in_planes(numbers)));
     }
 
     /// Adds a value as the header's are kept. Read with [`Blob::record`].
@@ -255,21 +253,56 @@ pub struct Blob<'a> {
     checksum: u64,
 }
 
-/// Numbers of planes that are read in one call.
-const PART: usize = 2048;
+/// Numbers as planes.
+pub(crate) fn in_planes(numbers: &[i32]) -> Vec<u8> {
+    let folded = || numbers.iter().map(|&n| ((n << 1) ^ (n >> 31)) as u32);
+    let largest = folded().max().unwrap_or(0);
+    let planes = (4 - largest.leading_zeros() / 8).max(1);
+    let bytes = (0..planes).flat_map(|p| folded().map(move |n| (n >> (8 * p)) as u8));
+    bytes.collect()
+}
 
-/// Reads some of `length` numbers in planes, from number `first` on; they are 0 before.
-// Not inlined, as all that is done for each of many parts of a model: an engine runs the fast code of a
-// function from its next call on, and a model is read once.
-#[cfg_attr(target_arch = "wasm32", inline(never))]
-fn read_part(planes: &[u8], length: usize, first: usize, numbers: &mut [i32]) {
-    for (plane, p) in planes.chunks_exact(length.max(1)).zip(0..) {
-        for (number, &byte) in numbers.iter_mut().zip(&plane[first..]) {
-            *number |= i32::from(byte) << (8 * p);
-        }
+/// A section of integers in planes.
+#[derive(Clone, Copy)]
+pub(crate) struct Planes<'a> {
+    bytes: &'a [u8],
+    /// How many numbers there are.
+    length: usize,
+}
+
+/// Numbers of planes that are read at once.
+pub(crate) const READ: usize = 16;
+
+impl<'a> Planes<'a> {
+    /// One to four planes of `length` numbers each.
+    pub fn new(bytes: &'a [u8], length: usize) -> Option<Self> {
+        let planes = bytes.len().checked_div(length).unwrap_or(1);
+        let whole = bytes.len() == planes * length && (1..=4).contains(&planes);
+        whole.then_some(Self { bytes, length })
     }
-    for number in numbers {
-        *number = (*number as u32 >> 1) as i32 ^ -(*number & 1);
+
+    /// The numbers from number `first` on, each fourth beside the other: number k of them, and those
+    /// 4, 8 and 12 after it, are the k-th four. After the last of all they are whatever.
+    // Not inlined, as all that is done for each of many parts of a model: an engine runs the fast code
+    // of a function from its next call on, and a model is read once.
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    pub fn read(self, first: usize) -> [i32x4; READ / 4] {
+        let mut numbers = [i32x4::ZERO; READ / 4];
+        for (plane, p) in self.bytes.chunks_exact(self.length.max(1)).zip(0..) {
+            let rest = plane.get(first..).unwrap_or_default();
+            let bytes = rest.first_chunk().copied().unwrap_or_else(|| {
+                let mut last = [0; READ];
+                last[..rest.len()].copy_from_slice(rest);
+                last
+            });
+            // A byte of each four at a time.
+            let fours = i32x4::new(bytemuck::cast::<[u8; READ], [i32; 4]>(bytes).map(i32::from_le));
+            for (number, k) in numbers.iter_mut().zip(0..) {
+                *number |= (fours >> (8 * k) & i32x4::splat(0xff)) << (8 * p);
+            }
+        }
+        let positive = i32x4::splat(i32::MAX);
+        numbers.map(|n| (n >> 1 & positive) ^ -(n & i32x4::ONE))
     }
 }
 
@@ -447,18 +480,25 @@ impl<'a> Blob<'a> {
     /// When it is missing, of another type or of another length.
     #[inline(never)]
     pub fn planes(&self, name: &str, length: usize) -> Result<Vec<i32>> {
-        let row = self.row(name)?;
-        let planes = row.bytes.len().checked_div(length).unwrap_or(1);
-        if row.code != PLANES || row.bytes.len() != planes * length || !(1..=4).contains(&planes) {
-            return Err(Error::Blob(format!(
-                "section \"{name}\" is not {length} numbers in planes"
-            )));
-        }
+        let planes = self.in_planes(name, length)?;
         let mut numbers = vec![0; length];
-        for (part, first) in numbers.chunks_mut(PART).zip((0..).step_by(PART)) {
-            read_part(row.bytes, length, first, part);
+        for (out, first) in numbers.chunks_mut(READ).zip((0..).step_by(READ)) {
+            // Numbers only move, whatever they are.
+            let fours = f32x4::transpose(bytemuck::cast(planes.read(first)));
+            out.copy_from_slice(&bytemuck::cast::<_, [i32; READ]>(fours)[..out.len()]);
         }
         Ok(numbers)
+    }
+
+    /// The same, not read yet.
+    pub(crate) fn in_planes(&self, name: &str, length: usize) -> Result<Planes<'a>> {
+        let row = self.row(name)?;
+        let planes = Planes::new(row.bytes, length).filter(|_| row.code == PLANES);
+        planes.ok_or_else(|| {
+            Error::Blob(format!(
+                "section \"{name}\" is not {length} numbers in planes"
+            ))
+        })
     }
 
     /// A section of finite f32, none larger than `limit` in magnitude.

@@ -20,7 +20,7 @@ mod performance;
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use crate::blob::record::record;
 use crate::blob::{Blob, BlobWriter, Kind};
@@ -317,11 +317,10 @@ fn read(blob: &Blob, model: &FaceModel) -> Result<Vec<Expression>> {
             return bad(format!("expression \"{}\" has no landmarks", own.name));
         }
         let support = crate::model::vertices(blob, &format!("support.{i}"), own.support, n)?;
-        let residuals = blob.planes(&format!("moves.{i}"), 3 * support.len())?;
-        let steps = walk.on(&support).restore(&residuals, 3);
-        let displacements = steps
-            .chunks_exact(3)
-            .map(|d| Vec3::new(d[0] as f32, d[1] as f32, d[2] as f32) * header.step);
+        let residuals = blob.in_planes(&format!("moves.{i}"), 3 * support.len())?;
+        let steps = walk.on(&support).restore(residuals, 3, 1);
+        let displacements = (steps.iter())
+            .map(|d| Vec4::from(d.to_array().map(|x| x as f32)).truncate() * header.step);
         let mut moved: Vec<(u32, Vec3)> = support.into_iter().zip(displacements).collect();
         // A metre is more than any face moves.
         if moved.iter().any(|m| !(m.1.abs().max_element() < 1000.0)) {

@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::Vec3;
 use wide::{f64x4, i16x8, i32x4};
 
+use crate::predict::fours;
 use crate::quantise::{Quantised, STEPS, nearest_step};
 
 /// Numbers that are summed side by side.
@@ -57,22 +58,41 @@ impl Modes {
     /// Modes in units of `step` mm (see [`nearest_step`]): of each vertex in turn all modes, of each
     /// x, y and z.
     pub fn new(step: f32, modes: usize, by_vertex: &[i16]) -> Self {
-        let numbers = by_vertex.len() / modes.max(1);
-        let row = modes.div_ceil(2) * 4;
-        let mut tiles = vec![[0_i16; 8]; numbers.div_ceil(TILE) * row];
-        let mut most = vec![0_u16; 3 * modes];
-        for (v, own) in by_vertex.chunks_exact((3 * modes).max(1)).enumerate() {
-            lay(v, own, row, &mut tiles, &mut most);
+        let mut rows = Vec::with_capacity(by_vertex.len() / modes.max(1) * fours(modes));
+        for own in by_vertex.chunks_exact((3 * modes).max(1)) {
+            let number = |axis: usize, k: usize| own.get(3 * k + axis).map_or(0, |&n| n.into());
+            let each = (0..3).flat_map(|axis| (0..fours(modes)).map(move |four| (axis, 4 * four)));
+            rows.extend(
+                each.map(|(axis, k)| i32x4::new([0, 1, 2, 3].map(|i| number(axis, k + i)))),
+            );
         }
-        let largest: Vec<u32> = (most.chunks(3))
-            .map(|most| most.iter().fold(0, |a, &b| a.max(b.into())))
-            .collect();
+        Self::of_rows(step, modes, &rows)
+    }
+
+    /// Modes as what is predicted is restored: of each number in turn all modes, in [`fours`], each
+    /// of 16 bits.
+    pub(crate) fn of_rows(step: f32, modes: usize, rows: &[i32x4]) -> Self {
+        let own = fours(modes).max(1);
+        let row = modes.div_ceil(2) * 4;
+        let numbers = rows.len() / own;
+        let mut tiles = vec![i16x8::ZERO; numbers.div_ceil(TILE) * row];
+        let mut most = vec![i32x4::ZERO; own];
+        let tiled = tiles.chunks_exact_mut(row.max(1));
+        for (tile, rows) in tiled.zip(rows.chunks(TILE * own)) {
+            for (four, rows) in rows.chunks(4 * own).enumerate() {
+                lay(rows, &mut tile[four..], &mut most);
+            }
+        }
+        let most: &[[i32; 2]] = bytemuck::cast_slice(&most);
+        let largest = most[..modes.div_ceil(2)].iter();
         Self {
             step: nearest_step(step),
             modes,
             numbers,
-            tiles: tiles.into_iter().map(i16x8::new).collect(),
-            largest: largest.chunks(2).map(|pair| pair.iter().sum()).collect(),
+            tiles,
+            largest: largest
+                .map(|pair| pair.iter().sum::<i32>() as u32)
+                .collect(),
         }
     }
 
@@ -252,23 +272,29 @@ impl Modes {
 
 const NOTHING: [i16x8; 4] = [i16x8::ZERO; 4];
 
-/// Puts the numbers of vertex `v` into tiles of `row` eights each, and notes the largest magnitudes.
-// Not inlined, as what is done for each vertex: see `read_part` of the blob.
+/// Puts up to four numbers into the eights of a tile that are theirs, every fourth from the first on,
+/// and notes the largest magnitudes.
+// Not inlined, as what is done for each of many parts of a model: see `Walk::restore_one`.
 #[cfg_attr(target_arch = "wasm32", inline(never))]
-fn lay(v: usize, own: &[i16], row: usize, tiles: &mut [[i16; 8]], most: &mut [u16]) {
-    for (most, number) in most.iter_mut().zip(own) {
-        *most = (*most).max(number.unsigned_abs());
-    }
-    for axis in 0..3 {
-        let i = 3 * v + axis;
-        let tile = &mut tiles[i / TILE * row + i % TILE / 4..];
-        let lane = i % 4 * 2;
-        let mut both = own.chunks_exact(6);
-        for (eight, both) in tile.iter_mut().step_by(4).zip(both.by_ref()) {
-            (eight[lane], eight[lane + 1]) = (both[axis], both[3 + axis]);
-        }
-        if let Some(&last) = both.remainder().get(axis) {
-            tile[row - 4][lane] = last;
+fn lay(rows: &[i32x4], tile: &mut [i16x8], most: &mut [i32x4]) {
+    let own = most.len();
+    let mut eights = tile.iter_mut().step_by(4);
+    for (k, most) in most.iter_mut().enumerate() {
+        let of = |i: usize| rows.get(i * own + k).copied().unwrap_or(i32x4::ZERO);
+        let four = [0, 1, 2, 3].map(of);
+        *most = four
+            .iter()
+            .fold(*most, |most, number| most.max(number.abs()));
+        // Two modes of a number are moved as one.
+        let narrow = |a: i32x4, b: i32x4| -> [u32; 4] {
+            bytemuck::cast(i16x8::from_i32x8_saturate(bytemuck::cast([a, b])))
+        };
+        let ([a, b, c, d], [e, f, g, h]) = (narrow(four[0], four[1]), narrow(four[2], four[3]));
+        for (pairs, eight) in [[a, c, e, g], [b, d, f, h]]
+            .into_iter()
+            .zip(eights.by_ref())
+        {
+            *eight = bytemuck::cast(pairs);
         }
     }
 }

@@ -54,8 +54,9 @@ mod surround;
 
 use std::sync::{Arc, OnceLock};
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use nalgebra::DMatrix;
+use wide::i32x4;
 
 pub use crate::kernel::Modes;
 pub use attribute::Attribute;
@@ -568,17 +569,21 @@ pub(crate) fn vertices(blob: &Blob, name: &str, length: u32, n: usize) -> Result
 }
 
 fn read_mean(blob: &Blob, walk: &Walk, n: usize) -> Result<Vec<Vec3>> {
-    let mean = walk.restore(&blob.planes("mean", 3 * n)?, 3);
+    let mean = walk.restore(blob.in_planes("mean", 3 * n)?, 3, 1);
     let most = COORDINATES.index(LARGEST_COORDINATE.into()).unsigned_abs();
-    if let Some(at) = mean.iter().position(|x| x.unsigned_abs() > most) {
+    let numbers = mean
+        .iter()
+        .flat_map(|four| four.to_array().into_iter().take(3));
+    if let Some((at, x)) = numbers.enumerate().find(|(_, x)| x.unsigned_abs() > most) {
         return Err(Error::Blob(format!(
             "number {at} of section \"mean\" is {}, outside +-{}",
-            Number(COORDINATES.point(mean[at])),
+            Number(COORDINATES.point(x)),
             Number(LARGEST_COORDINATE.into())
         )));
     }
-    let point = |p: &[i32]| Vec3::from_slice(&[0, 1, 2].map(|i| COORDINATES.point(p[i]) as f32));
-    Ok(mean.chunks_exact(3).map(point).collect())
+    let point =
+        |p: &i32x4| Vec4::from(p.to_array().map(|i| COORDINATES.point(i) as f32)).truncate();
+    Ok(mean.iter().map(point).collect())
 }
 
 fn read_correlation(blob: &Blob, total: usize) -> Result<Vec<f32>> {
@@ -626,22 +631,23 @@ fn read_block(
         return bad(format!("a support of {} vertices", header.support));
     }
     let modes = header.modes as usize;
-    let numbers = 3 * support.len();
-    let residuals = blob.planes(&format!("modes.{b}"), numbers * modes)?;
-    // All modes of a vertex together, as the walk has them.
-    let by_vertex = walk.on(&support).restore(&residuals, 3 * modes);
-    if let Some(far) = by_vertex.iter().find(|i| i16::try_from(**i).is_err()) {
-        return bad(format!("a mode of {far} steps"));
+    let residuals = blob.in_planes(&format!("modes.{b}"), 3 * support.len() * modes)?;
+    let rows = walk.on(&support).restore(residuals, modes, 3);
+    // Of numbers of 16 bits, whichever sign they have, this has no higher bit.
+    let bits = rows
+        .iter()
+        .fold(i32x4::ZERO, |all, &row| all | row ^ (row >> 31));
+    if bits.to_array().iter().any(|&bits| bits > i16::MAX.into()) {
+        return bad("a mode of more steps than 16 bits hold".into());
     }
-    let by_vertex: Vec<i16> = by_vertex.into_iter().map(|i| i as i16).collect();
     let sigmas = blob.floats(&format!("sigmas.{b}"), modes, 1e9)?;
     let surround = match header.surround {
         None => None,
         Some(SurroundHeader { targets, rigid }) => {
             let targets = vertices(blob, &format!("targets.{b}"), targets, n)?;
-            let distances = blob.planes(&format!("distances.{b}"), targets.len())?;
-            let distances: Vec<f32> = (walk.on(&targets).restore(&distances, 1).into_iter())
-                .map(|d| DISTANCES.point(d) as f32)
+            let distances = blob.in_planes(&format!("distances.{b}"), targets.len())?;
+            let distances: Vec<f32> = (walk.on(&targets).restore(distances, 1, 1).iter())
+                .map(|d| DISTANCES.point(d.to_array()[0]) as f32)
                 .collect();
             if distances.iter().any(|&d| d > LARGEST_COORDINATE) {
                 return bad("a distance beyond all heads".into());
@@ -654,7 +660,7 @@ fn read_block(
         }
     };
     Ok(Block {
-        modes: Modes::new(sound_step(header.step)?, modes, &by_vertex),
+        modes: Modes::of_rows(sound_step(header.step)?, modes, &rows),
         name: header.name,
         regions,
         support,

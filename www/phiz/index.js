@@ -122,6 +122,14 @@ async function unpack(bytes) {
   return blob;
 }
 
+/**
+ * A copy: of a typed array its constructor makes one, of a buffer it looks at that.
+ * @param {Uint8Array | ArrayBuffer} bytes
+ */
+function copy(bytes) {
+  return ArrayBuffer.isView(bytes) ? new Uint8Array(bytes) : new Uint8Array(bytes.slice(0));
+}
+
 /** @param {'simd' | 'scalar'} build */
 function instance(build) {
   let found = instances.get(build);
@@ -146,7 +154,7 @@ export async function prepare({ build = fastestBuild() } = {}) {
 export async function load(bytes, { build = fastestBuild() } = {}) {
   const instantiated = instance(build);
   // A copy, as it was given, for the module that fits photos: should it come, it reads its own.
-  const packed = new Uint8Array(bytes).slice();
+  const packed = copy(bytes);
   // The one comes in while the other is unpacked.
   const unpacked = unpack(packed);
   const [{ glue, memory }, blob] = await Promise.all([instantiated, unpacked]);
@@ -214,7 +222,7 @@ export class FaceModel {
 
   /** @param {Uint8Array | ArrayBuffer} bytes */
   async loadExpressions(bytes) {
-    const packed = new Uint8Array(bytes).slice();
+    const packed = copy(bytes);
     const blob = await unpack(packed);
     const raw = this.#glue.Expressions.parse(blob, this.#live);
     // Faces may show those that are there.
