@@ -8,7 +8,7 @@ mod staged;
 use glam::{DVec2, DVec3, Vec3};
 use phiz::Face;
 use phiz::photo::raster::{NOTHING, Raster, barycentric};
-use phiz::photo::{Camera, Hair, Image, Light, Looks};
+use phiz::photo::{Camera, Edit, Hair, Image, Light, Looks};
 
 use common::person;
 use staged::{SIZE, camera, edit, stencil, window};
@@ -520,6 +520,41 @@ fn a_photo_in_the_dark_is_of_no_darker_person() {
         night.colour,
         day.colour
     );
+}
+
+#[test]
+fn a_portrait_on_a_large_dark_page_is_of_no_fairer_person() {
+    let mut face = Portrait::new(9);
+    // White is near to the head.
+    let cheek = face.at("ibug_00").1;
+    face.over = vec![(Box::new(move |p| p.x < cheek.x - 30.0), DVec3::splat(0.9))];
+    let alone = face.looks().skin;
+    let (rgba, [width, height]) = (face.rgba(), SIZE.map(|px| px as usize));
+    let wide = 9;
+    let mut page = vec![20; 4 * width * wide * height * wide];
+    page.chunks_exact_mut(4).for_each(|pixel| pixel[3] = 255);
+    let corner = [width, height].map(|px| px * (wide / 2));
+    for y in 0..height {
+        let at = 4 * ((y + corner[1]) * width * wide + corner[0]);
+        page[at..at + 4 * width].copy_from_slice(&rgba[4 * y * width..4 * (y + 1) * width]);
+    }
+    let [w, h] = [width * wide, height * wide].map(|px| px as u32);
+    let image = Image::new(w, h, &page).unwrap();
+    let mut camera = face.camera;
+    camera.centre += DVec2::new(corner[0] as f64, corner[1] as f64);
+    let light = Light::of(&face.face, &camera, &image).unwrap();
+    let (positions, normals) = (face.face.positions(), face.face.normals());
+    let edit = Edit::new(
+        face.face.model(),
+        &camera,
+        [w, h],
+        Some(light),
+        positions,
+        normals,
+    );
+    let there = edit.unwrap().looks(&image).unwrap().skin;
+    // The same pixels; of others there are eighty times as many, and none of them is white.
+    assert!(ratio(there, alone) < 1.02, "{there:?}, {alone:?} alone");
 }
 
 #[test]

@@ -32,6 +32,8 @@ const AROUND: [f32; 2] = [35.0, 24.0];
 const BRIGHTEST: f64 = 0.01;
 const BRIGHT: f64 = 0.7;
 const MOST_EXPOSED: f64 = 30.0;
+/// Pixels farther from the head than this part of its size are not asked.
+const NEAR: f64 = 1.0;
 /// A bridge of glasses is darker than what is above and below it, by this logarithm: portraits without have at most
 /// 0.41. It is looked for across so much of the nose, mm, at so many places between two points of its ridge.
 const BRIDGE: [f64; 5] = [-3.0, -1.5, 0.0, 1.5, 3.0];
@@ -101,7 +103,7 @@ impl<'a> Skin<'a> {
             facings,
             painted: topology.colours.iter().map(|&c| linear(c)).collect(),
             usual,
-            exposure: exposure(image),
+            exposure: exposure(image, places.iter().map(|&p| camera.project(p))),
             dark_lenses: false,
         };
         skin.doubt();
@@ -329,14 +331,29 @@ impl<'a> Skin<'a> {
 }
 
 /// By how much more light a photo is exposed as most are, so that its brightest parts are at least [`BRIGHT`]. Nobody
-/// knows a dark skin from a dark photo by the skin alone; white shirts and walls, eyes and lamps tell.
-fn exposure(image: &Image) -> f64 {
+/// knows a dark skin from a dark photo by the skin alone; white shirts and walls, eyes and lamps tell. Only those
+/// around the head (`seen`, px): a portrait on a large dark page is not dark.
+fn exposure(image: &Image, seen: impl Iterator<Item = DVec2>) -> f64 {
+    let (low, high) = seen.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
+        (low.min(p), high.max(p))
+    });
+    let around = NEAR * (high - low).max_element();
+    let size = DVec2::new(image.width as f64, image.height as f64);
+    let within = |p: DVec2| p.clamp(DVec2::ZERO, size).as_usizevec2();
+    let (first, end) = (within(low - around), within(high + around));
     let mut counts = [0_usize; 256];
-    for pixel in image.rgba.chunks_exact(4) {
-        let brightness = linear([pixel[0], pixel[1], pixel[2]]).dot(BRIGHTNESS);
-        counts[(brightness * 255.0) as usize] += 1;
+    for row in image
+        .rgba
+        .chunks_exact(4 * image.width)
+        .take(end.y)
+        .skip(first.y)
+    {
+        for pixel in row[4 * first.x..4 * end.x].chunks_exact(4) {
+            let brightness = linear([pixel[0], pixel[1], pixel[2]]).dot(BRIGHTNESS);
+            counts[(brightness * 255.0) as usize] += 1;
+        }
     }
-    let all = image.width * image.height;
+    let all = (end.x - first.x) * (end.y - first.y);
     let mut above = 0;
     let brightest = (0..256).rev().find(|&i| {
         above += counts[i];

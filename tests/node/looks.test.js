@@ -35,6 +35,15 @@ describe('looks', () => {
     }
   });
 
+  test('of a dark iris that mirrors the sky are brown, of a blue one blue', () => {
+    // As the brown eyes of a portrait were measured, with a window in them, and the blue ones of a scan in the dark.
+    const iris = (/** @type {[number, number, number]} */ irises) => whole(colouringOf({ ...bald, irises }, tone)).iris;
+    assert.equal(iris([0.061, 0.064, 0.075]), REST.iris);
+    assert.equal(iris([0.053, 0.042, 0.063]), REST.iris);
+    assert.ok(iris([0.098, 0.136, 0.131]) < 0.3);
+    assert.ok(iris([0.04, 0.082, 0.085]) < 0.3);
+  });
+
   test('of hair and eyes look like them', () => {
     for (const [hair, red, grey] of [[0.05, 0, 0], [0.4, 0, 0], [1, 0, 0], [0.4, 0.8, 0], [0.5, 0, 0.8], [0.9, 0, 0.3]]) {
       const wanted = rgb(hairColour(hair, red, grey));

@@ -23,6 +23,9 @@ const BEARDS = [0.13, 0.4];
 /** The green of an iris that is dark, and by how much the logarithm of blue is below that of green in one with a hue. */
 const DARK_IRIS = 0.05;
 const HUELESS = 0.4;
+/** Of one that mirrors more, grey, and by how much the logarithms of its red and green are apart. Blue ones have 0.4. */
+const GREY_IRIS = 0.09;
+const GREY = 0.15;
 
 /** @typedef {readonly number[]} Linear red, green and blue */
 
@@ -85,8 +88,9 @@ function hairOf(colour) {
 function irisOf(colour) {
   const hue = (/** @type {number[]} */ [r, g, b]) => [r - g, b - g, 0.3 * g];
   const wanted = hue(logarithms(colour));
-  // No blue iris is that dark: what is, and bluish, mirrors the sky.
-  if (colour[1] < DARK_IRIS && wanted[1] > -HUELESS) return {};
+  // No blue iris is that dark: what is, and grey or bluish, mirrors the sky.
+  const grey = colour[1] < GREY_IRIS && Math.abs(wanted[0]) < GREY;
+  if ((colour[1] < DARK_IRIS || grey) && wanted[1] > -HUELESS) return {};
   const [iris] = least([50], (iris) => {
     const { inner, outer } = irisColours(iris);
     return apart(wanted, hue(logarithms([(inner.r + outer.r) / 2, (inner.g + outer.g) / 2, (inner.b + outer.b) / 2])));
