@@ -1,5 +1,5 @@
 // Heads of the model as the page draws them, and where MediaPipe's face mesh sees its points on them: what
-// the table of correspondences is learned from, and what fits of a detector's points are judged by.
+// the detector's errors are learned from (detector-bias.js), and what fits of its points are judged by.
 //
 //     node tests/browser/detected-heads.js COUNT SEED OUT.json [FOLDER]
 //
@@ -9,6 +9,7 @@
 
 import { mkdirSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
+import { chance } from '../../www/src/chance.js';
 import { DIST, launch, open, serve, settled } from './site.js';
 
 const [count, seed, out, folder] = [Number(process.argv[2]), Number(process.argv[3]), process.argv[4], process.argv[5]];
@@ -17,16 +18,6 @@ if (!(count > 0) || !Number.isInteger(seed) || !out) {
   process.exit(2);
 }
 if (folder) mkdirSync(folder, { recursive: true });
-
-/** mulberry32: uniform numbers of [0, 1). @param {number} state */
-function uniforms(state) {
-  return () => {
-    state = (state + 0x6d2b79f5) | 0;
-    let t = Math.imul(state ^ (state >>> 15), 1 | state);
-    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-    return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
-  };
-}
 
 /**
  * The 3 x 4 matrix, up to a factor, that sends points to where they are seen: the least singular vector of the
@@ -113,7 +104,7 @@ const heads = [];
 let pose = [0, 0];
 const RADIAN = Math.PI / 180;
 for (let i = 0; i < count; i++) {
-  const random = uniforms(1000 * seed + i);
+  const random = chance(1000 * seed + i);
   const between = (/** @type {number} */ low, /** @type {number} */ high) => low + (high - low) * random();
   const looks = {
     skin: between(0.03, 0.95), hair: between(0.1, 1), iris: random(), lips: between(0.2, 0.7), blood: between(0.3, 0.7), brows: between(0.3, 0.8),
