@@ -9,7 +9,7 @@ import { measureTurns } from '../src/eyeturns.js';
 import { growHair } from '../src/hair/onhead.js';
 import { portrait } from '../src/portrait.js';
 import { measureShifts } from '../src/shifts.js';
-import { ordinal, text } from '../src/text.js';
+import { ordinal, spoken, text } from '../src/text.js';
 import { createView } from '../src/view.js';
 import css from './phiz-designer.css?inline';
 
@@ -395,8 +395,8 @@ export class PhizDesigner extends HTMLElement {
       }
       const [min, max] = control.limits;
       const output = element('output', {});
-      const input = element('input', { type: 'range', min, max, step: 0.001, 'aria-label': control.name, title: control.description });
-      const name = control.name[0].toUpperCase() + control.name.slice(1);
+      const input = element('input', { type: 'range', min, max, step: 0.001, 'aria-label': spoken(control.name), title: control.description });
+      const name = spoken(control.name)[0].toUpperCase() + spoken(control.name).slice(1);
       input.addEventListener('input', (event) => {
         // The element tells of itself, when the face is there.
         event.stopPropagation();

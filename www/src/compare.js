@@ -3,7 +3,7 @@ import { createFaceList } from './facelist.js';
 import { gradient } from './heat.js';
 import { createHold } from './hold.js';
 import { icon } from './icons.js';
-import { text } from './text.js';
+import { decimal, spoken, text } from './text.js';
 
 /**
  * The face beside another: held for a moment, split by a line, as distances in colour, as numbers.
@@ -148,7 +148,7 @@ export function createCompare(editor, { library, display, stage }) {
   );
   const rows = model.measures.map(({ name, description }) => {
     const cells = [0, 1, 2].map(() => element('td', {}));
-    body.append(element('tr', { title: description }, element('th', { scope: 'row' }, name), ...cells));
+    body.append(element('tr', { title: description }, element('th', { scope: 'row' }, spoken(name)), ...cells));
     return { name, cells };
   });
 
@@ -156,8 +156,8 @@ export function createCompare(editor, { library, display, stage }) {
     if (!visible) return;
     for (const { name, cells } of rows) {
       const [here, there] = [face.measure(name), reference.measure(name)];
-      cells[0].textContent = here.toFixed(1);
-      cells[1].textContent = there.toFixed(1);
+      cells[0].textContent = decimal(here);
+      cells[1].textContent = decimal(there);
       const apart = here - there;
       cells[2].textContent = Math.abs(apart) < 0.05 ? '0.0' : text.change(apart);
       cells[2].classList.toggle('differs', Math.abs(apart) >= 0.05);

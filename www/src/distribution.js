@@ -10,12 +10,14 @@
  *   place: (value: number) => number,
  *   value: (place: number) => number,
  *   density: number[],
+ *   start: number,
  *   of: (face: import('phiz').Face) => number,
  *   reach: (face: import('phiz').Face, value: number) => void,
  * }} Distribution
  * A value is a percentile, or beyond the limits a place. `place` goes from 0 (the lower limit) to 1
  * (the upper), linear in the change of shape; `density` is the share of people around equally spaced
- * places, the highest 1. `of` is where a face stands, `reach` takes it to a value beyond the limits.
+ * places, the highest 1. `start` is where the median face stands,
+ * `of` where a face does, `reach` takes it to a value beyond the limits.
  */
 
 /** The limits are at three standard deviations either side. @param {number} place */
@@ -116,6 +118,7 @@ export function createDistributions(model) {
     const found = known.get(control.name);
     if (found) return found;
     const median = probe.coefficients;
+    const start = probe.get(control.name);
     const { read, write } = readingOf(control);
     /** @param {number} percentile */
     const at = (percentile) => {
@@ -136,6 +139,7 @@ export function createDistributions(model) {
       place: (value) => (isBeyond(value) ? value : interpolate(percentiles, places, value)),
       value: (place) => (isBeyond(place) ? place : interpolate(places, percentiles, place)),
       density: smoothDensity(percentiles, places),
+      start,
       of(face) {
         const place = (read(face) - low) / span;
         return place < -nearly || place > 1 + nearly ? place : face.get(control.name);

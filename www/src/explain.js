@@ -1,6 +1,6 @@
 import { element } from './element.js';
 import { icon } from './icons.js';
-import { ordinal, text } from './text.js';
+import { ordinal, spoken, text } from './text.js';
 
 /**
  * Says beside the face what is happening: what the present section does, and what was just done.
@@ -62,7 +62,7 @@ export function createExplanation({ face, model, onStep }) {
     const step = (/** @type {[string, number]} */ [name, value]) => Math.abs(value - (before.get(name) ?? value));
     const one = shapes.length ? shapes : changed.sort((a, b) => step(b) - step(a)).slice(0, 1);
     if (one.length === 1) {
-      const [name, value] = one[0];
+      const [name, value] = [spoken(one[0][0]), one[0][1]];
       const atEnd = value <= 0 || value >= 1;
       moved.textContent = atEnd ? text.explainEnd(name) : text.explainMoved(name, ordinal(value), Math.round(10 * value));
     }

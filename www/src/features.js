@@ -102,7 +102,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
         name: control.name,
         label: control.name,
         id: `control-${control.name.replaceAll(/\W+/g, '-')}`,
-        about: control.description || text.finer(titleOf(chosen).toLowerCase()),
+        about: [...new Set(control.description.split(', '))].join(', ') || text.finer(titleOf(chosen).toLowerCase()),
         title: text.resetControl,
         limits: limits.present,
         step: 0.001,

@@ -3,7 +3,7 @@ import { element } from './element.js';
 import { icon } from './icons.js';
 import { groupOfMeasure } from './measures.js';
 import { createSlider } from './slider.js';
-import { standing, text, titleOf } from './text.js';
+import { spoken, standing, text, titleOf } from './text.js';
 
 /** Lengths that a face may be asked for, mm; whether it can have them is the model's to say. */
 const LENGTHS = /** @type {const} */ ([0.1, 400]);
@@ -28,26 +28,27 @@ export function createMeanings(editor, { distributions, limits }) {
   /** @param {import('phiz').Control} control @param {string} measure */
   function row(control, measure) {
     const { name, description } = control;
+    const words = spoken(name);
     const distribution = distributions(control);
-    /** @param {Parameters<typeof icon>[0]} sign @param {string} words @param {() => void} onclick */
-    const tool = (sign, words, onclick) =>
-      element('button', { type: 'button', class: 'tool small', 'aria-label': words, title: words, onclick }, icon(sign));
-    const lock = tool('unlock', text.lockMeasure(measure), () => editor.toggleMeasureLock(measure));
-    const clear = tool('reset', text.clearMeasure(name), () => editor.clear(name));
+    /** @param {Parameters<typeof icon>[0]} sign @param {string} said @param {() => void} onclick */
+    const tool = (sign, said, onclick) =>
+      element('button', { type: 'button', class: 'tool small', 'aria-label': said, title: said, onclick }, icon(sign));
+    const lock = tool('unlock', text.lockMeasure(spoken(measure)), () => editor.toggleMeasureLock(measure));
+    const clear = tool('reset', text.clearMeasure(words), () => editor.clear(name));
     const slider = createSlider({
-      name,
-      label: name,
+      name: words,
+      label: words,
       id: `meaning-${name.replaceAll(/\W+/g, '-')}`,
       about: description,
-      title: text.resetControl,
+      title: text.resetLength,
       limits: limits.present,
       step: 0.001,
       key: 0.01,
-      neutral: 0.5,
+      neutral: distribution.start,
       distribution,
       words: (value) => text.lengthAndRank(face.measure(measure), standing(value, distribution.place(value))),
       typed: {
-        label: text.typedLength(measure),
+        label: text.typedLength(spoken(measure)),
         unit: 'mm',
         min: LENGTHS[0],
         max: LENGTHS[1],

@@ -1,5 +1,5 @@
 import { element } from './element.js';
-import { text } from './text.js';
+import { spoken, text } from './text.js';
 
 /** Which measures belong to which feature, by the words in their names; the rest are the head's. */
 const WORDS = /** @type {const} */ ([
@@ -50,7 +50,7 @@ export function createMeasures(model, face) {
             const value = element('span', {});
             const change = element('span', { class: 'change' });
             rows.push({ name, value, change });
-            return element('div', { title: description }, element('dt', {}, name), element('dd', {}, change, value));
+            return element('div', { title: description }, element('dt', {}, spoken(name)), element('dd', {}, change, value));
           }),
       );
       root.hidden = rows.length === 0;
