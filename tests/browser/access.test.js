@@ -37,7 +37,7 @@ async function inspect(page, what) {
     if (name === 'Mix') {
       for (const face of ['Preset 1', 'Preset 2']) {
         await page.locator('.tray').getByRole('button', { name: face, exact: true }).click();
-        await page.getByRole('button', { name: 'Into the circle' }).click();
+        await page.getByRole('button', { name: 'Add to the circle' }).click();
       }
     }
     if (name === 'Compare') {

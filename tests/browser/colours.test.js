@@ -315,7 +315,7 @@ describe('colours', () => {
     await amount.fill('0');
     assert.deepEqual(await colouring(page), {});
     await page.getByLabel('To', { exact: true }).selectOption('Preset 5');
-    await page.getByRole('slider', { name: 'On the way', exact: true }).fill('100');
+    await page.getByRole('slider', { name: 'Progress', exact: true }).fill('100');
     assert.deepEqual(await colouring(page), {}, 'the way is only shown');
     await page.getByRole('button', { name: 'Keep this face' }).click();
     assert.deepEqual(await colouring(page), five);

@@ -42,7 +42,7 @@ describe('exports', () => {
         assert.equal(name, `face.${format.toLowerCase()}`);
         assert.equal(bytes.toString('latin1', 0, start.length), start);
         assert.ok(bytes.length > 500_000, `${format}: ${bytes.length} bytes`);
-        await page.getByText(`${name} is written`).waitFor();
+        await page.getByText(`Saved ${name}`).waitFor();
       }
       await page.screenshot({ path: `${SCREENSHOTS}/exports-${device}.png` });
       assert.deepEqual(complaints, []);
@@ -53,7 +53,7 @@ describe('exports', () => {
   test('a GLB looks like the page: skin, eyes, teeth that open with the jaw, and nothing of the page changes', async () => {
     const { context, page, complaints } = await open(browser, site, { sharp: true });
     // Lips that are open at rest, by 2 mm: what is between them follows lips, and not all that a face does.
-    await page.getByRole('tab', { name: 'Meanings' }).click();
+    await page.getByRole('tab', { name: 'Lengths' }).click();
     await moveSlider(page, 'mouth vertical position', 0.01);
     await page.getByRole('tab', { name: 'Looks' }).click();
     await moveSlider(page, 'Lips, pale to red', 1);

@@ -190,7 +190,7 @@ describe('expressions', () => {
         });
       });
       const before = await page.evaluate(() => ({ code: window.designer.face.code, positions: [...window.designer.face.positions], hash: location.hash }));
-      const alone = page.getByRole('checkbox', { name: 'Blinks by itself' });
+      const alone = page.getByRole('checkbox', { name: 'Blink now and then' });
       await alone.focus();
       await page.keyboard.press('Space');
       if (reducedMotion === 'reduce') {
@@ -215,7 +215,7 @@ describe('expressions', () => {
     const { context, page } = await open(browser, site, { serviceWorkers: 'block' });
     await page.route('**/expressions.phiz', (route) => route.abort());
     await page.getByRole('tab', { name: 'Expressions' }).click();
-    await page.getByText('The expressions did not come').waitFor();
+    await page.getByText('The expressions could not be loaded').waitFor();
     await page.unroute('**/expressions.phiz');
     await page.getByRole('button', { name: 'Try again' }).click();
     await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor();

@@ -152,7 +152,7 @@ describe('the first face', () => {
       await page.addInitScript(watch);
       await page.goto(host.url);
       const canvas = page.locator('canvas.view');
-      await page.getByText('The sliders are on their way').waitFor({ timeout: 60_000 });
+      await page.getByText('Loading the sliders').waitFor({ timeout: 60_000 });
       await page.waitForFunction(() => document.documentElement.dataset.face === 'complete', null, { timeout: 60_000 });
       await drawn(canvas);
       // Where nothing will stand on the stage.

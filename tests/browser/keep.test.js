@@ -146,9 +146,9 @@ describe('nothing is lost', () => {
       ['list.json', '[1, 2]', /list\.json is not a face/],
       ['null.json', 'null', /null\.json is not a face/],
       ['cut.json', JSON.stringify({ ...content, code: content.code.slice(0, -3) }), /cut\.json is damaged: ./],
-      ['new.json', JSON.stringify({ ...content, version: 9 }), /new\.json was written by a newer page/],
+      ['new.json', JSON.stringify({ ...content, version: 9 }), /new\.json was written by a newer version of this page/],
       ['theirs.json', JSON.stringify({ ...content, model: 'Cats', code: 'AAAAAAAA' }), /face of another model, “Cats”/],
-      ['long.json', 'x'.repeat(200_000), /long\.json is not a face: it is far too long/],
+      ['long.json', 'x'.repeat(200_000), /long\.json is not a face: it is far too big/],
     ]) {
       await give(name, body);
       await other.page.waitForFunction(

@@ -86,7 +86,7 @@ describe('limits', () => {
   test('a length goes beyond people by its slider, and what is held stays held', async () => {
     const { context, page, complaints } = await open(browser, site);
     const length = (/** @type {string} */ name) => page.evaluate((measure) => window.designer.face.measure(measure), name);
-    await page.getByRole('tab', { name: 'Meanings' }).click();
+    await page.getByRole('tab', { name: 'Lengths' }).click();
     await page.getByRole('button', { name: 'Lock the nose width' }).click();
     const held = await length('nose width');
     const slider = page.getByRole('slider', { name: 'mouth width', exact: true });

@@ -10,7 +10,7 @@ test('meanings are there exactly when the model has them: lengths are typed, loc
   const meanings = await page.evaluate(() =>
     window.designer.model.controls.filter(({ measure }) => measure).map(({ name, measure }) => ({ name, measure })),
   );
-  const tab = page.getByRole('tab', { name: 'Meanings' });
+  const tab = page.getByRole('tab', { name: 'Lengths' });
   assert.equal(await tab.count(), meanings.length ? 1 : 0);
   if (meanings.length) {
     const [{ name, measure }, second] = meanings;

@@ -114,9 +114,9 @@ describe('mixing', () => {
     assert.deepEqual(await coefficients(page), start, 'down again is where it began');
 
     // Two faces in the circle: on one of them it is that face, in the middle the mean of both.
-    await page.getByRole('button', { name: 'Into the circle' }).click();
+    await page.getByRole('button', { name: 'Add to the circle' }).click();
     await faceIn(page, 'Preset 5').click();
-    await page.getByRole('button', { name: 'Into the circle' }).click();
+    await page.getByRole('button', { name: 'Add to the circle' }).click();
     const other = await of(five);
     const puck = page.getByRole('slider', { name: 'Mixture' });
     await puck.focus();
@@ -146,7 +146,7 @@ describe('mixing', () => {
     await page.getByLabel('To', { exact: true }).selectOption('Preset 4');
     await settled(page);
     const still = await picture(page, 'morph-0');
-    const way = page.getByRole('slider', { name: 'On the way', exact: true });
+    const way = page.getByRole('slider', { name: 'Progress', exact: true });
     await way.fill('100');
     const there = await picture(page, 'morph-100');
     assert.ok(differing(still, there) > 0.03 * still.width * still.height);
@@ -214,7 +214,7 @@ describe('the way as a film', () => {
     // A graphic control extension before each frame: 4 bytes, no disposal or transparency asked for.
     for (let at = gif.bytes.indexOf('\x21\xf9\x04', 0, 'latin1'); at >= 0; at = gif.bytes.indexOf('\x21\xf9\x04', at + 1, 'latin1')) frames++;
     assert.ok(frames >= 96, `${frames} frames`);
-    await morph.getByText('morph.gif is written').waitFor();
+    await morph.getByText('Saved morph.gif').waitFor();
     assert.equal(await code(), before);
 
     // How a video is made is film.test.js's; here it begins, and is stopped.
@@ -304,7 +304,7 @@ describe('comparing', () => {
     assert.ok(Math.abs(printed - (width - median)) <= 0.051, `${apart} for ${width - median}`);
 
     // From now on: no difference anywhere.
-    await page.getByRole('button', { name: 'Let the start be the face as it is now' }).click();
+    await page.getByRole('button', { name: 'Use this face as the start' }).click();
     assert.ok((await page.locator('.lengths td:last-child').allTextContents()).every((d) => d === '0.0'));
     await page.getByLabel('Compare with').selectOption('Preset 6');
     assert.ok((await page.locator('.lengths td.differs').count()) > 8);

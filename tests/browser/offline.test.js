@@ -108,7 +108,7 @@ describe('offline', () => {
       await ready(page);
       assert.equal(await page.title(), 'phiz: face designer', 'the old version is whole until it is given up');
       await page.getByText('A new version of phiz is here.').waitFor({ timeout: 60_000 });
-      await Promise.all([page.waitForEvent('load'), page.getByRole('button', { name: 'Take it' }).click()]);
+      await Promise.all([page.waitForEvent('load'), page.getByRole('button', { name: 'Update' }).click()]);
       await ready(page);
       assert.equal(await page.title(), 'phiz, the next');
       assert.equal(page.url(), url, 'with the same face');

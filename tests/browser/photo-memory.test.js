@@ -116,7 +116,7 @@ describe('a photo of 50 megapixels', () => {
       assert.deepEqual(size, [WIDTH, HEIGHT]);
       const opened = memory.most;
       console.log(`opened, found and fitted: ${opened.text}`);
-      await page.getByRole('tab', { name: 'Meanings' }).click();
+      await page.getByRole('tab', { name: 'Lengths' }).click();
       await moveSlider(page, 'nose width', 0.99);
       await page.waitForFunction(() => window.designer.photo.field !== null);
       await page.getByRole('tab', { name: 'Photo' }).click();

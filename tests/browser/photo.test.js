@@ -196,7 +196,7 @@ describe('a face in a photo', () => {
     const steps = (await values.jsonValue()).filter((value) => value > 0);
     assert.ok(steps.length >= 2 && steps.at(-1) === 1, `${steps}`);
     assert.ok(steps.every((value, i) => i === 0 || value > steps[i - 1]), `${steps}`);
-    assert.equal(await sentence(page), 'The face is fitted. Shape it with the other tabs, and the photo follows. The 3D head has its colours and, as far as the photo tells, its hair: the tab Looks has the sliders.');
+    assert.equal(await sentence(page), 'The face is fitted. Shape it with the other tabs, and the photo follows. The 3D head has its colours and, as far as the photo shows, its hair: the sliders are under Looks.');
     assert.deepEqual([state.width, state.height, state.faces.length], [512, 512, 1]);
     first = state.points;
     // Where a person sees the outer corners of the eyes, the tip of the nose, the corners of the mouth
@@ -235,7 +235,7 @@ describe('a face in a photo', () => {
     await page.screenshot({ path: join(SCREENSHOTS, 'photo-fitted.png') });
 
     // A slider of another tab changes the photo; held it is as it was; so with no strength.
-    await page.getByRole('tab', { name: 'Meanings' }).click();
+    await page.getByRole('tab', { name: 'Lengths' }).click();
     await moveSlider(page, 'nose width', 0.99);
     await page.waitForFunction(() => window.designer.photo.field !== null);
     const changed = await shown(page);
@@ -440,7 +440,7 @@ describe('a face in a photo', () => {
     assert.equal(await refuse(Buffer.from('no picture'), 'a.png', 'image/png'), unreadable);
     assert.equal(await refuse(Buffer.alloc(0), 'a.png', 'image/png'), 'The file is empty.');
     assert.equal(await refuse(PORTRAIT.subarray(0, PORTRAIT.length / 2), 'a.jpg', 'image/jpeg'), 'The picture is damaged, and cannot be opened.');
-    assert.equal(await refuse(greyPng(16000, 8000), 'a.png', 'image/png'), 'The photo has 128 megapixels; more than 100 do not fit into a page.');
+    assert.equal(await refuse(greyPng(16000, 8000), 'a.png', 'image/png'), 'The photo has 128 megapixels; a page can take no more than 100.');
 
     // No face, and one that is too small.
     const wall = await choose(page, await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332));

@@ -6,7 +6,7 @@ import { differing, open, picture, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
-const group = (page) => page.getByRole('group', { name: 'What random faces shall be like' });
+const group = (page) => page.getByRole('group', { name: 'What random faces should be like' });
 const choice = (page, name) => group(page).getByRole('combobox', { name, exact: true });
 const draw = (page) => page.getByRole('button', { name: 'Draw a face' });
 const reading = (page, name) => page.evaluate((attribute) => window.designer.face.attribute(attribute), name);
@@ -34,7 +34,7 @@ function unlabelled(packed) {
   return gzipSync(blob, { level: 1 });
 }
 
-describe('what random faces shall be like', () => {
+describe('what random faces should be like', () => {
   test('is not asked of a model without labels, whose faces are drawn all the same', async () => {
     const body = unlabelled(await readFile(new URL('../../www/public/model.phiz', import.meta.url)));
     const { context, page, complaints } = await open(browser, site, {
@@ -83,7 +83,7 @@ describe('what random faces shall be like', () => {
     for (let step = 0; step < 3; step++) await page.getByRole('button', { name: 'Undo' }).click();
     assert.equal(await code(page), before);
 
-    await group(page).getByRole('button', { name: 'Any of all' }).click();
+    await group(page).getByRole('button', { name: 'Clear all' }).click();
     for (const name of ['Sex', 'Age', 'Ethnicity']) assert.equal(await choice(page, name).inputValue(), '');
     assert.equal(await page.evaluate(() => document.activeElement?.id), 'wish-sex');
     assert.deepEqual(complaints, []);

@@ -43,9 +43,7 @@ export function createBare(editor, canvas, repaint) {
   refresh();
   return {
     button,
-    /** How the face is painted. */
-    get colouring() {
-      return bare ? { ...editor.colouring, ...BARE } : editor.colouring;
-    },
+    /** How colours are painted, the face's own unless others are given. */
+    colouring: (of = editor.colouring) => (bare ? { ...of, ...BARE } : of),
   };
 }

@@ -13,14 +13,19 @@ import { decimal, spoken, text } from './text.js';
  *   library: import('./library.js').Library,
  *   display: import('./display.js').Display,
  *   stage: HTMLElement,
- * }} parts
+ *   wears: () => boolean,
+ * }} parts `wears` tells whether the face wears a photo
  */
-export function createCompare(editor, { library, display, stage }) {
+export function createCompare(editor, { library, display, stage, wears }) {
   const { model, face } = editor;
   const reference = model.face();
   const average = model.face();
   average.coefficients = new Float32Array(average.coefficients.length);
-  let startCode = face.code;
+  /** The face that was there first, or that was made the start. */
+  const present = () => ({ code: face.code, looks: { colours: editor.colouring, worn: wears() } });
+  let start = present();
+  /** How the reference looks. @type {import('./display.js').Looks} */
+  let looks = {};
   let visible = false;
   let line = 0.5;
 
@@ -39,7 +44,7 @@ export function createCompare(editor, { library, display, stage }) {
       type: 'button',
       class: 'link',
       onclick: () => {
-        startCode = face.code;
+        start = present();
         list.select.value = 'start';
         changed();
       },
@@ -51,7 +56,7 @@ export function createCompare(editor, { library, display, stage }) {
   const { button: hold } = createHold(text.hold, {
     changed(down) {
       stage.classList.toggle('shows-other', down);
-      display.show(down ? reference : null, { uncoloured: true });
+      display.show(down ? reference : null, down ? { ...looks, uncoloured: true } : {});
     },
   });
 
@@ -82,6 +87,23 @@ export function createCompare(editor, { library, display, stage }) {
     leftName,
     rightName,
   );
+  // Faces stay side by side while another section changes one of them: what ends that is where they are.
+  const endSplit = element(
+    'button',
+    {
+      type: 'button',
+      class: 'tool small split-end',
+      hidden: true,
+      'aria-label': text.endSplit,
+      title: text.endSplit,
+      onclick: () => {
+        split.checked = false;
+        applySplit();
+        stage.querySelector('canvas')?.focus();
+      },
+    },
+    icon('close'),
+  );
   /** @param {number} to */
   function moveLine(to) {
     line = Math.min(0.98, Math.max(0.02, to));
@@ -101,19 +123,19 @@ export function createCompare(editor, { library, display, stage }) {
 
   const scale = element('span', { class: 'scale' });
   scale.style.background = gradient;
-  const scaleEnd = element('span', {});
+  const scaleEnd = element('span', { class: 'most' });
   const bar = element(
     'figure',
     { class: 'colour-bar', hidden: true },
     element('figcaption', {}),
-    element('span', {}, '0'),
     scale,
+    element('span', { class: 'least' }, '0'),
     scaleEnd,
     element(
       'button',
       {
         type: 'button',
-        class: 'tool',
+        class: 'tool small',
         'aria-label': text.closeHeat,
         title: text.closeHeat,
         onclick: () => {
@@ -125,7 +147,7 @@ export function createCompare(editor, { library, display, stage }) {
     ),
   );
   // Under the buttons that stand on the stage.
-  stage.querySelector('canvas')?.after(divider, bar);
+  stage.querySelector('canvas')?.after(divider, endSplit, bar);
 
   const body = element('tbody', {});
   const table = element(
@@ -168,17 +190,20 @@ export function createCompare(editor, { library, display, stage }) {
   }
   function load() {
     const { value } = list.select;
+    const kept = library.find(value);
+    // The average has no colours of its own, as what was saved before those were kept.
+    looks = kept ? { colours: kept.colouring, worn: false } : value === 'start' ? start.looks : {};
     if (value === 'average') reference.coefficients = average.coefficients;
-    else reference.code = value === 'start' ? startCode : (library.find(value)?.code ?? startCode);
+    else reference.code = kept?.code ?? start.code;
   }
   function applySplit() {
     const on = split.checked;
-    divider.hidden = !on;
-    divider.style.setProperty('--at', String(line));
+    divider.hidden = endSplit.hidden = !on;
+    for (const part of [divider, endSplit]) part.style.setProperty('--at', String(line));
     divider.setAttribute('aria-valuenow', String(Math.round(100 * line)));
     leftName.textContent = nameOf();
     stage.classList.toggle('is-split', on);
-    display.split(on ? reference : null, line);
+    display.split(on ? reference : null, line, looks);
   }
   function applyHeat() {
     bar.hidden = !heat.checked;

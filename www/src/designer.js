@@ -99,7 +99,7 @@ export async function createDesigner(model, stage, chosen) {
   const bare = createBare(editor, canvas, repaint);
   stage.root.append(hint, toast.root, createViewpoint(canvas, scene, bare.button));
 
-  const display = createDisplay({ face, head, scene, colouring: () => bare.colouring, onScale: (millimetres) => compare.setScale(millimetres) });
+  const display = createDisplay({ face, head, scene, colouring: bare.colouring, onScale: (millimetres) => compare.setScale(millimetres) });
   const library = createLibrary(model, chosen.name);
   const portraits = createPortraits(model, display);
 
@@ -166,7 +166,7 @@ export async function createDesigner(model, stage, chosen) {
   const expressions = createExpressions(editor, file, display);
   const colouring = createColours(editor, head.pigments);
   const meanings = createMeanings(editor, { distributions, limits });
-  const compare = createCompare(editor, { library, display, stage: stage.root });
+  const compare = createCompare(editor, { library, display, stage: stage.root, wears: () => head.wears });
   const saved = createSaved(editor, { library, portraits, expressions: file, say: toast.say });
   const photo = createPhotoTab(editor, {
     stage: stage.root,
@@ -212,7 +212,7 @@ export async function createDesigner(model, stage, chosen) {
   });
   editor.onColours(repaint);
   function repaint() {
-    head.paint(bare.colouring);
+    head.paint(bare.colouring());
     // Hair casts shadows.
     scene.shapeChanged();
   }

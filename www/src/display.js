@@ -9,15 +9,17 @@ import { sameWeights } from './history.js';
  *   face: import('phiz').Face,
  *   head: ReturnType<typeof import('./head.js').createHead>,
  *   scene: ReturnType<typeof import('./scene.js').createScene>,
- *   colouring: () => import('./colouring.js').Colouring,
+ *   colouring: (of?: import('./colouring.js').Colouring) => import('./colouring.js').Colouring,
  *   onScale: (millimetres: number) => void,
- * }} parts `colouring` tells how the face is coloured, `onScale` is told where the heat map's colours end
+ * }} parts `colouring` tells in what colours those of a face are shown, or this one's; `onScale` is told where the heat map's colours end
  */
 export function createDisplay({ face, head, scene, colouring, onScale }) {
   /** @type {import('phiz').Face | null} */
   let instead = null;
+  /** Of the face that is shown instead. @type {Looks} */
+  let looks = {};
   let plain = false;
-  /** @type {{ other: import('phiz').Face, at: number } | null} */
+  /** @type {{ other: import('phiz').Face, at: number, looks: Looks } | null} */
   let split = null;
   /** The face that distances are from. @type {import('phiz').Face | null} */
   let reference = null;
@@ -30,6 +32,13 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
     return other;
   }
   const shown = () => (instead ? alike(instead) : face);
+
+  /** @param {Looks} of */
+  function dress({ colours, worn = true }) {
+    const now = colouring(colours);
+    if (head.colouring !== now) head.paint(now);
+    head.wornStrength.value = worn && head.wears ? 1 : 0;
+  }
 
   function heat() {
     if (!reference || plain) return head.paintHeat(null);
@@ -52,11 +61,13 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
       sides && {
         at: sides.at,
         pose(side) {
+          dress(side === 'left' ? sides.looks : looks);
           head.update(side === 'left' ? alike(sides.other) : shown());
           head.heatStrength.value = side === 'right' && reference && !plain ? 1 : 0;
         },
       },
     );
+    if (!sides) dress(looks);
   }
 
   return {
@@ -64,13 +75,13 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
     /**
      * Shows another face; null goes back.
      * @param {import('phiz').Face | null} other
-     * @param {{ uncoloured?: boolean, colours?: import('./colouring.js').Colouring }} [options] without the heat
-     *   map; in other colours than the face's
+     * @param {Looks & { uncoloured?: boolean }} [options] its looks; without the heat map
      */
-    show(other, { uncoloured = false, colours } = {}) {
+    show(other, { uncoloured = false, ...own } = {}) {
       instead = other;
+      looks = own;
       plain = uncoloured && other !== null;
-      head.paint(colours ?? colouring());
+      dress(looks);
       refresh();
     },
     /**
@@ -96,9 +107,10 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
     /**
      * Another face left of a line; null takes it away.
      * @param {import('phiz').Face | null} other @param {number} [at] the line's place, 0 to 1
+     * @param {Looks} [looks] of the other
      */
-    split(other, at = 0.5) {
-      split = other && { other, at };
+    split(other, at = 0.5, looks = {}) {
+      split = other && { other, at, looks };
       applySplit();
       refresh();
     },
@@ -147,3 +159,8 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
 }
 
 /** @typedef {ReturnType<typeof createDisplay>} Display */
+/**
+ * What a face looks like beside its shape; without colours of its own it has those of the face that is worked on, and it
+ * wears the photo, if one is worn.
+ * @typedef {{ colours?: import('./colouring.js').Colouring, worn?: boolean }} Looks
+ */

@@ -436,7 +436,10 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     },
     /** Whether the skin shows heat, 0 or 1. */
     heatStrength: skin.uniforms.heatStrength,
-    /** How much of a person's own colours shows, when they are worn. */
+    /** Whether a person's own colours are worn, and how much of them shows. */
+    get wears() {
+      return worn !== null;
+    },
     wornStrength: skin.uniforms.worn,
     /** How strongly the two highlights show, 0 to 1. */
     markStrength: skin.uniforms.markStrength.value,

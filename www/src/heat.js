@@ -16,8 +16,8 @@ const STOPS = [
 /** Where the scale may end, mm. */
 const ENDS = [0.5, 1, 2, 3, 4, 6, 8, 10, 15, 20, 30];
 
-/** The scale as a CSS gradient, from no distance to the end. */
-export const gradient = `linear-gradient(to right, ${STOPS.map(
+/** The scale as a CSS gradient, from no distance up to the end. */
+export const gradient = `linear-gradient(to top, ${STOPS.map(
   (colour) => `rgb(${colour.map((c) => Math.round(255 * c)).join(' ')})`,
 ).join(', ')})`;
 

@@ -5,7 +5,7 @@ import { text } from './text.js';
 import { createWishes } from './wishes.js';
 
 /**
- * Random faces: what they shall be like, how unusual they are, and the seed that gives one again.
+ * Random faces: what they should be like, how unusual they are, and the seed that gives one again.
  * @param {import('./editor.js').Editor} editor
  * @param {(sentence: string) => void} say
  */

@@ -57,8 +57,10 @@ function createLights() {
  *
  * @param {HTMLCanvasElement} canvas
  * @param {{ centre: Vector3, height: number }} subject what to look at, mm
+ * @param {(height: number) => readonly [top: number, bottom: number]} [covered] how much of a canvas of some height has
+ *   other things over it, CSS pixels
  */
-export function createScene(canvas, subject) {
+export function createScene(canvas, subject, covered = () => [0, 0]) {
   const context = canvas.getContext('webgl2', { antialias: !drawnByProcessor(), powerPreference: 'high-performance' });
   if (!context) throw new Failure(text.noWebGL);
   const renderer = new WebGLRenderer({ canvas, context });
@@ -167,8 +169,8 @@ export function createScene(canvas, subject) {
     portraitCamera.aspect = width / height;
     portraitCamera.updateProjectionMatrix();
     const reach = (0.84 * subject.height) / (2 * Math.tan((portraitCamera.fov * DEGREE) / 2));
-    portraitCamera.position.setFromSphericalCoords(reach, VIEWS.quarter.phi, 12 * DEGREE).add(controls.target);
-    portraitCamera.lookAt(controls.target);
+    portraitCamera.position.setFromSphericalCoords(reach, VIEWS.quarter.phi, 12 * DEGREE).add(subject.centre);
+    portraitCamera.lookAt(subject.centre);
     renderer.setViewport(0, 0, width / ratio, height / ratio);
     renderer.setScissor(0, 0, width / ratio, height / ratio);
     renderer.setScissorTest(true);
@@ -197,16 +199,24 @@ export function createScene(canvas, subject) {
     invalidate();
   }
 
-  /** The distance at which the head fills the stage. */
-  function homeDistance() {
-    const tall = subject.height / (2 * Math.tan((camera.fov * DEGREE) / 2));
-    return tall * Math.max(1, 0.74 / camera.aspect);
+  /** The distance at which the head fills what is free of the stage, and how far from its middle that is, mm. */
+  function framed() {
+    const { clientHeight } = canvas;
+    const [top, bottom] = covered(clientHeight);
+    const distance = subject.height / (2 * Math.tan((camera.fov * DEGREE) / 2));
+    // What lies over the stage leaves a margin of its own.
+    const tall = top + bottom > 0 ? (0.95 * clientHeight) / Math.max(1, clientHeight - top - bottom) : 1;
+    const far = Math.max(tall, 0.74 / camera.aspect);
+    return { distance: far * distance, above: (far * subject.height * (bottom - top)) / (2 * Math.max(1, clientHeight)) };
   }
 
+  let fitted = 0;
   function fit() {
-    const distance = homeDistance();
+    const { distance, above } = framed();
+    controls.target.y = subject.centre.y - above;
     controls.minDistance = distance * 0.28;
     controls.maxDistance = distance * 1.7;
+    fitted = distance;
     return distance;
   }
 
@@ -243,15 +253,15 @@ export function createScene(canvas, subject) {
     const now = [clientWidth, clientHeight, Math.min(window.devicePixelRatio, 2)];
     if (now.every((value, i) => value === size[i])) return;
     size = now;
-    const before = homeDistance();
+    const before = fitted;
+    const arm = camera.position.clone().sub(controls.target);
     renderer.setPixelRatio(now[2]);
     renderer.setSize(clientWidth, clientHeight, false);
     renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
     camera.aspect = clientWidth / clientHeight;
     camera.updateProjectionMatrix();
     const scale = fit() / before;
-    const arm = camera.position.clone().sub(controls.target).multiplyScalar(scale);
-    camera.position.copy(controls.target).add(arm);
+    camera.position.copy(controls.target).add(arm.multiplyScalar(scale));
     invalidate();
   }
 

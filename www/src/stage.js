@@ -4,6 +4,12 @@ import { createTheme } from './theme.js';
 import { createView } from './view.js';
 
 /**
+ * The hint at the top, and the views at the bottom with what the page says above them: hair and an open mouth go between.
+ * @param {number} height of the canvas
+ */
+const covered = (height) => /** @type {const} */ ([Math.min(44, 0.09 * height), Math.min(72, 0.16 * height)]);
+
+/**
  * The page's frame with the median face in it, which is there before the sliders are. Where they
  * will be, it says how far they have come.
  *
@@ -28,7 +34,7 @@ export function createStage(model, laying) {
   const app = element('div', { class: 'app' }, bar, root, waiting);
   // The canvas has to be laid out before the scene measures it.
   document.body.replaceChildren(app);
-  const view = createView(model, canvas, laying);
+  const view = createView(model, canvas, laying, covered);
   const { scene } = view;
   const theme = createTheme();
   theme.follow(scene.setTheme);

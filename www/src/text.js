@@ -107,7 +107,7 @@ export const text = {
   transparent: 'Transparent behind the head',
   exporting: 'Writing the file …',
   exported: (/** @type {string} */ file, /** @type {number} */ bytes) =>
-    `${file} written, ${(bytes / 1e6).toLocaleString('en-GB', { maximumFractionDigits: 1 })} MB.`,
+    `Saved ${file}, ${(bytes / 1e6).toLocaleString('en-GB', { maximumFractionDigits: 1 })} MB.`,
   notExported: (/** @type {string} */ why) => `The file could not be written: ${why}.`,
   preset: (/** @type {number} */ n) => `Preset ${n}`,
   ownFace: (/** @type {number} */ n) => `My face ${n}`,
@@ -185,6 +185,7 @@ export const text = {
   startNow: 'Use this face as the start',
   hold: 'Hold to see it',
   split: 'Side by side, split by a line',
+  endSplit: 'Show one face again',
   divider: 'Line between the two faces',
   heat: 'Distance as colour',
   heatAbout: 'How far each point of the skin has moved. The heads are not turned or shifted to fit first.',

@@ -9,8 +9,9 @@ import { createScene } from './scene.js';
  * @param {import('phiz').FaceModel} model needed until the view is complete
  * @param {HTMLCanvasElement} canvas laid out: the scene measures it
  * @param {import('./groundwork/lay.js').Laying} laying of the groundwork
+ * @param {Parameters<typeof createScene>[2]} [covered] what lies over the canvas
  */
-export function createView(model, canvas, laying) {
+export function createView(model, canvas, laying, covered) {
   // The head at rest is painted on the median face, whatever is asked for.
   const median = model.face();
   const rest = atRest(model, median);
@@ -18,7 +19,7 @@ export function createView(model, canvas, laying) {
   // Before anything is drawn: it is what takes longest.
   const groundwork = laying.of(rest);
   const { subject, fade } = framing(model, rest.positions);
-  const scene = createScene(canvas, subject);
+  const scene = createScene(canvas, subject, covered);
   const preview = createPreview(model, rest, fade);
   scene.scene.add(preview.mesh);
   return {

@@ -8,7 +8,7 @@ const AGES = [20, 30, 40, 50, 60, 70, 80];
 const ORDER = ['sex', 'age', 'ethnicity', 'weight'];
 
 /**
- * What random faces shall be like, where the model knows labels: a choice for each, `any` to begin
+ * What random faces should be like, where the model knows labels: a choice for each, `any` to begin
  * with. `root` is null for a model without labels.
  *
  * @param {import('phiz').FaceModel} model
