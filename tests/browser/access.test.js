@@ -106,7 +106,7 @@ describe('for everybody', () => {
 
     await page.getByRole('button', { name: 'What is happening?' }).click();
     const aside = page.getByRole('complementary', { name: 'What is happening?' });
-    assert.match((await aside.textContent()) ?? '', /eigenmesh[\s\S]*95 %/);
+    assert.match((await aside.textContent()) ?? '', /eigenmesh[\s\S]*95\s%/);
     await moveSlider(page, 'nose 1', 0.9);
     assert.match((await aside.textContent()) ?? '', /moved nose 1 to the 90th percentile: about 9 of 10/);
     await page.getByRole('tab', { name: 'Compare' }).click();
@@ -132,6 +132,38 @@ describe('for everybody', () => {
       seen.add(at.name);
     }
     for (const name of ['control-nose-1', 'Lock the nose']) assert.ok(seen.has(name), `Tab never reaches ${name}`);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('on a phone rows that go on fade, the tour speaks of taps, and words keep off what they speak of', async () => {
+    const viewport = { width: 360, height: 740 };
+    const { context, page, complaints } = await open(browser, site, { viewport, hasTouch: true, isMobile: true });
+    const boxOf = (/** @type {string} */ selector) => page.locator(selector).evaluate((it) => it.getBoundingClientRect().toJSON());
+    const apart = (a, b) => a.bottom <= b.top + 1 || b.bottom <= a.top + 1;
+    const edges = () => page.locator('.modes').evaluate((row) => [row.classList.contains('goes-before'), row.classList.contains('goes-on')]);
+    assert.deepEqual(await edges(), [false, true]);
+    const cut = await page.locator('.measures dt').evaluateAll((names) => names.filter((it) => it.scrollWidth > it.clientWidth).map((it) => it.textContent));
+    assert.deepEqual(cut, []);
+
+    await page.getByRole('button', { name: 'Show me around' }).click();
+    const card = page.getByRole('dialog');
+    const said = [];
+    for (let i = 0; i < 8; i++) {
+      said.push(await card.textContent());
+      if (i === 0) for (const over of ['.view', '.modes', '.tabs']) assert.ok(apart(await boxOf('.tour-card'), await boxOf(over)), `the first card lies over ${over}`);
+      await card.getByRole('button', { name: /Next|Done/ }).click();
+    }
+    assert.doesNotMatch(said.join(), /click/i);
+    assert.match(said.join(), /Tap a feature[^]*Double-tap/);
+
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.waitForFunction(() => document.querySelector('.modes')?.matches('.goes-before:not(.goes-on)'));
+    await page.getByRole('button', { name: 'What is happening?' }).click();
+    assert.ok(apart(await boxOf('.explanation'), await boxOf('.views')), 'the explanation lies over the stage');
+    await page.keyboard.press('Escape');
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    assert.ok(apart(await boxOf('.toast'), await boxOf('.view')), 'what is said lies over the face');
     assert.deepEqual(complaints, []);
     await context.close();
   });

@@ -232,6 +232,60 @@ describe('the way as a film', () => {
 });
 
 describe('comparing', () => {
+  test('another face has its own hair and colours, and faces side by side can be parted from any section', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true, viewport: { width: 1100, height: 640 } });
+    await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
+    const start = await picture(page, 'compare-bald');
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    await page.getByRole('button', { name: 'Wavy', exact: true }).click();
+    await moveSlider(page, 'Skin, fair to deep', 0.9);
+    const own = await picture(page, 'compare-wavy');
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    await page.getByRole('button', { name: 'Hold to see it' }).hover();
+    await page.mouse.down();
+    assert.equal(differing(start, await picture(page, 'compare-wavy-held')), 0);
+    await page.mouse.up();
+    assert.equal(differing(own, await picture(page, 'compare-wavy-let-go')), 0);
+
+    await page.getByLabel('Side by side').check();
+    const halves = async (/** @type {string} */ name) => {
+      await page.locator('.divider').evaluate((line) => (line.style.opacity = '0'));
+      await page.locator('.split-end').evaluate((end) => (end.style.opacity = '0'));
+      return picture(page, name);
+    };
+    const both = await halves('compare-wavy-split');
+    assert.equal(differing(start, both, [0, 0, 0.49, 1]), 0);
+    assert.equal(differing(own, both, [0.51, 0, 1, 1]), 0);
+    await page.getByLabel('Compare with').selectOption('Preset 6');
+    assert.ok(differing(start, await halves('compare-preset'), [0, 0, 0.49, 1]) > 500);
+
+    // Where the colours' scale stands there is no head.
+    await page.getByLabel('Distance as colour').check();
+    const [bar, canvas] = [await page.locator('.colour-bar').boundingBox(), await page.locator('canvas').boundingBox()];
+    assert.ok(bar && canvas);
+    const [x, y] = [bar.x - canvas.x, bar.y - canvas.y];
+    const under = [x / canvas.width, y / canvas.height, (x + bar.width) / canvas.width, (y + bar.height) / canvas.height];
+    assert.equal(differing(start, own, under), 0);
+
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await page.getByRole('button', { name: 'Take the colours off' }).click();
+    await page.getByRole('button', { name: 'Show one face again' }).click();
+    assert.ok(await page.getByRole('slider', { name: 'Line between the two faces' }).isHidden());
+    assert.equal(differing(own, await picture(page, 'compare-parted')), 0);
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    assert.equal(await page.getByLabel('Side by side').isChecked(), false);
+
+    // From now on the hair is the start's, too.
+    await page.getByRole('button', { name: 'Use this face as the start' }).click();
+    await page.getByLabel('Compare with').selectOption('The start');
+    await page.getByRole('button', { name: 'Hold to see it' }).hover();
+    await page.mouse.down();
+    assert.equal(differing(own, await picture(page, 'compare-new-start')), 0);
+    await page.mouse.up();
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('held, split, in colours and in numbers', async () => {
     const { context, page, complaints } = await open(browser, site, { sharp: true });
     const start = await picture(page, 'compare-start');

@@ -213,6 +213,34 @@ describe('the page', () => {
     await context.close();
   });
 
+  test('hair, an open mouth and what is said have room on a low screen', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true, viewport: { width: 1100, height: 640 } });
+    await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
+    const chin = await landmarkOnScreen(page, 'ibug_08');
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    await page.getByRole('button', { name: 'Wavy', exact: true }).click();
+    await page.getByRole('tab', { name: 'Expressions' }).click();
+    await moveSlider(page, 'Open jawOpen', 1);
+    const opened = await landmarkOnScreen(page, 'ibug_08');
+    const box = async (/** @type {string} */ part) => {
+      const found = await page.locator(part).boundingBox();
+      assert.ok(found, part);
+      return found;
+    };
+    const [views, hint, canvas] = [await box('.views'), await box('.hint'), await box('canvas')];
+    assert.ok(opened.y > chin.y + 10 && opened.y < views.y, `the jaw is at ${opened.y}, the buttons at ${views.y}`);
+    const shown = await picture(page, 'room');
+    const dark = (/** @type {number} */ o) => shown.rgb[o] < 90;
+    let top = 0;
+    while (![...Array(shown.width).keys()].some((x) => dark(3 * (top * shown.width + x)))) top++;
+    assert.ok(top + canvas.y > hint.y + hint.height, `hair begins at ${top + canvas.y}, the hint ends at ${hint.y + hint.height}`);
+    await page.getByRole('button', { name: 'Neutral' }).click();
+    await page.getByRole('button', { name: 'Copy link' }).click();
+    assert.ok((await box('.toast')).y > chin.y, 'what is said lies over the chin');
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('on a phone nothing overflows, and a finger turns the head', async () => {
     for (const width of [390, 320]) {
       const { context, page, complaints } = await open(browser, site, {

@@ -1,6 +1,6 @@
 import { mixture } from './colouring.js';
 import { element } from './element.js';
-import { text } from './text.js';
+import { tapping, text } from './text.js';
 
 const MOST = 6;
 
@@ -147,7 +147,7 @@ export function createCircle(editor, { portraits, say }) {
       ...(members.length > 1 ? [puck] : []),
     );
     ring.hidden = members.length === 0;
-    about.textContent = members.length === 0 ? text.circleEmpty : members.length === 1 ? text.circleOne : text.circleAbout;
+    about.textContent = members.length === 0 ? text.circleEmpty : members.length === 1 ? text.circleOne : tapping(text.circleAbout);
     refresh();
   }
   const about = element('p', { class: 'note' });
@@ -159,7 +159,7 @@ export function createCircle(editor, { portraits, say }) {
     /** @param {import('./library.js').Entry} entry */
     add(entry) {
       if (members.some((member) => member.entry.id === entry.id)) return say(text.inCircle(entry.name));
-      if (members.length === MOST) return say(text.circleFull);
+      if (members.length === MOST) return say(tapping(text.circleFull));
       mixed.code = entry.code;
       members = [...members, { entry, coefficients: mixed.coefficients }];
       at = [0, 0];

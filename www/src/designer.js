@@ -30,7 +30,7 @@ import { createRandom } from './random.js';
 import { createSaved } from './saved.js';
 import { createShaping } from './shaping.js';
 import { measureShifts } from './shifts.js';
-import { text, titleOf } from './text.js';
+import { tapping, text, titleOf } from './text.js';
 import { createToast } from './toast.js';
 import { createToolbar } from './toolbar.js';
 import { createTour } from './tour.js';
@@ -94,7 +94,7 @@ export async function createDesigner(model, stage, chosen) {
   const toast = createToast();
 
   const touch = window.matchMedia('(pointer: coarse)').matches;
-  const hint = element('p', { class: 'hint' }, touch ? text.hintTouch : text.hint);
+  const hint = element('p', { class: 'hint' }, tapping(text.hint));
   const glow = createGlow(head, scene);
   const bare = createBare(editor, canvas, repaint);
   stage.root.append(hint, toast.root, createViewpoint(canvas, scene, bare.button));
@@ -132,7 +132,7 @@ export async function createDesigner(model, stage, chosen) {
     stage.root.classList.toggle('is-shaping', group !== null);
     hint.classList.remove('is-done');
     if (group === null) {
-      hint.textContent = touch ? text.hintTouch : text.hint;
+      hint.textContent = tapping(text.hint);
       return;
     }
     panel.choose('features');

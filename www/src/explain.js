@@ -1,6 +1,6 @@
 import { element } from './element.js';
 import { icon } from './icons.js';
-import { ordinal, spoken, text } from './text.js';
+import { ordinal, spoken, tapping, text } from './text.js';
 
 /**
  * Says beside the face what is happening: what the present section does, and what was just done.
@@ -76,7 +76,7 @@ export function createExplanation({ face, model, onStep }) {
       if (name === section) return;
       section = name;
       const labels = name === 'features' && model.attributes.length ? text.explainLabels : [];
-      words.replaceChildren(...[...(text.explain[name] ?? []), ...labels].map((paragraph) => element('p', {}, paragraph)));
+      words.replaceChildren(...[...(text.explain[name] ?? []), ...labels].map((paragraph) => element('p', {}, tapping(paragraph))));
     },
   };
 }

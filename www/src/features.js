@@ -1,5 +1,6 @@
 import { isBeyond, placeOfSigmas, sigmas } from './distribution.js';
 import { element } from './element.js';
+import { fading } from './fading.js';
 import { icon } from './icons.js';
 import { createMeasures } from './measures.js';
 import { createSlider } from './slider.js';
@@ -222,7 +223,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
   const root = element(
     'div',
     { class: 'features' },
-    element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values()),
+    fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values())),
     element(
       'div',
       { class: 'scroll' },

@@ -1,5 +1,5 @@
 import { element } from './element.js';
-import { text } from './text.js';
+import { tapping, text } from './text.js';
 
 /**
  * Where both eyes look as a place: right and up on the screen are positive.
@@ -69,7 +69,7 @@ export function createGaze({ move, finish }) {
       finish();
     },
   });
-  const field = element('div', { class: 'gaze', title: text.gazeAbout }, dot);
+  const field = element('div', { class: 'gaze', title: tapping(text.gazeAbout) }, dot);
   let held = false;
   /** @param {PointerEvent} event */
   function follow(event) {
@@ -101,7 +101,7 @@ export function createGaze({ move, finish }) {
   });
 
   return {
-    root: element('div', { class: 'gaze-row' }, field, element('p', { class: 'note', id: 'gaze-about' }, text.gazeAbout)),
+    root: element('div', { class: 'gaze-row' }, field, element('p', { class: 'note', id: 'gaze-about' }, tapping(text.gazeAbout))),
     /** @param {Record<string, number>} expression */
     show(expression) {
       at = placeOf(expression);

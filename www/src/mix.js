@@ -6,7 +6,7 @@ import { shows } from './savedexpression.js';
 import { createMorph } from './morph.js';
 import { createSlider } from './slider.js';
 import { createTray } from './tray.js';
-import { text, titleOf } from './text.js';
+import { tapping, text, titleOf } from './text.js';
 
 /**
  * Other faces and what they lend to this one: a feature, an amount, a place between several, or
@@ -127,7 +127,7 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
     slider.root,
     element('div', { class: 'row' }, take, encircle),
   );
-  const nobody = element('p', { class: 'note' }, text.trayAbout);
+  const nobody = element('p', { class: 'note' }, tapping(text.trayAbout));
 
   /** @param {import('./library.js').Entry | null} entry */
   function choose(entry) {

@@ -1,4 +1,5 @@
 import { element } from './element.js';
+import { fading } from './fading.js';
 
 /**
  * The panel: one section at a time, chosen by tabs.
@@ -59,7 +60,7 @@ export function createPanel(label, changed, sections) {
   const root = element(
     'aside',
     { class: 'panel', 'aria-label': label },
-    element('div', { class: 'modes', role: 'tablist', 'aria-label': label }, ...tabs),
+    fading(element('div', { class: 'modes', role: 'tablist', 'aria-label': label }, ...tabs)),
     ...sections.map((section) => section.root),
   );
   choose(sections[0].name);

@@ -10,7 +10,6 @@ export const text = {
   modes: { features: 'Features', meanings: 'Lengths', expressions: 'Expressions', colours: 'Looks', mix: 'Mix', compare: 'Compare', saved: 'Faces', photo: 'Photo' },
   stage: 'The face. Drag to turn it, scroll or pinch to come closer, click a feature and drag it to shape it. The arrow keys turn it, plus and minus zoom, H hides the hair.',
   hint: 'Click a feature to shape it',
-  hintTouch: 'Tap a feature to shape it',
   hintDrag: (/** @type {string} */ group) => `Drag the ${group} to shape it, with Alt for one side. Drag beside it to turn the head.`,
   hintDragTouch: (/** @type {string} */ group) => `Drag the ${group} to shape it, beside it to turn the head`,
   views: 'View',
@@ -404,7 +403,7 @@ export const text = {
     features: [
       'The model has looked at many faces, one feature at a time, and found the ways it varies: the greatest first, then the next. Each is an eigenmesh, and each slider adds more or less of one.',
       'A slider runs from −3 to +3 standard deviations of the population. The hill behind it is the population: where it is high, many people are. The number is the percentile: at the 90th, nine of ten people have less.',
-      'Together the eigenmeshes of a feature hold 95 % of the variety found in it. What is left is too fine for them.',
+      'Together the eigenmeshes of a feature hold 95\u00a0% of the variety found in it. What is left is too fine for them.',
       'You can also take hold of the face: click a feature and drag its surface. The point under the pointer goes where you want it, and everything else becomes what is then most probable.',
       'Around a feature the skin follows, so that no seam shows. The blending distance, at the end of the list, says how far.',
     ],
@@ -519,6 +518,15 @@ export function decimal(value) {
  */
 export const spoken = (name) =>
   name.replace(/^eyes (?=\D)/, 'eye ').replace(/eye length$/, 'eye width').replace(/eye height$/, 'eye opening').replace(/^tragion/, 'ear-to-ear');
+
+/**
+ * A sentence for hands on a mouse as fingers need it, where those are what points.
+ * @param {string} sentence
+ */
+export function tapping(sentence) {
+  if (!window.matchMedia('(pointer: coarse)').matches) return sentence;
+  return sentence.replace(/\b([Cc])lick/g, (_, first) => (first === 'C' ? 'Tap' : 'tap'));
+}
 
 /**
  * 0.5 -> "50th".

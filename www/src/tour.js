@@ -1,7 +1,7 @@
 import { element } from './element.js';
 import { icon } from './icons.js';
 import { keep, recall } from './store.js';
-import { text } from './text.js';
+import { tapping, text } from './text.js';
 
 const KEY = 'phiz-toured';
 const MARGIN = 12;
@@ -72,7 +72,7 @@ export function createTour(panel) {
     panel.choose(step.mode);
     document.querySelector(step.at)?.scrollIntoView({ block: 'nearest' });
     title.textContent = step.title;
-    words.textContent = step.words;
+    words.textContent = tapping(step.words);
     count.textContent = text.step(at + 1, steps.length);
     back.disabled = at === 0;
     next.textContent = at === steps.length - 1 ? text.done : text.next;
@@ -93,8 +93,9 @@ export function createTour(panel) {
     let [left, top] = [target.left - width - 2 * MARGIN, target.top];
     if (left < MARGIN) {
       left = target.left + target.width / 2 - width / 2;
-      top = target.bottom + 2 * MARGIN;
-      if (top + height > window.innerHeight - MARGIN) top = target.top - height - 2 * MARGIN;
+      // What is about the face leaves the tabs next to it free.
+      top = target.height > window.innerHeight / 3 ? window.innerHeight - height - MARGIN : target.bottom + 2 * MARGIN;
+      if (top + height > window.innerHeight - MARGIN || top < target.bottom) top = target.top - height - 2 * MARGIN;
       if (top < MARGIN) top = target.top + 64;
     }
     card.style.left = `${Math.max(MARGIN, Math.min(left, window.innerWidth - width - MARGIN))}px`;
