@@ -124,12 +124,12 @@ describe('mixing', () => {
     near(await coefficients(page), goal.map((v, i) => (v + other[i]) / 2), 'the middle');
     for (let i = 0; i < 4; i++) await page.keyboard.press('Shift+ArrowUp');
     near(await coefficients(page), goal, 'on the first');
-    assert.match((await puck.getAttribute('aria-valuetext')) ?? '', /Preset 3 100 %, Preset 5 0 %/);
+    assert.match((await puck.getAttribute('aria-valuetext')) ?? '', /Preset 3 100%, Preset 5 0%/);
     const ring = await page.locator('.ring').boundingBox();
     assert.ok(ring);
     await page.locator('.ring').scrollIntoViewIfNeeded();
     await puck.dragTo(page.locator('.ring'), { targetPosition: { x: ring.width / 2, y: ring.height * 0.8 } });
-    const share = ((await puck.getAttribute('aria-valuetext')) ?? '').match(/Preset 5 (\d+) %/)?.[1];
+    const share = ((await puck.getAttribute('aria-valuetext')) ?? '').match(/Preset 5 (\d+)%/)?.[1];
     assert.ok(Number(share) > 80, `the puck is near the second face: ${share} %`);
     await page.getByRole('button', { name: 'Take Preset 3 out of the circle' }).click();
     assert.equal(await page.locator('.member').count(), 1);

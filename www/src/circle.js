@@ -69,7 +69,7 @@ export function createCircle(editor, { portraits, say }) {
     puck.style.setProperty('--y', String(at[1]));
     const weights = shares(places(members.length), at);
     const words = members.map(({ entry }, i) => [entry.name, Math.round(100 * weights[i])]);
-    puck.setAttribute('aria-valuetext', words.map(([name, share]) => `${name} ${share} %`).join(', '));
+    puck.setAttribute('aria-valuetext', words.map(([name, share]) => `${name} ${share}%`).join(', '));
     puck.setAttribute('aria-valuenow', String(Math.round(100 * Math.max(0, ...weights))));
     ring.querySelectorAll('.share').forEach((label, i) => (label.textContent = text.percent(100 * weights[i])));
   }

@@ -4,7 +4,7 @@ export const text = {
   name: 'phiz',
   tagline: 'face designer',
   loading: 'Loading the face model',
-  loadingSliders: 'Loading the sliders …',
+  loadingSliders: 'Loading the sliders…',
   features: 'Features',
   panel: 'Ways to shape the face',
   modes: { features: 'Features', meanings: 'Lengths', expressions: 'Expressions', colours: 'Looks', mix: 'Mix', compare: 'Compare', saved: 'Faces', photo: 'Photo' },
@@ -104,7 +104,7 @@ export const text = {
   height: 'Height in pixels',
   pixels: 'pixels',
   transparent: 'Transparent behind the head',
-  exporting: 'Writing the file …',
+  exporting: 'Writing the file…',
   exported: (/** @type {string} */ file, /** @type {number} */ bytes) =>
     `Saved ${file}, ${(bytes / 1e6).toLocaleString('en-GB', { maximumFractionDigits: 1 })} MB.`,
   notExported: (/** @type {string} */ why) => `The file could not be written: ${why}.`,
@@ -148,7 +148,7 @@ export const text = {
   amount: 'How much',
   amountTyped: 'How much, in per cent',
   amountAbout: 'Towards the chosen face; a whole face brings its looks. What is locked stays.',
-  percent: (/** @type {number} */ value) => `${Math.round(value)} %`,
+  percent: (/** @type {number} */ value) => `${Math.round(value)}%`,
   takeOver: 'Take over',
   took: (/** @type {string} */ group, /** @type {string} */ name) => `The ${group} of ${name}`,
   tookAll: (/** @type {string} */ name) => `All of ${name} except what is locked`,
@@ -176,7 +176,7 @@ export const text = {
   keepThis: 'Keep this face',
   asGif: 'As a GIF',
   asVideo: 'As a video',
-  filming: 'Drawing the film, there and back …',
+  filming: 'Drawing the film, there and back…',
   notFilmed: 'The film was stopped.',
   compareWith: 'Compare with',
   startFace: 'The start',
@@ -209,11 +209,11 @@ export const text = {
   gazeAbout: 'Drag the pupil or use the arrow keys: the eyes look there. Double-click to look ahead.',
   gazeAt: (/** @type {number} */ x, /** @type {number} */ y) => {
     const part = (/** @type {number} */ value, /** @type {string} */ more, /** @type {string} */ less) =>
-      Math.abs(value) < 0.005 ? [] : [`${value > 0 ? more : less} ${Math.round(100 * Math.abs(value))} %`];
+      Math.abs(value) < 0.005 ? [] : [`${value > 0 ? more : less} ${Math.round(100 * Math.abs(value))}%`];
     return [...part(x, 'right', 'left'), ...part(y, 'up', 'down')].join(', ') || 'ahead';
   },
   eachEye: 'Each eye on its own',
-  loadingExpressions: 'Loading the expressions …',
+  loadingExpressions: 'Loading the expressions…',
   noExpressions: (/** @type {string} */ why) => `The expressions could not be loaded: ${why}`,
   noExpressionsHere: 'this model has none.',
   tryAgain: 'Try again',
@@ -304,7 +304,7 @@ export const text = {
     noseSneer: 'Sneer',
   }),
   photo: {
-    loading: 'Loading the photo tools …',
+    loading: 'Loading the photo tools…',
     notLoaded: (/** @type {string} */ why) => `The photo tools could not be loaded: ${why}`,
     title: 'A face in a photo',
     about: 'Open a portrait: the face in it becomes the face here, every slider shows where this person stands, and whatever you change changes the photo. You can also drop a photo onto the page, or paste one.',
@@ -322,10 +322,10 @@ export const text = {
     progress: 'Progress',
     cancel: 'Cancel',
     cancelled: 'Stopped.',
-    reading: 'Opening the photo …',
-    searching: 'Looking for faces …',
-    searchingPerson: 'Finding the person’s outline …',
-    fitting: 'Fitting the face …',
+    reading: 'Opening the photo…',
+    searching: 'Looking for faces…',
+    searchingPerson: 'Finding the person’s outline…',
+    fitting: 'Fitting the face…',
     empty: 'The file is empty.',
     unreadable: 'This is not a picture that your browser can show.',
     undecodable: 'Your browser cannot read this kind of picture. JPEG, PNG and WebP are read everywhere.',
@@ -401,9 +401,9 @@ export const text = {
   /** What the panel's present section does, in a few paragraphs. */
   explain: /** @type {Record<string, readonly string[]>} */ ({
     features: [
-      'The model has looked at many faces, one feature at a time, and found the ways it varies: the greatest first, then the next. Each is an eigenmesh, and each slider adds more or less of one.',
+      'The model has looked at many faces, one feature at a time, and found the ways each varies: the greatest first, then the next. Each is an eigenmesh, and each slider adds more or less of one.',
       'A slider runs from −3 to +3 standard deviations of the population. The hill behind it is the population: where it is high, many people are. The number is the percentile: at the 90th, nine of ten people have less.',
-      'Together the eigenmeshes of a feature hold 95\u00a0% of the variety found in it. What is left is too fine for them.',
+      'Together the eigenmeshes of a feature hold 95% of the variety found in it. What is left is too fine for them.',
       'You can also take hold of the face: click a feature and drag its surface. The point under the pointer goes where you want it, and everything else becomes what is then most probable.',
       'Around a feature the skin follows, so that no seam shows. The blending distance, at the end of the list, says how far.',
     ],
@@ -417,7 +417,7 @@ export const text = {
       'They follow the face: lids close as far as they are open, wide mouths smile widely. The face itself stays as it is under its expression, and so do its lengths and percentiles.',
     ],
     colours: [
-      'The model knows shapes but not colours: these are yours to choose, with no statistics behind them. Skin goes by how much melanin the epidermis has, 1.3 to 43 % of it, and by the blood below; irises with hardly any melanin are blue.',
+      'The model knows shapes but not colours: these are yours to choose, with no statistics behind them. Skin goes by how much melanin the epidermis has, 1.3 to 43% of it, and by the blood below; irises with hardly any melanin are blue.',
       'Lines are those most faces get over the years, each in its usual place; random faces that the model takes to be older have them. Expressions deepen them, and crease a young face a little.',
       'Hair is cropped or as long as you like: strands that fall by their weight, parted and combed. It grows where it does on most men who keep theirs and is cut above the eyes. What is measured is the head below it, and distances in mm are shown without hair.',
       'Saved faces, files and the link keep them. A face that wears a photo has the photo’s skin, lips, brows and beard.',
@@ -425,7 +425,7 @@ export const text = {
     mix: [
       'A face is a list of numbers, one for each eigenmesh. Mixing two faces goes part of the way from one list to the other, for the whole face or for one feature.',
       'In the circle, each face counts by the inverse square of its distance from the puck. In the middle, all count the same.',
-      'The presets are random faces from the model. They are no real people.',
+      'The presets are random faces from the model. None of them is a real person.',
     ],
     compare: [
       'Every face has the same points: the tip of the nose is the same point on each. The colour shows how far that point has moved, in millimetres.',
