@@ -337,7 +337,7 @@ describe('colours', () => {
     await random.click();
     assert.deepEqual(await colouring(page), another, 'a locked nose changed its colour');
     await page.evaluate(() => window.designer.face.unlock('nose'));
-    await page.getByLabel('With looks of their own').uncheck();
+    await page.getByLabel('With their own looks').uncheck();
     await random.click();
     assert.deepEqual(await colouring(page), another);
     assert.deepEqual(complaints, []);

@@ -214,7 +214,7 @@ describe('nothing is lost', () => {
     await page.getByRole('button', { name: 'Take over' }).click();
     assert.deepEqual(await shown(page), {});
     await page.getByLabel('To', { exact: true }).selectOption({ label: 'Smiler' });
-    await page.getByText('expressions are left out on it').waitFor();
+    await page.getByText('Morphs use shape only').waitFor();
 
     // The page again, without the panel having been opened: the expressions come with the face.
     await page.reload();

@@ -107,7 +107,7 @@ describe('offline', () => {
       await page.reload();
       await ready(page);
       assert.equal(await page.title(), 'phiz: face designer', 'the old version is whole until it is given up');
-      await page.getByText('A new version of phiz is here.').waitFor({ timeout: 60_000 });
+      await page.getByText('A new version of phiz is available.').waitFor({ timeout: 60_000 });
       await Promise.all([page.waitForEvent('load'), page.getByRole('button', { name: 'Update' }).click()]);
       await ready(page);
       assert.equal(await page.title(), 'phiz, the next');
