@@ -439,7 +439,7 @@ describe('a face in a photo', () => {
     const unreadable = 'This is not a picture that your browser can show.';
     assert.equal(await refuse(Buffer.from('no picture'), 'a.png', 'image/png'), unreadable);
     assert.equal(await refuse(Buffer.alloc(0), 'a.png', 'image/png'), 'The file is empty.');
-    assert.equal(await refuse(PORTRAIT.subarray(0, PORTRAIT.length / 2), 'a.jpg', 'image/jpeg'), 'The picture is damaged, and cannot be opened.');
+    assert.equal(await refuse(PORTRAIT.subarray(0, PORTRAIT.length / 2), 'a.jpg', 'image/jpeg'), 'The picture is damaged and cannot be opened.');
     assert.equal(await refuse(greyPng(16000, 8000), 'a.png', 'image/png'), 'The photo has 128 megapixels; a page can take no more than 100.');
 
     // No face, and one that is too small.
