@@ -165,19 +165,20 @@ const COLOUR = /* glsl */ `
     float thick = grown.x;
     // Roots show through the skin; hairs lie over it.
     tone = mix(tone, mix(tone * 0.55, browColour, 0.5 + 0.3 * thick), thick * (0.5 + 0.45 * thick));
-    // Under longer hair it is dark.
+    // As longer hair is lit, from hair to hair; under it is less light.
+    vec3 hair = pow(browColour, vec3(0.84));
     underHair = smoothstep(0.1, 0.7, thick) * covered.x;
-    tone = mix(tone, browColour * 0.3, underHair * 0.95);
+    tone = mix(tone, hair * 0.7, underHair * 0.95);
     hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);
-    tone = mix(tone, browColour * (0.4 + 1.2 * strand.g) * (1.0 - 0.6 * covered.x), hairs);
+    tone = mix(tone, hair * (0.35 + 1.3 * strand.g) * (1.0 - 0.2 * covered.x), hairs);
     // A photo that is worn has its own beard. One that is thin is single hairs, on skin that is greyer for
     // their roots.
     float beard = grown.y * (1.0 - smoothSkin) * (1.0 - worn);
     float rank = 1.7 * strand.g - 0.45;
     float whisker = smoothstep(-0.25, 0.25, 1.25 * beard - rank) * min(1.0, 5.0 * beard) * (0.5 + 0.45 * beard);
     tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), browColour, 0.75 * beard), beard * (0.45 + 0.45 * beard));
-    tone = mix(tone, browColour * 0.35, beard * covered.y * 0.8);
-    tone = mix(tone, browColour * (0.3 + (0.6 + 0.6 * beard) * strand.g) * (1.0 - 0.5 * covered.y), whisker);
+    tone = mix(tone, hair * 0.6, beard * covered.y * 0.8);
+    tone = mix(tone, hair * (0.3 + (0.6 + 0.6 * beard) * strand.g) * (1.0 - 0.25 * covered.y), whisker);
     hairs = max(hairs, whisker);
     underHair = max(underHair, whisker * covered.y);
     lying *= hairs;
@@ -226,7 +227,7 @@ const OCCLUSION = /* glsl */ `
     float shine = computeSpecularOcclusion(dotNV, occlusion, material.roughness);
     reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) * (1.0 - 0.8 * underHair);
     reflectedLight.directDiffuse *= mix(vec3(1.0), vOpen, 0.55);
-    reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip)) * (1.0 - 0.85 * hairs);
+    reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip)) * (1.0 - 0.6 * hairs);
     // Down catches no light below hair.
     sheenSpecularDirect *= 1.0 - underHair;
     sheenSpecularIndirect *= 1.0 - underHair;
@@ -317,6 +318,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         uniform vec2 aged;
         varying float vFold;
         uniform vec2 dense;
+        uniform vec2 covered;
         uniform float heatStrength;
         varying vec3 vRest;
         varying vec3 vRestNormal;
@@ -341,8 +343,8 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         vec4 folds = folding * mix(foldsRight, foldsLeft, smoothstep(-6.0, 6.0, rest.x));
         vFold = aged.x + max(max(folds.x, folds.y), max(folds.z, folds.w)) * (0.45 + 0.4 * aged.x);
         vFold *= 1.0 + min(0.0, folding.w) * 0.9 * mix(smooths.x, smooths.y, smoothstep(-6.0, 6.0, rest.x));
-        // Hair stands off the head.
-        transformed += objectNormal * (3.5 * (1.0 - heatStrength) * dense.x * smoothstep(-0.1, 0.9, growth.x));
+        // Hair stands off the head, and longer hair over that.
+        transformed += objectNormal * ((3.5 - 2.5 * covered.x) * (1.0 - heatStrength) * dense.x * smoothstep(-0.1, 0.9, growth.x));
         vHeat = heat;
         vWorn = uv;`,
       );

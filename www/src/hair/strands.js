@@ -172,10 +172,18 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
   /** @param {number} x @param {number} y @param {number} z */
   const look = (x, y, z) => lookAt(x, y, z, draped);
 
+  /** @param {number} x @param {number} y @param {number} z */
+  function down(x, y, z) {
+    const below = middle[1] - y;
+    return below > 0 ? RADIUS * (0.5 * Math.PI) + below : RADIUS * Math.acos(-below / norm(x - middle[0], below, z - middle[2]));
+  }
+
   const paths = new Float32Array(3 * (STEPS + 1) * locks.length);
   /** Which way each lock swings first, and which way then: across the path. */
   const aside = new Float32Array(paths.length);
   const away = new Float32Array(paths.length);
+  /** How far down each lock is, mm over the head from its top. */
+  const fallen = new Float32Array((STEPS + 1) * locks.length);
   /** How far along its path each lock is cut, 0 to 1. */
   const cut = new Float32Array(locks.length);
   /** How long each lock is, mm. */
@@ -199,10 +207,11 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
       let [x, y, z] = lock.at;
       look(x, y, z);
       combed(x, y, z, style);
-      const lift = ground.lift + 0.8 * coiled;
-      let dx = way[0] + lift * lock.normal[0] + 0.12 * lock.lean[0];
-      let dy = way[1] + lift * lock.normal[1] + 0.12 * lock.lean[1];
-      let dz = way[2] + lift * lock.normal[2] + 0.12 * lock.lean[2];
+      const lift = ground.lift * (1 - 0.6 * held(x, y, z, style)) + 0.8 * coiled;
+      const lean = 0.12 + 0.6 * coiled;
+      let dx = way[0] + lift * lock.normal[0] + lean * lock.lean[0];
+      let dy = way[1] + lift * lock.normal[1] + lean * lock.lean[1];
+      let dz = way[2] + lift * lock.normal[2] + lean * lock.lean[2];
       // Across both: a frame that goes along the path without turning around it, so that waves stay waves.
       let [bx, by, bz] = [dy * over.z - dz * over.y, dz * over.x - dx * over.z, dx * over.y - dy * over.x];
       const before = early(x, y, z, style) * (1 - curl * curl);
@@ -213,6 +222,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
       paths[o] = x;
       paths[o + 1] = y;
       paths[o + 2] = z;
+      fallen[o / 3] = down(x, y, z);
       aside.fill(0, o, o + 3);
       away.fill(0, o, o + 3);
       cut[n] = 1;
@@ -257,6 +267,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         paths[o + 3 * s] = x;
         paths[o + 3 * s + 1] = y;
         paths[o + 3 * s + 2] = z;
+        fallen[o / 3 + s] = down(x, y, z);
         const ahead = norm(dx, dy, dz) || 1;
         const [ux, uy, uz] = [dx / ahead, dy / ahead, dz / ahead];
         const back = bx * ux + by * uy + bz * uz;
@@ -291,14 +302,15 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     // Short hair hides little of the light.
     const least = clamp(1 - long / 50, 0, 0.8);
     // Waves, then curls, then coils, each of as many points as make it round.
-    const wave = Math.max(46 - 34 * curl, long / 3.3);
-    const swing = curl * Math.min(7, 0.08 * wave + 0.02 * long) * Math.min(1, long / 30);
+    const wave = 12 + 62 * (1 - curl) ** 1.3 + 0.3 * Math.max(0, long - 40) * curl;
+    const swing = curl * Math.min(7, 0.1 * wave + 0.015 * long) * Math.min(1, long / 30);
+    const together = 0.75 * (1 - curl * curl);
     const p = [0, 0, 0];
     strands.forEach((strand, n) => {
       const own = locks[strand.lock];
       const root = locks[strand.lock].at;
       const from = 3 * (STEPS + 1) * strand.lock;
-      const phase = 2.1 * Math.sin(root[0] / 34 + root[2] / 45) + 1.8 * Math.sin(root[1] / 39 - root[2] / 31);
+      const phase = 1.1 * Math.sin(root[0] / 34 + root[2] / 45) + 0.9 * Math.sin(root[1] / 39 - root[2] / 31);
       const end = Math.min(strand.long, cut[strand.lock] + 0.02 * strand.stray[0]);
       for (let s = 0; s < POINTS; s++) {
         const t = (end * s) / (POINTS - 1);
@@ -306,10 +318,11 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         const at = Math.min(STEPS - 0.001, t * STEPS);
         const i = Math.floor(at);
         // Locks are wide at their roots and gather to their tips.
-        const wide = 1 - (0.42 + 0.35 * curl) * smoothstep(4, 70 - 40 * curl, along);
+        const wide = 1 - (0.42 + 0.9 * curl * (1 - curl)) * smoothstep(4, 70 - 40 * curl, along);
         const stray = Math.min(7, 0.075 * along);
         // Waves of neighbours go along with each other, and each curl goes its own way.
-        const turn = (2 * Math.PI * along) / wave + phase + own.turn * (0.5 + 3 * curl * curl) + strand.turn * (0.4 + 0.6 * curl);
+        const far = along + (fallen[i + from / 3] + (fallen[i + 1 + from / 3] - fallen[i + from / 3]) * (at - i) - along) * together;
+        const turn = (2 * Math.PI * far) / wave + phase + own.turn * (0.3 + 3 * curl ** 3) + strand.turn * (0.25 + 0.6 * curl);
         const swung = swing * smoothstep(2, 30, along);
         for (let k = 0; k < 3; k++) {
           const path = paths[from + 3 * i + k] + (paths[from + 3 * i + 3 + k] - paths[from + 3 * i + k]) * (at - i);

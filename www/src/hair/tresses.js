@@ -57,9 +57,10 @@ const VERTEX = /* glsl */ `
 
     float tip = outward.w;
     float under = abs(course.w); // 1 is open to the light
-    vec3 hair = colour * (0.85 + 0.25 * fract(strand.y * 57.0)) * mix(0.8, 1.0, smoothstep(0.0, 0.5, tip));
+    // Light that goes from hair to hair is lost less than once through a pigment tells, the most where it is dark.
+    vec3 hair = pow(colour, vec3(0.84)) * (0.8 + 0.4 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
-    float open = 0.86 * mix(0.4, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
+    float open = mix(0.45, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
     vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
     vec3 shine = vec3(0.0);
     for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
@@ -73,8 +74,8 @@ const VERTEX = /* glsl */ `
       vec3 halfway = normalize(light + toEye);
       float first = dot(normalize(along + (0.05 + 0.06 * fract(strand.y * 91.0)) * normal), halfway);
       float second = dot(normalize(along - 0.12 * normal), halfway);
-      shine += sent * pow(max(0.0, 1.0 - first * first), 45.0) * 0.09;
-      shine += sent * mix(sqrt(hair), vec3(sqrt(hair.g)), 0.4) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.15 * (1.0 - 0.7 * colour.r);
+      shine += sent * pow(max(0.0, 1.0 - first * first), 45.0) * 0.08;
+      shine += sent * pow(hair, vec3(0.6)) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.2 * (1.0 - 0.7 * colour.r);
     }
     vColour = onScreen(sum);
     vShine = onScreen(sum + shine) - vColour;
@@ -99,7 +100,7 @@ const FRAGMENT = /* glsl */ `
     float wide = mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), seen);
     if (abs(fract(across) - 0.5) * 2.0 > wide || (vHair.y > end && seen > 0.5) || vHair.y < 0.07 * fract(own * 7.3)) discard;
     // Where the neck runs out, hairs end one by one: what is behind them may be the neck.
-    if (vHair.w < 0.1 + 0.9 * fract(own * 13.7 + vHair.z * 31.0)) discard;
+    if (vHair.w < 0.1 + 0.9 * fract(vHair.z * 31.0)) discard;
     own = mix(0.5, own, max(0.5, seen));
     vec3 shown = vColour * (0.75 + 0.5 * own) + vShine * (0.5 + own);
     gl_FragColor = vec4(shown, 1.0);
@@ -173,8 +174,8 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
   /** @type {ArrayLike<number>} */
   let present = rest;
 
-  /** Short hair is seen one by one. */
-  const slender = () => 0.4 + 0.6 * smoothstep(12, 60, long(style));
+  /** Short hair is seen one by one, and curls would fill what they wind around. */
+  const slender = () => (0.55 + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl);
 
   /** @param {import('./strands.js').Hair<S>} from @param {string} key @returns {Ribbons} */
   function ribbons(from, key) {
