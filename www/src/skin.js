@@ -1,6 +1,7 @@
 import { Color, DataTexture, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4 } from 'three';
 import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from './environment.js';
+import { SCATTERED } from './hair/scattered.js';
 import { paintStrands, TILE } from './hair/tile.js';
 import { foldsOf, paintLines } from './lines.js';
 import { createMap } from './textures.js';
@@ -82,6 +83,7 @@ const DECLARATIONS = /* glsl */ `
   varying float vFold;
   ${BACKDROP_GLSL}
   ${STUDIO_GLSL}
+  ${SCATTERED}
 
   // Relief and mottling, projected along the three axes of the head at rest.
   vec4 triplanar(float size, out vec3 slope) {
@@ -165,8 +167,7 @@ const COLOUR = /* glsl */ `
     float thick = grown.x;
     // Roots show through the skin; hairs lie over it.
     tone = mix(tone, mix(tone * 0.55, browColour, 0.5 + 0.3 * thick), thick * (0.5 + 0.45 * thick));
-    // As longer hair is lit, from hair to hair; under it is less light.
-    vec3 hair = pow(browColour, vec3(0.84));
+    vec3 hair = scattered(browColour);
     underHair = smoothstep(0.1, 0.7, thick) * covered.x;
     tone = mix(tone, hair * 0.7, underHair * 0.95);
     hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);

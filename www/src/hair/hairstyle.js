@@ -57,7 +57,7 @@ export function scalpGround(scalp, landmarks, { middle }) {
         share(x, y, z, long) {
           const below = 1 - smoothstep(middle[1] - 10, middle[1] + 45, y);
           const lowest = smoothstep(middle[1] + 5, middle[1] - 20, y);
-          return 1 - (0.6 * below + 0.2 * lowest) * (1 - smoothstep(60, 130, long));
+          return 1 - (0.5 * below + 0.15 * lowest) * (1 - smoothstep(60, 130, long));
         },
         // Between what parts the skin would show: it begins beyond the line, and beyond the whorl.
         early(x, y, z, style) {
@@ -69,7 +69,7 @@ export function scalpGround(scalp, landmarks, { middle }) {
         // Nor does it hang before the forehead, unless it is a fringe, which lies on it.
         held(x, y, z, { comb }) {
           const fringe = smoothstep(0.6, 0.85, comb);
-          const low = 1 - smoothstep(trichion[1] - 2, trichion[1] + 14, y);
+          const low = 1 - smoothstep(trichion[1] - 12, trichion[1] + 30, y);
           return low * (1 - smoothstep(0.85 + 0.2 * (1 - fringe), 1.4, around(x, z)));
         },
         // Below the head it falls towards the neck.

@@ -54,6 +54,12 @@ function hullOf(rest, triangles, middle) {
  */
 function drapeOver(reach) {
   const drape = reach.slice();
+  // From wherever a head is wide it falls almost straight.
+  for (let at = drape.length - 1 - AROUND; at >= 0; at--) {
+    const up = at + AROUND;
+    const [here, above] = [at, up].map((cell) => Math.cos(((Math.floor(cell / AROUND) + 0.5) / ALONG - 0.5) * Math.PI));
+    if (here > 0.5 && here < above) drape[at] = Math.max(drape[at], (0.965 * drape[up] * above) / here);
+  }
   for (let round = 0; round < 8; round++) {
     const before = drape.slice();
     for (let at = 0; at < drape.length; at++) drape[at] = Math.max(before[at] - 0.3, mean(before, at, true));

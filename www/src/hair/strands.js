@@ -207,14 +207,15 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
       let [x, y, z] = lock.at;
       look(x, y, z);
       combed(x, y, z, style);
-      const lift = ground.lift * (1 - 0.6 * held(x, y, z, style)) + 0.8 * coiled;
+      const begin = early(x, y, z, style);
+      const lift = ground.lift * (1 - 0.08 * begin) * (1 - 0.6 * held(x, y, z, style)) * (1 - 0.4 * draped) + 0.8 * coiled;
       const lean = 0.12 + 0.6 * coiled;
       let dx = way[0] + lift * lock.normal[0] + lean * lock.lean[0];
       let dy = way[1] + lift * lock.normal[1] + lean * lock.lean[1];
       let dz = way[2] + lift * lock.normal[2] + lean * lock.lean[2];
       // Across both: a frame that goes along the path without turning around it, so that waves stay waves.
       let [bx, by, bz] = [dy * over.z - dz * over.y, dz * over.x - dx * over.z, dx * over.y - dy * over.x];
-      const before = early(x, y, z, style) * (1 - curl * curl);
+      const before = begin * (1 - curl * curl);
       x -= before * way[0];
       y -= before * way[1];
       z -= before * way[2];
@@ -237,7 +238,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         const clear = Math.min(0.5 * along, 1.2 + lock.layer * volume, highest(style, hold)) * free;
         const most = highest(style, hold);
         if (over.height > most) {
-          const pulled = (over.radius + most) / (over.radius + over.height);
+          const pulled = (over.radius + most + 0.6 * (over.height - most)) / (over.radius + over.height);
           x = middle[0] + (x - middle[0]) * pulled;
           y = middle[1] + (y - middle[1]) * pulled;
           z = middle[2] + (z - middle[2]) * pulled;
@@ -300,10 +301,11 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     const open = new Float32Array(points.length / 3);
     const deep = 3 + 0.6 * volumeOf(style, long);
     // Short hair hides little of the light.
-    const least = clamp(1 - long / 50, 0, 0.8);
+    const least = clamp(1 - long / 90, 0, 0.85);
     // Waves, then curls, then coils, each of as many points as make it round.
     const wave = 12 + 62 * (1 - curl) ** 1.3 + 0.3 * Math.max(0, long - 40) * curl;
     const swing = curl * Math.min(7, 0.1 * wave + 0.015 * long) * Math.min(1, long / 30);
+    const gather = (0.42 + 0.9 * curl * (1 - curl)) * (0.5 + 0.5 * smoothstep(30, 90, long));
     const together = 0.75 * (1 - curl * curl);
     const p = [0, 0, 0];
     strands.forEach((strand, n) => {
@@ -318,7 +320,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         const at = Math.min(STEPS - 0.001, t * STEPS);
         const i = Math.floor(at);
         // Locks are wide at their roots and gather to their tips.
-        const wide = 1 - (0.42 + 0.9 * curl * (1 - curl)) * smoothstep(4, 70 - 40 * curl, along);
+        const wide = 1 - gather * smoothstep(4, 70 - 40 * curl, along);
         const stray = Math.min(7, 0.075 * along);
         // Waves of neighbours go along with each other, and each curl goes its own way.
         const far = along + (fallen[i + from / 3] + (fallen[i + 1 + from / 3] - fallen[i + from / 3]) * (at - i) - along) * together;
@@ -331,7 +333,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         if (swung > 0) {
           const sideways = swung * Math.cos(turn);
           // Out from where it lies, and never into it.
-          const outwards = swung * (0.3 + 0.7 * curl) * (1 + own.hand * Math.sin(turn));
+          const outwards = swung * (0.2 + 0.8 * curl) * (0.4 + 0.6 * smoothstep(40, 130, fallen[i + from / 3])) * (1 + own.hand * Math.sin(turn));
           for (let k = 0; k < 3; k++) {
             const o = from + 3 * i + k;
             p[k] += sideways * (aside[o] + (aside[o + 3] - aside[o]) * (at - i)) + outwards * (away[o] + (away[o + 3] - away[o]) * (at - i));
@@ -340,8 +342,8 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         look(p[0], p[1], p[2]);
         const clear = Math.min(0.4 * along, 1 + 1.5 * strand.rise);
         const most = highest(style, held(p[0], p[1], p[2], style)) + 1.5 * strand.rise;
-        if ((over.height < clear || over.height > most) && s > 0) {
-          const pushed = (over.radius + clamp(over.height, clear, Math.max(clear, most))) / (over.radius + over.height);
+        if ((over.height < clear || over.height > Math.max(clear, most)) && s > 0) {
+          const pushed = (over.radius + (over.height < clear ? clear : most + 0.4 * (over.height - most))) / (over.radius + over.height);
           for (let k = 0; k < 3; k++) p[k] = middle[k] + (p[k] - middle[k]) * pushed;
         }
         const point = POINTS * n + s;

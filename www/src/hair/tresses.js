@@ -6,6 +6,7 @@ import { backdropUniforms } from '../backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../environment.js';
 import { drawnByProcessor } from '../graphics.js';
 import { smoothstep } from '../groundwork/paint.js';
+import { SCATTERED } from './scattered.js';
 import { growOn, POINTS } from './strands.js';
 
 // Longer hair: each strand is a ribbon that turns to whoever looks, and some hairs are drawn on it.
@@ -48,6 +49,7 @@ const VERTEX = /* glsl */ `
     vec3 mapped = ACESFilmicToneMapping(light);
     return mix(pow(mapped, vec3(0.41666)) * 1.055 - 0.055, mapped * 12.92, vec3(lessThanEqual(mapped, vec3(0.0031308))));
   }
+  ${SCATTERED}
   void main() {
     vec3 at = strandAt();
     vec4 view = modelViewMatrix * vec4(at, 1.0);
@@ -57,8 +59,7 @@ const VERTEX = /* glsl */ `
 
     float tip = outward.w;
     float under = abs(course.w); // 1 is open to the light
-    // Light that goes from hair to hair is lost less than once through a pigment tells, the most where it is dark.
-    vec3 hair = pow(colour, vec3(0.84)) * (0.8 + 0.4 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
+    vec3 hair = scattered(colour) * (0.8 + 0.4 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
     float open = mix(0.45, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
     vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
