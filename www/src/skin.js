@@ -165,9 +165,9 @@ const COLOUR = /* glsl */ `
     vec2 grown = vGrowth + 0.3 * (broad.a - 0.5) + vec2(0.8, -0.8) * (strand.g - 0.5);
     grown = smoothstep(vec2(-0.3, -0.35), vec2(0.45, 0.4), grown) * dense * (1.0 - lip);
     float thick = grown.x;
-    // Roots show through the skin; hairs lie over it.
-    tone = mix(tone, mix(tone * 0.55, browColour, 0.5 + 0.3 * thick), thick * (0.5 + 0.45 * thick));
     vec3 hair = scattered(browColour);
+    // Roots show through the skin; hairs lie over it.
+    tone = mix(tone, mix(tone * 0.6, hair, 0.6 + 0.2 * thick), thick * (0.5 + 0.45 * thick));
     underHair = smoothstep(0.1, 0.7, thick) * covered.x;
     tone = mix(tone, hair * 0.7, underHair * 0.95);
     hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);
@@ -205,7 +205,7 @@ const NORMAL = /* glsl */ `
     slope = normalMatrix * slope;
     normal = normalize(normal - (slope - dot(slope, normal) * normal));
   }
-  skinScatter = mix(vec3(0.17, 0.10, 0.075), vec3(0.5, 0.2, 0.13), ear);
+  skinScatter = mix(vec3(0.17, 0.10, 0.075), vec3(0.5, 0.2, 0.13), ear * (1.0 - 0.6 * worn));
   sheenToView = IBLSheenBRDF(normal, isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition), sheenRoughness);
 `;
 

@@ -1,3 +1,5 @@
+import { smoothstep } from '../groundwork/paint.js';
+
 // The outside of a head as hair meets it: how far it reaches from its middle in each direction.
 
 /** @param {number} x @param {number} low @param {number} high */
@@ -58,13 +60,17 @@ function drapeOver(reach) {
   for (let at = drape.length - 1 - AROUND; at >= 0; at--) {
     const up = at + AROUND;
     const [here, above] = [at, up].map((cell) => Math.cos(((Math.floor(cell / AROUND) + 0.5) / ALONG - 0.5) * Math.PI));
-    if (here > 0.5 && here < above) drape[at] = Math.max(drape[at], (0.965 * drape[up] * above) / here);
+    if (here > 0.5 && here < above) drape[at] = Math.max(drape[at], (0.98 * drape[up] * above) / here);
   }
-  for (let round = 0; round < 8; round++) {
+  for (let round = 0; round < 14; round++) {
     const before = drape.slice();
-    for (let at = 0; at < drape.length; at++) drape[at] = Math.max(before[at] - 0.3, mean(before, at, true));
+    for (let at = 0; at < drape.length; at++) drape[at] = Math.max(before[at] - 0.2, mean(before, at, true));
   }
-  return drape.map((value, at) => Math.max(value, reach[at]));
+  // A fringe lies on the forehead.
+  return drape.map((value, at) => {
+    const turn = Math.abs(((at % AROUND) + 0.5) / AROUND - 0.5) * 2 * Math.PI;
+    return reach[at] + Math.max(0, value - reach[at]) * smoothstep(0.8, 1.3, turn);
+  });
 }
 
 /** Of the cells around one that hold something. @param {Float32Array} reach @param {number} at @param {boolean} own */
