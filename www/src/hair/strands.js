@@ -304,7 +304,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     const least = clamp(1 - long / 90, 0, 0.85);
     // Waves, then curls, then coils, each of as many points as make it round.
     const wave = 12 + 62 * (1 - curl) ** 1.3 + 0.3 * Math.max(0, long - 40) * curl;
-    const swing = curl * Math.min(7, 0.1 * wave + 0.015 * long) * Math.min(1, long / 30);
+    const swing = curl * Math.min(7, (0.1 + 0.1 * curl ** 3) * wave + 0.015 * long) * Math.min(1, long / 30);
     const gather = (0.42 + 0.9 * curl * (1 - curl)) * (0.5 + 0.5 * smoothstep(30, 90, long));
     const together = 0.75 * (1 - curl * curl);
     const p = [0, 0, 0];
@@ -325,11 +325,11 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         // Waves of neighbours go along with each other, and each curl goes its own way.
         const far = along + (fallen[i + from / 3] + (fallen[i + 1 + from / 3] - fallen[i + from / 3]) * (at - i) - along) * together;
         const turn = (2 * Math.PI * far) / wave + phase + own.turn * (0.3 + 3 * curl ** 3) + strand.turn * (0.25 + 0.6 * curl);
-        const swung = swing * smoothstep(2, 30, along);
         for (let k = 0; k < 3; k++) {
           const path = paths[from + 3 * i + k] + (paths[from + 3 * i + 3 + k] - paths[from + 3 * i + k]) * (at - i);
           p[k] = path + (strand.at[k] - root[k]) * wide + strand.stray[k] * stray;
         }
+        const swung = swing * smoothstep(2, 30, along) * (1 - 0.5 * held(p[0], p[1], p[2], style));
         if (swung > 0) {
           const sideways = swung * Math.cos(turn);
           // Out from where it lies, and never into it.
