@@ -167,10 +167,10 @@ const COLOUR = /* glsl */ `
     float thick = grown.x;
     vec3 hair = scattered(browColour);
     // Roots show through the skin; hairs lie over it.
-    tone = mix(tone, mix(tone * 0.6, hair, 0.6 + 0.2 * thick), thick * (0.5 + 0.45 * thick));
+    tone = mix(tone, mix(tone * 0.6, hair, 0.6 + 0.2 * thick), thick * (0.3 + 0.65 * thick));
     underHair = smoothstep(0.1, 0.7, thick) * covered.x;
     tone = mix(tone, hair * 0.7, underHair * 0.95);
-    hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);
+    hairs = clamp(thick * (0.05 + 0.5 * thick + 1.1 * strand.r), 0.0, 0.95);
     tone = mix(tone, hair * (0.35 + 1.3 * strand.g) * (1.0 - 0.2 * covered.x), hairs);
     // A photo that is worn has its own beard. One that is thin is single hairs, on skin that is greyer for
     // their roots.
@@ -178,8 +178,8 @@ const COLOUR = /* glsl */ `
     float rank = 1.7 * strand.g - 0.45;
     float whisker = smoothstep(-0.25, 0.25, 1.25 * beard - rank) * min(1.0, 5.0 * beard) * (0.5 + 0.45 * beard);
     tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), browColour, 0.75 * beard), beard * (0.45 + 0.45 * beard));
-    tone = mix(tone, hair * 0.6, beard * covered.y * 0.8);
-    tone = mix(tone, hair * (0.3 + (0.6 + 0.6 * beard) * strand.g) * (1.0 - 0.25 * covered.y), whisker);
+    tone = mix(tone, hair * 0.85, beard * covered.y * 0.8);
+    tone = mix(tone, hair * (0.3 + (0.6 + 0.6 * beard) * strand.g) * (1.0 - 0.1 * covered.y), whisker);
     hairs = max(hairs, whisker);
     underHair = max(underHair, whisker * covered.y);
     lying *= hairs;

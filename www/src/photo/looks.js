@@ -118,7 +118,7 @@ function irisOf(colour) {
 
 /** @param {import('phiz').PhotoHair} hair @returns {import('../colouring.js').Colouring} */
 function styleOf({ colour, cover, off, hangs, forehead }) {
-  const crop = cover > 0.6 ? 0.9 : 0.5;
+  const crop = cover > 0.6 ? 0.9 : 0.58;
   const short = off < CROPPED ? 0 : Math.min(66, Math.max(20, 3 * off));
   const mm = hangs > TO_SHOULDERS ? 200 : hangs > AROUND_EARS ? hangs + ABOVE_EAR : short;
   // What covers a forehead is long enough to.
