@@ -172,17 +172,17 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
   /** @param {number} x @param {number} y @param {number} z */
   const look = (x, y, z) => lookAt(x, y, z, draped);
 
-  /** @param {number} x @param {number} y @param {number} z */
+  /** How far down from the top of the head, mm over it and then straight. @param {number} x @param {number} y @param {number} z */
   function down(x, y, z) {
     const below = middle[1] - y;
     return below > 0 ? RADIUS * (0.5 * Math.PI) + below : RADIUS * Math.acos(-below / norm(x - middle[0], below, z - middle[2]));
   }
 
   const paths = new Float32Array(3 * (STEPS + 1) * locks.length);
-  /** Which way each lock swings first, and which way then: across the path. */
+  /** Across the path of each lock, which is where it swings: along the head, and out. */
   const aside = new Float32Array(paths.length);
   const away = new Float32Array(paths.length);
-  /** How far down each lock is, mm over the head from its top. */
+  /** How far down each lock is, as `down` has it. */
   const fallen = new Float32Array((STEPS + 1) * locks.length);
   /** How far along its path each lock is cut, 0 to 1. */
   const cut = new Float32Array(locks.length);
@@ -235,8 +235,8 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         const along = s * step;
         look(x, y, z);
         const hold = held(x, y, z, style);
-        const clear = Math.min(0.5 * along, 1.2 + lock.layer * volume, highest(style, hold)) * free;
         const most = highest(style, hold);
+        const clear = Math.min(0.5 * along, 1.2 + lock.layer * volume, most) * free;
         if (over.height > most) {
           const pulled = (over.radius + most + 0.6 * (over.height - most)) / (over.radius + over.height);
           x = middle[0] + (x - middle[0]) * pulled;
@@ -306,6 +306,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     const wave = 12 + 62 * (1 - curl) ** 1.3 + 0.3 * Math.max(0, long - 40) * curl;
     const swing = curl * Math.min(7, (0.1 + 0.1 * curl ** 3) * wave + 0.015 * long) * Math.min(1, long / 30);
     const gather = (0.42 + 0.9 * curl * (1 - curl)) * (0.5 + 0.5 * smoothstep(30, 90, long));
+    // How far waves go by how far down they are, as a comb or a neighbour lays them, and not by their own length.
     const together = 0.75 * (1 - curl * curl);
     const p = [0, 0, 0];
     strands.forEach((strand, n) => {
@@ -323,8 +324,8 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         const wide = 1 - gather * smoothstep(4, 70 - 40 * curl, along);
         const stray = Math.min(7, 0.075 * along);
         // Waves of neighbours go along with each other, and each curl goes its own way.
-        const far = along + (fallen[i + from / 3] + (fallen[i + 1 + from / 3] - fallen[i + from / 3]) * (at - i) - along) * together;
-        const turn = (2 * Math.PI * far) / wave + phase + own.turn * (0.3 + 3 * curl ** 3) + strand.turn * (0.25 + 0.6 * curl);
+        const fall = fallen[i + from / 3] + (fallen[i + 1 + from / 3] - fallen[i + from / 3]) * (at - i);
+        const turn = (2 * Math.PI * (along + (fall - along) * together)) / wave + phase + own.turn * (0.3 + 3 * curl ** 3) + strand.turn * (0.25 + 0.6 * curl);
         for (let k = 0; k < 3; k++) {
           const path = paths[from + 3 * i + k] + (paths[from + 3 * i + 3 + k] - paths[from + 3 * i + k]) * (at - i);
           p[k] = path + (strand.at[k] - root[k]) * wide + strand.stray[k] * stray;
@@ -333,7 +334,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         if (swung > 0) {
           const sideways = swung * Math.cos(turn);
           // Out from where it lies, and never into it.
-          const outwards = swung * (0.2 + 0.8 * curl) * (0.4 + 0.6 * smoothstep(40, 130, fallen[i + from / 3])) * (1 + own.hand * Math.sin(turn));
+          const outwards = swung * (0.2 + 0.8 * curl) * (0.4 + 0.6 * smoothstep(40, 130, fall)) * (1 + own.hand * Math.sin(turn));
           for (let k = 0; k < 3; k++) {
             const o = from + 3 * i + k;
             p[k] += sideways * (aside[o] + (aside[o + 3] - aside[o]) * (at - i)) + outwards * (away[o] + (away[o + 3] - away[o]) * (at - i));
