@@ -114,9 +114,9 @@ const FRAGMENT = /* glsl */ `
  * @template {import('./strands.js').Curled} S
  * @param {{
  *   name: string, rest: Float32Array, grow: () => import('./strands.js').Hair<S> | null,
- *   style: (colours: Pigments) => S, long: (style: S) => number, half: number, stride: number,
+ *   style: (colours: Pigments) => S, long: (style: S) => number, half: number, stride: (style: S) => number,
  * }} kind `grow` is asked when there first is any; `half` of a ribbon's width, mm; of the points of a strand every `stride`th
- *   is in files
+ *   is in files, in which each is once more for every slider
  * @param {{ heatStrength: { value: number }, worn: { value: number } }} uniforms of the skin
  * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
@@ -236,7 +236,8 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
    */
   function bodies(positions) {
     if (!hair || !mesh.visible || !shown) return null;
-    const many = POINTS / stride;
+    const step = stride(style);
+    const many = POINTS / step;
     const count = hair.strands * many;
     const out = {
       positions: new Float32Array(6 * count),
@@ -251,7 +252,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
     for (let n = 0, o = 0, i = 0; n < hair.strands; n++) {
       const lock = 4 * hair.lockOf[n];
       for (let s = 0; s < many; s++) {
-        const from = n * POINTS + (s === many - 1 ? POINTS - 1 : stride * s);
+        const from = n * POINTS + (s === many - 1 ? POINTS - 1 : step * s);
         way.fromArray(shown.course, 8 * from);
         up.fromArray(shown.outward, 8 * from).normalize();
         const along = shown.outward[8 * from + 3] / 127;
@@ -283,7 +284,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
     const moved = new Float32Array(4 * hair.locks);
     hair.shifts(rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
-    const each = (6 * POINTS) / stride;
+    const each = (6 * POINTS) / stride(style);
     return Float32Array.from({ length: each * hair.strands }, (_, i) => moved[4 * lockOf[Math.floor(i / each)] + (i % 3)]);
   }
 
