@@ -2,7 +2,8 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { REST, whole } from '../../www/src/colouring.js';
-import { colouringOf } from '../../www/src/photo/looks.js';
+import { scatters } from '../../www/src/hair/scattered.js';
+import { colouringOf, HAIR_SHOWN } from '../../www/src/photo/looks.js';
 import { hairColour, irisColours, skinColour } from '../../www/src/pigments.js';
 import { Color } from '../../www/node_modules/three/build/three.module.js';
 
@@ -11,7 +12,12 @@ const rgb = (/** @type {Color} */ { r, g, b }) => /** @type {[number, number, nu
 /** What a photo would have of skin: as the page's shader shows it. */
 const seen = (/** @type {Color} */ { r, g, b }) => /** @type {[number, number, number]} */ ([(r * 0.97) / 0.8, (g * 0.875) / 0.8, (b * 0.81) / 0.8]);
 const bald = { skin: seen(tone), irises: null, beard: 0, hair: null };
-const short = { colour: rgb(hairColour(REST.hair, 0, 0)), cover: 1, off: 12, hangs: 0, forehead: 0 };
+/** What a photo would have of hair. @param {Color} hair */
+const seenHair = (hair) => {
+  const [r, g, b] = rgb(hair).map((value) => HAIR_SHOWN * value);
+  return /** @type {[number, number, number]} */ ([r, g, b].map((value) => value * scatters([r, g, b])));
+};
+const short = { colour: seenHair(hairColour(REST.hair, 0, 0)), cover: 1, off: 12, hangs: 0, forehead: 0 };
 /** How far apart two colours are: the logarithm of the greatest ratio of a channel. Below a hundredth all is black. */
 const apart = (/** @type {number[]} */ a, /** @type {number[]} */ b) => Math.max(...a.map((value, k) => Math.abs(Math.log((value + 0.01) / (b[k] + 0.01)))));
 
@@ -47,7 +53,7 @@ describe('looks', () => {
   test('of hair and eyes look like them', () => {
     for (const [hair, red, grey] of [[0.05, 0, 0], [0.4, 0, 0], [1, 0, 0], [0.4, 0.8, 0], [0.5, 0, 0.8], [0.9, 0, 0.3]]) {
       const wanted = rgb(hairColour(hair, red, grey));
-      const found = whole(colouringOf({ ...bald, hair: { ...short, colour: wanted } }, tone));
+      const found = whole(colouringOf({ ...bald, hair: { ...short, colour: seenHair(hairColour(hair, red, grey)) } }, tone));
       const off = apart(rgb(hairColour(found.hair, found.red, found.grey)), wanted);
       // What is nearly black is taken for a little less of it: a camera's noise.
       assert.ok(off < (hair < 1 ? 0.15 : 0.35), `hair ${hair}, ${red}, ${grey} is off by ${off}: ${JSON.stringify(found)}`);
@@ -63,6 +69,20 @@ describe('looks', () => {
     }
     // Dark and grey is what a camera makes of brown eyes in the shade.
     assert.equal(whole(colouringOf({ ...bald, irises: [0.035, 0.03, 0.033] }, tone)).iris, REST.iris);
+  });
+
+  test('of the same hair are alike, wherever a photo of it ends', () => {
+    // As a portrait and one that ends above the hairline were measured, whose hair is told by its darker half.
+    const hairs = [{ colour: [0.263, 0.179, 0.074], off: 12 }, { colour: [0.285, 0.2, 0.084], off: 16 }, { colour: [0.113, 0.062, 0.0148], off: 4 }];
+    const [first, ...others] = hairs.map((hair) => whole(colouringOf({ ...bald, hair: { ...short, forehead: 0.87, ...hair } }, tone)));
+    for (const other of others) {
+      const [a, b] = [first, other].map(({ hair, red, grey }) => rgb(hairColour(hair, red, grey)));
+      assert.ok(apart(a, b) < 0.25, `${JSON.stringify(first)} and ${JSON.stringify(other)}`);
+      assert.ok(Math.abs(other.length - first.length) < 0.05, `${other.length} and ${first.length}`);
+    }
+    // Cropped hair is as dark as it is.
+    const cropped = (/** @type {number} */ forehead) => whole(colouringOf({ ...bald, hair: { ...short, colour: hairs[2].colour, off: 4, forehead } }, tone)).hair;
+    assert.ok(cropped(0) > cropped(0.87));
   });
 
   test('of hair of any length have it', () => {

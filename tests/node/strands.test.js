@@ -124,6 +124,47 @@ describe('hair', () => {
     }
   });
 
+  test('waves and curls wind without a zigzag', () => {
+    const hair = grown();
+    for (const length of [0.3, 0.6, 0.85, 1]) {
+      for (const curl of [0, 0.3, 0.5, 0.75, 1]) {
+        const { points } = hair.grow({ length, comb: 0.45, parting: 0.4, curl });
+        const turns = [];
+        for (let n = 0; n < hair.strands; n++) {
+          for (let s = 2; s < POINTS - 1; s++) {
+            const o = 3 * (POINTS * n + s);
+            const [before, after] = [-3, 0].map((from) => [0, 1, 2].map((k) => points[o + from + 3 + k] - points[o + from + k]));
+            const scale = Math.hypot(...before) * Math.hypot(...after);
+            if (scale > 0.01) turns.push(Math.acos(Math.min(1, Math.max(-1, before.reduce((sum, x, k) => sum + x * after[k], 0) / scale))));
+          }
+        }
+        turns.sort((a, b) => a - b);
+        // A circle of seven points turns by 51 degrees at each.
+        const [most, usual] = [turns[Math.floor(0.99 * turns.length)], turns[turns.length >> 1]].map((turn) => (180 / Math.PI) * turn);
+        assert.ok(usual < 15 + 35 * curl && most < 40 + 50 * curl, `length ${length}, curl ${curl}: half turns by ${usual} degrees at a point, 1 in 100 by more than ${most}`);
+      }
+    }
+  });
+
+  test('does not hang before the forehead: what is no fringe goes around it, and a fringe lies on it', () => {
+    const hair = grown();
+    for (const comb of [0, 0.3, 0.5, 1]) {
+      for (const length of [0.3, 0.6, 0.9]) {
+        for (const curl of [0, 0.5, 1]) {
+          const { points } = hair.grow({ length, comb, parting: 0.4, curl });
+          let farthest = 0;
+          for (let o = 0; o < points.length; o += 3) {
+            const [x, y, z] = points.subarray(o, o + 3);
+            if (Math.abs(x) > 45 || y > HAIRLINE - 8 || z < 0) continue;
+            const skin = DEEP * Math.sqrt(Math.max(0, 1 - (x / WIDE) ** 2 - (y / TALL) ** 2));
+            farthest = Math.max(farthest, z - skin);
+          }
+          assert.ok(farthest < (comb === 1 ? 19 + 10 * curl : 5), `length ${length}, comb ${comb}, curl ${curl}: hair ${farthest} mm before the forehead`);
+        }
+      }
+    }
+  });
+
   test('goes along with the head: shifts are linear in it, and nothing at rest', () => {
     const hair = grown();
     const at = (/** @type {Float32Array} */ positions) => {

@@ -1,6 +1,7 @@
 import { Color, DataTexture, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4 } from 'three';
 import { BACKDROP_GLSL, backdropUniforms } from './backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from './environment.js';
+import { SCATTERED } from './hair/scattered.js';
 import { paintStrands, TILE } from './hair/tile.js';
 import { foldsOf, paintLines } from './lines.js';
 import { createMap } from './textures.js';
@@ -82,6 +83,7 @@ const DECLARATIONS = /* glsl */ `
   varying float vFold;
   ${BACKDROP_GLSL}
   ${STUDIO_GLSL}
+  ${SCATTERED}
 
   // Relief and mottling, projected along the three axes of the head at rest.
   vec4 triplanar(float size, out vec3 slope) {
@@ -163,21 +165,21 @@ const COLOUR = /* glsl */ `
     vec2 grown = vGrowth + 0.3 * (broad.a - 0.5) + vec2(0.8, -0.8) * (strand.g - 0.5);
     grown = smoothstep(vec2(-0.3, -0.35), vec2(0.45, 0.4), grown) * dense * (1.0 - lip);
     float thick = grown.x;
+    vec3 hair = scattered(browColour);
     // Roots show through the skin; hairs lie over it.
-    tone = mix(tone, mix(tone * 0.55, browColour, 0.5 + 0.3 * thick), thick * (0.5 + 0.45 * thick));
-    // Under longer hair it is dark.
+    tone = mix(tone, mix(tone * 0.6, hair, 0.6 + 0.2 * thick), thick * (0.3 + 0.65 * thick));
     underHair = smoothstep(0.1, 0.7, thick) * covered.x;
-    tone = mix(tone, browColour * 0.3, underHair * 0.95);
-    hairs = clamp(thick * (0.2 + 0.45 * thick + 0.75 * strand.r), 0.0, 0.95);
-    tone = mix(tone, browColour * (0.4 + 1.2 * strand.g) * (1.0 - 0.6 * covered.x), hairs);
+    tone = mix(tone, hair * 0.7, underHair * 0.95);
+    hairs = clamp(thick * (0.05 + 0.5 * thick + 1.1 * strand.r), 0.0, 0.95);
+    tone = mix(tone, hair * (0.35 + 1.3 * strand.g) * (1.0 - 0.2 * covered.x), hairs);
     // A photo that is worn has its own beard. One that is thin is single hairs, on skin that is greyer for
     // their roots.
     float beard = grown.y * (1.0 - smoothSkin) * (1.0 - worn);
     float rank = 1.7 * strand.g - 0.45;
     float whisker = smoothstep(-0.25, 0.25, 1.25 * beard - rank) * min(1.0, 5.0 * beard) * (0.5 + 0.45 * beard);
     tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), browColour, 0.75 * beard), beard * (0.45 + 0.45 * beard));
-    tone = mix(tone, browColour * 0.35, beard * covered.y * 0.8);
-    tone = mix(tone, browColour * (0.3 + (0.6 + 0.6 * beard) * strand.g) * (1.0 - 0.5 * covered.y), whisker);
+    tone = mix(tone, hair * 0.85, beard * covered.y * 0.8);
+    tone = mix(tone, hair * (0.3 + (0.6 + 0.6 * beard) * strand.g) * (1.0 - 0.1 * covered.y), whisker);
     hairs = max(hairs, whisker);
     underHair = max(underHair, whisker * covered.y);
     lying *= hairs;
@@ -203,7 +205,7 @@ const NORMAL = /* glsl */ `
     slope = normalMatrix * slope;
     normal = normalize(normal - (slope - dot(slope, normal) * normal));
   }
-  skinScatter = mix(vec3(0.17, 0.10, 0.075), vec3(0.5, 0.2, 0.13), ear);
+  skinScatter = mix(vec3(0.17, 0.10, 0.075), vec3(0.5, 0.2, 0.13), ear * (1.0 - 0.6 * worn));
   sheenToView = IBLSheenBRDF(normal, isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition), sheenRoughness);
 `;
 
@@ -226,7 +228,7 @@ const OCCLUSION = /* glsl */ `
     float shine = computeSpecularOcclusion(dotNV, occlusion, material.roughness);
     reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) * (1.0 - 0.8 * underHair);
     reflectedLight.directDiffuse *= mix(vec3(1.0), vOpen, 0.55);
-    reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip)) * (1.0 - 0.85 * hairs);
+    reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip)) * (1.0 - 0.6 * hairs);
     // Down catches no light below hair.
     sheenSpecularDirect *= 1.0 - underHair;
     sheenSpecularIndirect *= 1.0 - underHair;
@@ -317,6 +319,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         uniform vec2 aged;
         varying float vFold;
         uniform vec2 dense;
+        uniform vec2 covered;
         uniform float heatStrength;
         varying vec3 vRest;
         varying vec3 vRestNormal;
@@ -341,8 +344,8 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         vec4 folds = folding * mix(foldsRight, foldsLeft, smoothstep(-6.0, 6.0, rest.x));
         vFold = aged.x + max(max(folds.x, folds.y), max(folds.z, folds.w)) * (0.45 + 0.4 * aged.x);
         vFold *= 1.0 + min(0.0, folding.w) * 0.9 * mix(smooths.x, smooths.y, smoothstep(-6.0, 6.0, rest.x));
-        // Hair stands off the head.
-        transformed += objectNormal * (3.5 * (1.0 - heatStrength) * dense.x * smoothstep(-0.1, 0.9, growth.x));
+        // Hair stands off the head, and longer hair over that.
+        transformed += objectNormal * ((3.5 - 2.5 * covered.x) * (1.0 - heatStrength) * dense.x * smoothstep(-0.1, 0.9, growth.x));
         vHeat = heat;
         vWorn = uv;`,
       );

@@ -32,7 +32,7 @@ export function beardGround(beard, landmarks) {
     apart: 7,
     long: beardLength,
     thick: (long) => Math.min(7, 0.16 * long),
-    lift: 0.5,
+    lift: 0.4,
     kept: 30,
     comb: () => ({
       field(x, y, z, _, way) {

@@ -16,8 +16,10 @@ const lineOf = ({ parting }) => (0.5 - parting) * 90;
  * @returns {import('./strands.js').Ground<Style> | null} null without the landmarks that it goes by
  */
 export function scalpGround(scalp, landmarks, { middle }) {
-  const brow = landmarks.get('ibug_19');
-  if (!brow) return null;
+  const [brow, trichion] = ['ibug_19', 'trichion'].map((name) => landmarks.get(name));
+  if (!brow || !trichion) return null;
+  /** How far from the middle of the face, around the head. @param {number} x @param {number} z */
+  const around = (x, z) => Math.abs(Math.atan2(x, z - middle[2]));
   return {
     mask: scalp,
     seed: 67,
@@ -45,15 +47,17 @@ export function scalpGround(scalp, landmarks, { middle }) {
           const backwards = (1 - behind) * toBack;
           // Before the ears hair goes down however it is combed.
           const low = 2 * backwards * smoothstep(middle[1] + 15, middle[1] - 20, y);
+          // Over the forehead what is combed aside goes back, too, until it can fall before the ear.
+          const front = 1 - smoothstep(0.7, 1.3, around(x, z));
           way[0] = (natural * (x - whorl[0])) / away + side * across + backwards * clamp(x / 130, -0.5, 0.5);
-          way[1] = (natural * (y - whorl[1])) / away - 0.45 * side - 0.2 * backwards - low;
-          way[2] = (natural * (z - whorl[2])) / away - 0.3 * side - backwards;
+          way[1] = (natural * (y - whorl[1])) / away - 0.45 * side * (1 - front) - 0.2 * backwards - low;
+          way[2] = (natural * (z - whorl[2])) / away - (0.3 + 0.5 * front) * side - backwards;
         },
         // Around the ears and along the nape short hair is cut shorter than on top.
         share(x, y, z, long) {
           const below = 1 - smoothstep(middle[1] - 10, middle[1] + 45, y);
           const lowest = smoothstep(middle[1] + 5, middle[1] - 20, y);
-          return 1 - (0.6 * below + 0.2 * lowest) * (1 - smoothstep(60, 130, long));
+          return 1 - (0.5 * below + 0.15 * lowest) * (1 - smoothstep(60, 130, long));
         },
         // Between what parts the skin would show: it begins beyond the line, and beyond the whorl.
         early(x, y, z, style) {
@@ -61,7 +65,13 @@ export function scalpGround(scalp, landmarks, { middle }) {
           return 8 * Math.max(parted, Math.exp(-((x - whorl[0]) ** 2 + (z - whorl[2]) ** 2) / 150));
         },
         // It does not hang before the eyes: it is cut over the brows.
-        cut: (x, y, z, jitter) => y + 4 * jitter < brow[1] + 9 && Math.abs(Math.atan2(x, z - middle[2])) < 0.9,
+        cut: (x, y, z, jitter) => y + 4 * jitter < brow[1] + 9 && around(x, z) < 0.95,
+        // Nor does it hang before the forehead, unless it is a fringe, which lies on it.
+        held(x, y, z, { comb }) {
+          const fringe = smoothstep(0.6, 0.85, comb);
+          const low = 1 - smoothstep(trichion[1] - 12, trichion[1] + 30, y);
+          return low * (1 - smoothstep(0.85 + 0.2 * (1 - fringe), 1.4, around(x, z)));
+        },
         // Below the head it falls towards the neck.
         inward: (y) => 0.25 * smoothstep(middle[1] - 20, middle[1] - 80, y),
       };

@@ -1,3 +1,5 @@
+import { smoothstep } from '../groundwork/paint.js';
+
 // The outside of a head as hair meets it: how far it reaches from its middle in each direction.
 
 /** @param {number} x @param {number} low @param {number} high */
@@ -48,6 +50,29 @@ function hullOf(rest, triangles, middle) {
   return reach;
 }
 
+/**
+ * As far as a cloth over the head reaches: ears are no steps in it, on which hair would stop.
+ * @param {Float32Array} reach
+ */
+function drapeOver(reach) {
+  const drape = reach.slice();
+  // From wherever a head is wide it falls almost straight.
+  for (let at = drape.length - 1 - AROUND; at >= 0; at--) {
+    const up = at + AROUND;
+    const [here, above] = [at, up].map((cell) => Math.cos(((Math.floor(cell / AROUND) + 0.5) / ALONG - 0.5) * Math.PI));
+    if (here > 0.5 && here < above) drape[at] = Math.max(drape[at], (0.98 * drape[up] * above) / here);
+  }
+  for (let round = 0; round < 14; round++) {
+    const before = drape.slice();
+    for (let at = 0; at < drape.length; at++) drape[at] = Math.max(before[at] - 0.2, mean(before, at, true));
+  }
+  // A fringe lies on the forehead.
+  return drape.map((value, at) => {
+    const turn = Math.abs(((at % AROUND) + 0.5) / AROUND - 0.5) * 2 * Math.PI;
+    return reach[at] + Math.max(0, value - reach[at]) * smoothstep(0.8, 1.3, turn);
+  });
+}
+
 /** Of the cells around one that hold something. @param {Float32Array} reach @param {number} at @param {boolean} own */
 function mean(reach, at, own) {
   const [column, row] = [at % AROUND, Math.floor(at / AROUND)];
@@ -76,10 +101,16 @@ export function createHull(rest, triangles, landmarks) {
   /** @type {[number, number, number]} */
   const middle = [0, tragion[1] + 0.42 * tall, tragion[2] + 0.11 * tall];
   const reach = hullOf(rest, triangles, middle);
+  const drape = drapeOver(reach);
+  /** @param {number} at @param {number} draped */
+  const reached = (at, draped) => reach[at] + (drape[at] - reach[at]) * draped;
   /** Of the point that was looked at last: how high it is over the hull, mm, and the way out there. */
   const over = { height: 0, x: 0, y: 0, z: 0, radius: 0 };
-  /** @param {number} x @param {number} y @param {number} z mm */
-  function look(x, y, z) {
+  /**
+   * @param {number} x @param {number} y @param {number} z mm
+   * @param {number} [draped] 0 looks at the head, 1 at a cloth over it
+   */
+  function look(x, y, z, draped = 0) {
     const [dx, dy, dz] = [x - middle[0], y - middle[1], z - middle[2]];
     const radius = norm(dx, dy, dz) || 1;
     const i = (Math.atan2(dx, dz) / (2 * Math.PI) + 0.5) * AROUND - 0.5 + AROUND;
@@ -87,10 +118,10 @@ export function createHull(rest, triangles, landmarks) {
     const [left, low] = [Math.floor(i), Math.floor(j)];
     const [u, v] = [i - left, j - low];
     const [a, b] = [left % AROUND, (left + 1) % AROUND];
-    const p = reach[low * AROUND + a];
-    const q = reach[low * AROUND + b];
-    const r = reach[(low + 1) * AROUND + a];
-    const s = reach[(low + 1) * AROUND + b];
+    const p = reached(low * AROUND + a, draped);
+    const q = reached(low * AROUND + b, draped);
+    const r = reached((low + 1) * AROUND + a, draped);
+    const s = reached((low + 1) * AROUND + b, draped);
     const [bottom, top] = [p + (q - p) * u, r + (s - r) * u];
     over.radius = bottom + (top - bottom) * v;
     over.height = radius - over.radius;

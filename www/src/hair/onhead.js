@@ -28,13 +28,13 @@ export function growHair({ positions, normals, triangles, landmarks }, grows, un
   }
   return [
     createTresses(
-      { name: 'hair', rest: positions, grow: () => on((hull) => scalpGround(grows.scalp, landmarks, hull)), style: (paints) => paints.style, long: hairLength, half: 1.35, stride: 2 },
+      { name: 'hair', rest: positions, grow: () => on((hull) => scalpGround(grows.scalp, landmarks, hull)), style: (paints) => paints.style, long: hairLength, half: 1.35, stride: ({ curl }) => (curl > 0.3 ? 2 : 3) },
       { ...uniforms, worn: { value: 0 } },
       // Before the neck does, which would cover it.
       fade.map((y) => y + 18),
     ),
     createTresses(
-      { name: 'beard', rest: positions, grow: () => on(() => beardGround(grows.beard, landmarks)), style: (paints) => paints.whiskers, long: beardLength, half: 0.95, stride: 4 },
+      { name: 'beard', rest: positions, grow: () => on(() => beardGround(grows.beard, landmarks)), style: (paints) => paints.whiskers, long: beardLength, half: 0.95, stride: () => 6 },
       uniforms,
       fade.map((y) => y - 40),
     ),

@@ -7,7 +7,7 @@ import { clamp, norm } from './hull.js';
 // style, so that one style turns into another as sliders move.
 
 /** Points along a strand, its root among them. */
-export const POINTS = 16;
+export const POINTS = 24;
 /** Of a lock while it grows. */
 const STEPS = 28;
 /** How far hair bends where it is pulled, mm. */
@@ -43,6 +43,8 @@ const TRIES = 3000;
  * @property {(x: number, y: number, z: number, style: S) => number} early how far before its root it begins, mm
  * @property {(x: number, y: number, z: number, jitter: number) => boolean} cut where hair is cut; `jitter` is from -1 to 1
  * @property {(y: number) => number} inward how much hair that hangs is drawn to the head
+ * @property {(x: number, y: number, z: number, style: S) => number} [held] how far hair stays combed and close to the head here,
+ *   however long it is, 0 to 1
  */
 
 /**
@@ -54,7 +56,7 @@ const TRIES = 3000;
  * @param {Ground<S>} ground
  * @returns {Hair<S> | null} null where nothing grows
  */
-export function growOn(rest, normals, triangles, { middle, over, look }, ground) {
+export function growOn(rest, normals, triangles, { middle, over, look: lookAt }, ground) {
   const { mask } = ground;
   if (!mask.some((inside) => inside > 0.2)) return null;
   // Roots: a place on a triangle of the ground. Each strand has chances of its own, and none goes by a sum over
@@ -128,7 +130,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
     }
     if (best < 0) continue;
     const { at, corners, weights, normal } = roots[best];
-    locks.push({ at, corners, weights, normal, layer: random(), long: 0.86 + 0.14 * random(), turn: 2 * Math.PI * random(), hand: random() < 0.5 ? -1 : 1, lean: [signed(), signed(), signed()] });
+    locks.push({ at, corners, weights, normal, layer: random(), long: 0.86 + 0.14 * random(), turn: signed(), hand: random() < 0.5 ? -1 : 1, lean: [signed(), signed(), signed()] });
   }
   if (locks.length === 0) return null;
   const places = Float32Array.from(locks.flatMap(({ at }) => at));
@@ -148,7 +150,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
     return { ...root, lock };
   });
 
-  const { field, share, early, cut: isCut, inward } = ground.comb(strands.map(({ at }) => at));
+  const { field, share, early, cut: isCut, inward, held = () => 0 } = ground.comb(strands.map(({ at }) => at));
 
   const way = [0, 0, 0];
   /** The field along what `over` has found. @param {number} x @param {number} y @param {number} z @param {S} style */
@@ -165,11 +167,30 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
   /** How thick hair lies on the head, mm: curls stand off. @param {S} style @param {number} long mm */
   const volumeOf = ({ curl }, long) => ground.thick(long) + 14 * curl * Math.min(1, long / 90);
 
+  // Long hair lies over ears, and short hair around them.
+  let draped = 0;
+  /** @param {number} x @param {number} y @param {number} z */
+  const look = (x, y, z) => lookAt(x, y, z, draped);
+
+  /** How far down from the top of the head, mm over it and then straight. @param {number} x @param {number} y @param {number} z */
+  function down(x, y, z) {
+    const below = middle[1] - y;
+    return below > 0 ? RADIUS * (0.5 * Math.PI) + below : RADIUS * Math.acos(-below / norm(x - middle[0], below, z - middle[2]));
+  }
+
   const paths = new Float32Array(3 * (STEPS + 1) * locks.length);
+  /** Across the path of each lock, which is where it swings: along the head, and out. */
+  const aside = new Float32Array(paths.length);
+  const away = new Float32Array(paths.length);
+  /** How far down each lock is, as `down` has it. */
+  const fallen = new Float32Array((STEPS + 1) * locks.length);
   /** How far along its path each lock is cut, 0 to 1. */
   const cut = new Float32Array(locks.length);
   /** How long each lock is, mm. */
   const reachOf = new Float32Array(locks.length);
+
+  /** How high hair is where it is held, mm: a fringe of curls is thicker. @param {S} style @param {number} hold */
+  const highest = ({ curl }, hold) => 6 + 5 * curl + 300 * (1 - hold) ** 2;
 
   /** @param {S} style @param {number} long mm */
   function growLocks(style, long) {
@@ -177,7 +198,8 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
     const free = Math.min(1, long / 25);
     const volume = volumeOf(style, long);
     // Tight curls carry themselves.
-    const heavy = 1 - 0.85 * curl * curl;
+    const coiled = curl * curl * (1 - 0.75 * smoothstep(35, 110, long));
+    const heavy = 1 - 0.85 * coiled;
     locks.forEach((lock, n) => {
       reachOf[n] = long * lock.long * share(lock.at[0], lock.at[1], lock.at[2], long);
       const step = reachOf[n] / STEPS;
@@ -185,11 +207,15 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
       let [x, y, z] = lock.at;
       look(x, y, z);
       combed(x, y, z, style);
-      const lift = ground.lift + 0.8 * curl * curl;
-      let dx = way[0] + lift * lock.normal[0] + 0.12 * lock.lean[0];
-      let dy = way[1] + lift * lock.normal[1] + 0.12 * lock.lean[1];
-      let dz = way[2] + lift * lock.normal[2] + 0.12 * lock.lean[2];
-      const before = early(x, y, z, style) * (1 - curl * curl);
+      const begin = early(x, y, z, style);
+      const lift = ground.lift * (1 - 0.08 * begin) * (1 - 0.6 * held(x, y, z, style)) * (1 - 0.4 * draped) + 0.8 * coiled;
+      const lean = 0.12 + 0.6 * coiled;
+      let dx = way[0] + lift * lock.normal[0] + lean * lock.lean[0];
+      let dy = way[1] + lift * lock.normal[1] + lean * lock.lean[1];
+      let dz = way[2] + lift * lock.normal[2] + lean * lock.lean[2];
+      // Across both: a frame that goes along the path without turning around it, so that waves stay waves.
+      let [bx, by, bz] = [dy * over.z - dz * over.y, dz * over.x - dx * over.z, dx * over.y - dy * over.x];
+      const before = begin * (1 - curl * curl);
       x -= before * way[0];
       y -= before * way[1];
       z -= before * way[2];
@@ -197,6 +223,9 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
       paths[o] = x;
       paths[o + 1] = y;
       paths[o + 2] = z;
+      fallen[o / 3] = down(x, y, z);
+      aside.fill(0, o, o + 3);
+      away.fill(0, o, o + 3);
       cut[n] = 1;
       for (let s = 1; s <= STEPS; s++) {
         const length = norm(dx, dy, dz);
@@ -205,8 +234,15 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
         z += (step * dz) / length;
         const along = s * step;
         look(x, y, z);
-        const clear = Math.min(0.5 * along, 1.2 + lock.layer * volume) * free;
-        if (over.height < clear) {
+        const hold = held(x, y, z, style);
+        const most = highest(style, hold);
+        const clear = Math.min(0.5 * along, 1.2 + lock.layer * volume, most) * free;
+        if (over.height > most) {
+          const pulled = (over.radius + most + 0.6 * (over.height - most)) / (over.radius + over.height);
+          x = middle[0] + (x - middle[0]) * pulled;
+          y = middle[1] + (y - middle[1]) * pulled;
+          z = middle[2] + (z - middle[2]) * pulled;
+        } else if (over.height < clear) {
           const pushed = (over.radius + clear) / (over.radius + over.height);
           x = middle[0] + (x - middle[0]) * pushed;
           y = middle[1] + (y - middle[1]) * pushed;
@@ -217,9 +253,9 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
           dz -= into * length * over.z;
         }
         combed(x, y, z, style);
-        const kept = Math.exp(-along / ground.kept) * (1 - smoothstep(12, 40, over.height));
+        const kept = Math.max(hold, Math.exp(-along / ground.kept) * (1 - smoothstep(12, 40, over.height)));
         const now = norm(dx, dy, dz) || 1;
-        const out = 0.75 * curl * curl;
+        const out = 0.75 * coiled * (1 - smoothstep(20, 60, over.height));
         const drawn = (1 - kept) * inward(y);
         const [tx, ty, tz] = [
           kept * way[0] + (out - drawn) * over.x,
@@ -232,6 +268,19 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
         paths[o + 3 * s] = x;
         paths[o + 3 * s + 1] = y;
         paths[o + 3 * s + 2] = z;
+        fallen[o / 3 + s] = down(x, y, z);
+        const ahead = norm(dx, dy, dz) || 1;
+        const [ux, uy, uz] = [dx / ahead, dy / ahead, dz / ahead];
+        const back = bx * ux + by * uy + bz * uz;
+        bx -= back * ux;
+        by -= back * uy;
+        bz -= back * uz;
+        const wide = norm(bx, by, bz) || 1;
+        bx /= wide;
+        by /= wide;
+        bz /= wide;
+        aside.set([bx, by, bz], o + 3 * s);
+        away.set([by * uz - bz * uy, bz * ux - bx * uz, bx * uy - by * ux], o + 3 * s);
         if (cut[n] === 1 && isCut(x, y, z, lock.lean[0])) cut[n] = (s - 0.5) / STEPS;
       }
     });
@@ -244,6 +293,7 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
   function grow(style) {
     // Rolled up it reaches less far.
     const long = ground.long(style) * (1 - 0.5 * style.curl ** 2);
+    draped = smoothstep(40, 100, long);
     growLocks(style, long);
     const { curl } = style;
     const points = new Float32Array(3 * POINTS * strands.length);
@@ -251,15 +301,19 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
     const open = new Float32Array(points.length / 3);
     const deep = 3 + 0.6 * volumeOf(style, long);
     // Short hair hides little of the light.
-    const least = clamp(1 - long / 50, 0, 0.8);
-    // Waves, then curls, then coils that a strand's few points can still follow.
-    const wave = Math.max(46 - 36 * curl, long / 4.2);
-    const swing = curl * Math.min(7, 0.04 * wave + 0.022 * long) * Math.min(1, long / 30);
+    const least = clamp(1 - long / 90, 0, 0.85);
+    // Waves, then curls, then coils, each of as many points as make it round.
+    const wave = 12 + 62 * (1 - curl) ** 1.3 + 0.3 * Math.max(0, long - 40) * curl;
+    const swing = curl * Math.min(7, (0.1 + 0.1 * curl ** 3) * wave + 0.015 * long) * Math.min(1, long / 30);
+    const gather = (0.42 + 0.9 * curl * (1 - curl)) * (0.5 + 0.5 * smoothstep(30, 90, long));
+    // How far waves go by how far down they are, as a comb or a neighbour lays them, and not by their own length.
+    const together = 0.75 * (1 - curl * curl);
     const p = [0, 0, 0];
     strands.forEach((strand, n) => {
       const own = locks[strand.lock];
       const root = locks[strand.lock].at;
       const from = 3 * (STEPS + 1) * strand.lock;
+      const phase = 1.1 * Math.sin(root[0] / 34 + root[2] / 45) + 0.9 * Math.sin(root[1] / 39 - root[2] / 31);
       const end = Math.min(strand.long, cut[strand.lock] + 0.02 * strand.stray[0]);
       for (let s = 0; s < POINTS; s++) {
         const t = (end * s) / (POINTS - 1);
@@ -267,23 +321,30 @@ export function growOn(rest, normals, triangles, { middle, over, look }, ground)
         const at = Math.min(STEPS - 0.001, t * STEPS);
         const i = Math.floor(at);
         // Locks are wide at their roots and gather to their tips.
-        const wide = 1 - 0.72 * smoothstep(4, 70, along);
+        const wide = 1 - gather * smoothstep(4, 70 - 40 * curl, along);
         const stray = Math.min(7, 0.075 * along);
-        const turn = (2 * Math.PI * along * own.hand) / wave + own.turn + strand.turn * (0.5 + 3 * curl ** 3);
-        const swung = swing * smoothstep(2, 30, along);
+        // Waves of neighbours go along with each other, and each curl goes its own way.
+        const fall = fallen[i + from / 3] + (fallen[i + 1 + from / 3] - fallen[i + from / 3]) * (at - i);
+        const turn = (2 * Math.PI * (along + (fall - along) * together)) / wave + phase + own.turn * (0.3 + 3 * curl ** 3) + strand.turn * (0.25 + 0.6 * curl);
         for (let k = 0; k < 3; k++) {
           const path = paths[from + 3 * i + k] + (paths[from + 3 * i + 3 + k] - paths[from + 3 * i + k]) * (at - i);
           p[k] = path + (strand.at[k] - root[k]) * wide + strand.stray[k] * stray;
         }
+        const swung = swing * smoothstep(2, 30, along) * (1 - 0.5 * held(p[0], p[1], p[2], style));
         if (swung > 0) {
-          p[0] += swung * Math.cos(turn);
-          p[1] += swung * 0.35 * Math.cos(turn + 1);
-          p[2] += swung * Math.sin(turn);
+          const sideways = swung * Math.cos(turn);
+          // Out from where it lies, and never into it.
+          const outwards = swung * (0.2 + 0.8 * curl) * (0.4 + 0.6 * smoothstep(40, 130, fall)) * (1 + own.hand * Math.sin(turn));
+          for (let k = 0; k < 3; k++) {
+            const o = from + 3 * i + k;
+            p[k] += sideways * (aside[o] + (aside[o + 3] - aside[o]) * (at - i)) + outwards * (away[o] + (away[o + 3] - away[o]) * (at - i));
+          }
         }
         look(p[0], p[1], p[2]);
         const clear = Math.min(0.4 * along, 1 + 1.5 * strand.rise);
-        if (over.height < clear && s > 0) {
-          const pushed = (over.radius + clear) / (over.radius + over.height);
+        const most = highest(style, held(p[0], p[1], p[2], style)) + 1.5 * strand.rise;
+        if ((over.height < clear || over.height > Math.max(clear, most)) && s > 0) {
+          const pushed = (over.radius + (over.height < clear ? clear : most + 0.4 * (over.height - most))) / (over.radius + over.height);
           for (let k = 0; k < 3; k++) p[k] = middle[k] + (p[k] - middle[k]) * pushed;
         }
         const point = POINTS * n + s;

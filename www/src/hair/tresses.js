@@ -6,6 +6,7 @@ import { backdropUniforms } from '../backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../environment.js';
 import { drawnByProcessor } from '../graphics.js';
 import { smoothstep } from '../groundwork/paint.js';
+import { SCATTERED } from './scattered.js';
 import { growOn, POINTS } from './strands.js';
 
 // Longer hair: each strand is a ribbon that turns to whoever looks, and some hairs are drawn on it.
@@ -48,6 +49,7 @@ const VERTEX = /* glsl */ `
     vec3 mapped = ACESFilmicToneMapping(light);
     return mix(pow(mapped, vec3(0.41666)) * 1.055 - 0.055, mapped * 12.92, vec3(lessThanEqual(mapped, vec3(0.0031308))));
   }
+  ${SCATTERED}
   void main() {
     vec3 at = strandAt();
     vec4 view = modelViewMatrix * vec4(at, 1.0);
@@ -57,9 +59,9 @@ const VERTEX = /* glsl */ `
 
     float tip = outward.w;
     float under = abs(course.w); // 1 is open to the light
-    vec3 hair = colour * (0.85 + 0.25 * fract(strand.y * 57.0)) * mix(0.8, 1.0, smoothstep(0.0, 0.5, tip));
+    vec3 hair = scattered(colour) * (0.8 + 0.4 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
-    float open = 0.86 * mix(0.4, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
+    float open = mix(0.45, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
     vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
     vec3 shine = vec3(0.0);
     for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
@@ -73,8 +75,8 @@ const VERTEX = /* glsl */ `
       vec3 halfway = normalize(light + toEye);
       float first = dot(normalize(along + (0.05 + 0.06 * fract(strand.y * 91.0)) * normal), halfway);
       float second = dot(normalize(along - 0.12 * normal), halfway);
-      shine += sent * pow(max(0.0, 1.0 - first * first), 45.0) * 0.09;
-      shine += sent * mix(sqrt(hair), vec3(sqrt(hair.g)), 0.4) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.15 * (1.0 - 0.7 * colour.r);
+      shine += sent * pow(max(0.0, 1.0 - first * first), 45.0) * 0.08;
+      shine += sent * pow(hair, vec3(0.6)) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.2 * (1.0 - 0.7 * colour.r);
     }
     vColour = onScreen(sum);
     vShine = onScreen(sum + shine) - vColour;
@@ -99,7 +101,7 @@ const FRAGMENT = /* glsl */ `
     float wide = mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), seen);
     if (abs(fract(across) - 0.5) * 2.0 > wide || (vHair.y > end && seen > 0.5) || vHair.y < 0.07 * fract(own * 7.3)) discard;
     // Where the neck runs out, hairs end one by one: what is behind them may be the neck.
-    if (vHair.w < 0.1 + 0.9 * fract(own * 13.7 + vHair.z * 31.0)) discard;
+    if (vHair.w < 0.1 + 0.9 * fract(vHair.z * 31.0)) discard;
     own = mix(0.5, own, max(0.5, seen));
     vec3 shown = vColour * (0.75 + 0.5 * own) + vShine * (0.5 + own);
     gl_FragColor = vec4(shown, 1.0);
@@ -112,9 +114,9 @@ const FRAGMENT = /* glsl */ `
  * @template {import('./strands.js').Curled} S
  * @param {{
  *   name: string, rest: Float32Array, grow: () => import('./strands.js').Hair<S> | null,
- *   style: (colours: Pigments) => S, long: (style: S) => number, half: number, stride: number,
+ *   style: (colours: Pigments) => S, long: (style: S) => number, half: number, stride: (style: S) => number,
  * }} kind `grow` is asked when there first is any; `half` of a ribbon's width, mm; of the points of a strand every `stride`th
- *   is in files
+ *   is in files, in which each is once more for every slider
  * @param {{ heatStrength: { value: number }, worn: { value: number } }} uniforms of the skin
  * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
@@ -173,8 +175,8 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
   /** @type {ArrayLike<number>} */
   let present = rest;
 
-  /** Short hair is seen one by one. */
-  const slender = () => 0.4 + 0.6 * smoothstep(12, 60, long(style));
+  /** Short hair is seen one by one, and curls would fill what they wind around. */
+  const slender = () => (0.55 + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl);
 
   /** @param {import('./strands.js').Hair<S>} from @param {string} key @returns {Ribbons} */
   function ribbons(from, key) {
@@ -234,7 +236,8 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
    */
   function bodies(positions) {
     if (!hair || !mesh.visible || !shown) return null;
-    const many = POINTS / stride;
+    const step = stride(style);
+    const many = POINTS / step;
     const count = hair.strands * many;
     const out = {
       positions: new Float32Array(6 * count),
@@ -249,7 +252,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
     for (let n = 0, o = 0, i = 0; n < hair.strands; n++) {
       const lock = 4 * hair.lockOf[n];
       for (let s = 0; s < many; s++) {
-        const from = n * POINTS + (s === many - 1 ? POINTS - 1 : stride * s);
+        const from = n * POINTS + (s === many - 1 ? POINTS - 1 : step * s);
         way.fromArray(shown.course, 8 * from);
         up.fromArray(shown.outward, 8 * from).normalize();
         const along = shown.outward[8 * from + 3] / 127;
@@ -281,7 +284,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
     const moved = new Float32Array(4 * hair.locks);
     hair.shifts(rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
-    const each = (6 * POINTS) / stride;
+    const each = (6 * POINTS) / stride(style);
     return Float32Array.from({ length: each * hair.strands }, (_, i) => moved[4 * lockOf[Math.floor(i / each)] + (i % 3)]);
   }
 

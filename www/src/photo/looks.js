@@ -1,11 +1,15 @@
 import { REST, readColouring } from '../colouring.js';
+import { smoothstep } from '../groundwork/paint.js';
 import { sliderOfLength } from '../hair/length.js';
+import { scatters } from '../hair/scattered.js';
 import { hairColour, irisColours, skinColour } from '../pigments.js';
 
 // From what a photo tells of a person's colours and hair to the sliders that look like it.
 
 /** What the skin's pigment looks like where it is lit, over what the photo has: blood, and its exposure. As in the skin's shader. */
 const SHOWN = [0.8 / 0.97, 0.8 / 0.875, 0.8 / 0.81];
+/** What hair looks like where it is lit, over its pigment, beside what goes from hair to hair. */
+export const HAIR_SHOWN = 1.6;
 /** Hair that stands off less is cropped, mm: the fitted head is off by as much. */
 const CROPPED = 6;
 /** Hair that hangs less beside the face hangs around an ear, mm. */
@@ -70,11 +74,25 @@ function skinOf(colour, tone) {
   return { skin, blood };
 }
 
+/** Of linear light, how bright it is. @param {Linear} colour */
+const brightness = ([r, g, b]) => 0.3 * r + 0.55 * g + 0.15 * b;
+
+/**
+ * Light of the darker half of hair, to which cropped hair is told by, where it is not cropped: that has gone through
+ * more hair than usual, which makes it deeper in the same hue. In the dark it is noise and stays.
+ * @param {Linear} colour
+ */
+function usualOf(colour) {
+  const light = smoothstep(0.015, 0.06, brightness(colour));
+  return colour.map((value) => value + (Math.max(value, 1.06 * value ** 0.6) - value) * light);
+}
+
 /** @param {Linear} colour */
 function hairOf(colour) {
   const wanted = logarithms(colour);
   const [hair, red, grey] = least([40, 10, 10], (hair, red, grey) => {
-    const own = hairColour(hair, red, grey);
+    const own = hairColour(hair, red, grey).multiplyScalar(HAIR_SHOWN);
+    own.multiplyScalar(scatters([own.r, own.g, own.b]));
     return apart(wanted, logarithms([own.r, own.g, own.b])) + 0.12 * red + 0.12 * grey;
   });
   return { hair, red, grey };
@@ -100,13 +118,14 @@ function irisOf(colour) {
 
 /** @param {import('phiz').PhotoHair} hair @returns {import('../colouring.js').Colouring} */
 function styleOf({ colour, cover, off, hangs, forehead }) {
-  const crop = cover > 0.6 ? 0.9 : 0.5;
-  const short = off < CROPPED ? 0 : Math.min(58, Math.max(20, 2 * off));
+  const crop = cover > 0.6 ? 0.9 : 0.58;
+  const short = off < CROPPED ? 0 : Math.min(66, Math.max(20, 3 * off));
   const mm = hangs > TO_SHOULDERS ? 200 : hangs > AROUND_EARS ? hangs + ABOVE_EAR : short;
   // What covers a forehead is long enough to.
   const length = sliderOfLength(forehead > FRINGE ? Math.max(mm, FOREHEAD * forehead) : mm);
   const comb = forehead > FRINGE ? 0.85 : hangs > AROUND_EARS ? 0.5 : 0.3;
-  return { ...hairOf(colour), crop, length, comb };
+  const deep = off < CROPPED && length > 0;
+  return { ...hairOf(deep ? usualOf(colour) : colour), crop, length, comb };
 }
 
 /**
