@@ -41,6 +41,8 @@ export function createMeanings(editor, { distributions, limits }) {
       about: description,
       title: text.resetControl,
       limits: limits.present,
+      // Where the part has no room to go on, and would crumple, unless people ask for more.
+      ends: limits.beyond ? undefined : control.limits,
       step: 0.001,
       key: 0.01,
       neutral: 0.5,
