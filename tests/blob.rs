@@ -404,6 +404,10 @@ fn inconsistent_parts_are_refused() {
     check("quantiles that fall", &|p| {
         p.controls[0].quantiles.swap(3, 4)
     });
+    check("limits that fall", &|p| p.controls[0].limits.reverse());
+    check("a limit beyond all people", &|p| {
+        p.controls[0].limits[1] = 1.5
+    });
     check("a control that moves nothing", &|p| {
         p.controls[0].direction.clear()
     });

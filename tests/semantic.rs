@@ -115,6 +115,37 @@ fn each_is_monotone_over_its_range() {
     }
 }
 
+/// Where its slider ends, a control has not crumpled the mean head: no line on the skin is shorter
+/// than a third, where the trainer stopped at 0.4 of unrounded fields, and nothing is folded.
+#[cfg(feature = "fit")]
+#[test]
+fn sliders_end_where_the_head_is_still_whole() {
+    use glam::DVec3;
+    use phiz::fit::folds::{Folds, Stretches};
+    let triangles = head_model().parts().topology.triangles();
+    let place = |face: &Face| -> Vec<DVec3> {
+        let each = face.positions().iter();
+        each.map(|p| p.as_dvec3()).collect()
+    };
+    let mean = place(&mean_face());
+    let stretches = Stretches::new(&mean, &triangles, 0.025);
+    let folds = Folds::new(&mean, triangles);
+    let mut stopped = 0;
+    for (control, ..) in semantic() {
+        for end in control.limits {
+            let mut face = mean_face();
+            face.set(&control.name, f64::from(end)).unwrap();
+            let there = place(&face);
+            let least = stretches.least(&there);
+            assert!(least > 0.33, "{} at {end}: {least:.2}", control.name);
+            assert!(folds.of(&there).is_empty(), "{} at {end}", control.name);
+            stopped += usize::from(end != 0.0 && end != 1.0);
+        }
+    }
+    // A mouth cannot go as high as the nose lets it in other people.
+    assert!(stopped > 0);
+}
+
 #[cfg(feature = "fit")]
 #[test]
 fn displacement_lies_in_the_part_and_its_border_band() {

@@ -1,8 +1,8 @@
-//! Folded triangles and triangles through each other.
+//! Folded triangles, squeezed ones, and triangles through each other.
 
 use std::collections::BTreeSet;
 
-use glam::DVec3;
+use glam::{DMat2, DVec2, DVec3};
 use parry3d::bounding_volume::Aabb;
 use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
@@ -102,6 +102,56 @@ impl Folds {
             }
         }
         false
+    }
+}
+
+/// How the triangles of a mesh are stretched in a face, beside a face at rest.
+#[derive(Debug, Clone)]
+pub struct Stretches {
+    charts: Vec<Chart>,
+}
+
+/// A triangle at rest, in its plane: its first edge along x, and the inverse of the matrix of both
+/// edges from its first corner.
+#[derive(Debug, Clone, Copy)]
+struct Chart {
+    corners: [u32; 3],
+    inverse: DMat2,
+}
+
+impl Stretches {
+    /// Of the triangles that are larger than `least` (mm^2) at `rest`.
+    pub fn new(rest: &[DVec3], triangles: &[[u32; 3]], least: f64) -> Self {
+        let chart = |&corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|v| rest[v as usize]);
+            let (along, other) = (b - a, c - a);
+            let (length, twice) = (along.length(), along.cross(other).length());
+            (twice > 2.0 * least).then(|| {
+                let x = other.dot(along) / length;
+                let edges = DMat2::from_cols(DVec2::X * length, DVec2::new(x, twice / length));
+                let inverse = edges.inverse();
+                Chart { corners, inverse }
+            })
+        };
+        Self {
+            charts: triangles.iter().filter_map(chart).collect(),
+        }
+    }
+
+    /// What is left of the length of a line on the face where and along which it is squeezed most:
+    /// the least singular value of any triangle's map from rest. 1 at rest, 0 for a triangle without
+    /// area.
+    pub fn least(&self, face: &[DVec3]) -> f64 {
+        let each = self.charts.iter().map(|chart| {
+            let [a, b, c] = chart.corners.map(|v| face[v as usize]);
+            let (along, other, turn) = (b - a, c - a, chart.inverse);
+            let [x, y] = [turn.x_axis, turn.y_axis].map(|t| along * t.x + other * t.y);
+            let (xx, xy, yy) = (x.dot(x), x.dot(y), y.dot(y));
+            let half = (xx + yy) / 2.0;
+            let apart = ((xx - yy) / 2.0).hypot(xy);
+            (half - apart).max(0.0).sqrt()
+        });
+        each.fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -250,6 +300,35 @@ mod tests {
             assert!(!cross(one, far));
         }
         assert!(crossing > 200);
+    }
+
+    #[test]
+    fn a_squeezed_face_has_the_length_that_is_left() {
+        let mut random = Random::new(3);
+        let mut point = || DVec3::from_array(std::array::from_fn(|_| random.normal()));
+        for _ in 0..100 {
+            let rest = [point(), point(), point(), point()];
+            // The last triangle is too small to count.
+            let triangles = [[0, 1, 2], [1, 3, 2], [0, 0, 3]];
+            let stretches = Stretches::new(&rest, &triangles, 1e-6);
+            let (turn, shift) = (
+                glam::DQuat::from_rotation_arc(point().normalize(), DVec3::X),
+                point(),
+            );
+            let turned = rest.map(|p| turn * p + shift);
+            assert!((stretches.least(&turned) - 1.0).abs() < 1e-9);
+            assert!((stretches.least(&turned.map(|p| p * 0.3)) - 0.3).abs() < 1e-9);
+        }
+        // Along one direction alone, in its plane and askew to the edges.
+        let flat = [
+            DVec3::ZERO,
+            DVec3::new(2.0, 1.0, 0.0),
+            DVec3::new(-1.0, 3.0, 0.0),
+        ];
+        let stretches = Stretches::new(&flat, &[[0, 1, 2]], 0.1);
+        let squeezed = flat.map(|p| p * DVec3::new(1.7, 0.45, 1.0));
+        assert!((stretches.least(&squeezed) - 0.45).abs() < 1e-12);
+        assert!(stretches.least(&[DVec3::ZERO; 3]).abs() < 1e-12);
     }
 
     #[test]

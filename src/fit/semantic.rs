@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::align::vertex_areas;
-use super::folds::edge_neighbours;
+use super::folds::{Stretches, edge_neighbours};
 use super::geodesic::Geodesic;
 use super::learn::quantiles;
 use super::measures::{self, GUARDED, MEASURES, SEMANTIC};
@@ -77,12 +77,21 @@ const LEEWAY: f64 = 0.006;
 /// squared distance (mm) between a vertex's displacement and its neighbours' mean, at one standard
 /// deviation. Of the directions that the constraints leave, the most probable is one of wrinkles
 /// wherever wrinkles are what people differ in; a person who asks for a longer nose wants none.
-const ROUGHNESS: f64 = 40.0;
+const ROUGHNESS: f64 = 200.0;
 
 /// The control that people take far beyond its limits (Fig. 9), and how much roughness counts in it:
 /// what is no wrinkle at 2 mm is one at 40. It still changes other measures by hardly a hundredth of
 /// their standard deviation; others would by a tenth to a third.
 const TAKEN_FAR: (&str, f64) = ("nose length", 4000.0);
+
+/// A control's slider ends where some triangle of the mean head is this much narrower along some
+/// direction: lips or lids that are squeezed more look crumpled. Where a neighbour leaves no room, a
+/// part cannot go as far as people do, who have the neighbour elsewhere too.
+const NARROWEST: f64 = 0.4;
+/// The steps in which ends are looked for, in standard deviations.
+const END_STEP: f64 = 0.05;
+/// Smaller triangles of the mean head tell nothing, mm^2: those of the corners of eyes and nostrils.
+const SEEN: f64 = 0.025;
 
 /// What a control's field does under reflection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -202,6 +211,8 @@ struct Population<'a> {
     sigmas: Vec<f64>,
     /// The vertices beside each vertex.
     neighbours: Vec<Vec<u32>>,
+    /// How triangles of a head are stretched beside those of the mean head.
+    stretches: Stretches,
 }
 
 /// Learns semantic controls from faces in the pose of `parts` (all vertices, mm), whose blocks and
@@ -608,6 +619,7 @@ impl<'a> Population<'a> {
             means,
             sigmas,
             neighbours: edge_neighbours(mean.len(), &template.triangles()),
+            stretches: Stretches::new(mean, &template.triangles(), SEEN),
         })
     }
 
@@ -898,7 +910,7 @@ impl<'a> Population<'a> {
             for (measure, field) in &own {
                 values.extend(support.iter().flat_map(|&v| field[v as usize].to_array()));
                 let definition = &MEASURES[*measure];
-                controls.push(Control {
+                let mut control = Control {
                     name: definition.name.into(),
                     group: block.name.clone(),
                     description: definition.more_and_less[0].into(),
@@ -906,7 +918,10 @@ impl<'a> Population<'a> {
                     reading: Vec::new(),
                     measure: Some(*measure as u32),
                     quantiles: self.quantiles(*measure),
-                });
+                    limits: [0.0, 1.0],
+                };
+                control.limits = self.limits(&control, *measure, field);
+                controls.push(control);
                 next += 1;
             }
             blocks.push(Block {
@@ -921,6 +936,27 @@ impl<'a> Population<'a> {
             });
         }
         (blocks, controls)
+    }
+
+    /// The percentiles at which a control's slider ends: where the mean head is still whole.
+    fn limits(&self, control: &Control, measure: usize, field: &[DVec3]) -> [f32; 2] {
+        let moved = |amount: f64| -> Field {
+            let each = self.mean.iter().zip(field);
+            each.map(|(p, d)| *p + amount * *d).collect()
+        };
+        let steps = (f64::from(LIMIT) / END_STEP).round() as usize;
+        let end = |sign: f64, whole: f32| {
+            let crumpled = (1..=steps).find(|&step| {
+                let face = moved(sign * END_STEP * step as f64);
+                self.stretches.least(&face) < NARROWEST
+            });
+            crumpled.map_or(whole, |step| {
+                let face = moved(sign * END_STEP * (step - 1) as f64);
+                let own = &self.measures[measure..=measure];
+                control.percentile(self::measure(&face, self.landmarks, own)[0] as f32)
+            })
+        };
+        [end(-1.0, 0.0), end(1.0, 1.0)]
     }
 
     /// The distribution of a measure in mm, with the limits of a control at its ends.

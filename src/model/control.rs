@@ -27,6 +27,11 @@ pub struct Control {
     /// The read-out at equally spaced percentiles from 0 to 1, strictly increasing: the empirical
     /// distribution over the population, with the limits (+-3 sigma) at the two ends.
     pub quantiles: Vec<f32>,
+    /// The percentiles between which a slider of it should stay, 0..=1, increasing. Those of a
+    /// semantic control end where the mean face would crumple: no other measure moves with its
+    /// own, and people with a mouth so high have a nose that is higher too. Nothing else refuses
+    /// what is beyond them.
+    pub limits: [f32; 2],
 }
 
 impl Control {

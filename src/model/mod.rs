@@ -17,6 +17,7 @@
 //! | `mean` | planes | 3 N | mean face, predicted over the vertices: all x, all y, all z, in units of [`COORDINATES`] |
 //! | `correlation` | planes | C (C - 1) / 2 | their correlation in the population, in units of [`CORRELATIONS`]: row by row, up to the diagonal |
 //! | `quantiles` | f32 | P Q | read-out at equally spaced percentiles, a control after another |
+//! | `limits` | f32 | P 2 | percentiles at which a control's slider ends |
 //! | `support.b` | planes | S | vertices, increasing, each as its difference from the one before; absent for a block without surround that is not local (all N) |
 //! | `modes.b` | planes | 3 S K | displacement for one sigma in units of the header's `step`, predicted over the support: a mode after another, of each all x, all y, all z |
 //! | `sigmas.b` | f32 | K | standard deviations, mm |
@@ -339,6 +340,8 @@ impl ModelParts {
             .flat_map(|c| c.quantiles.iter().copied())
             .collect();
         blob.section("quantiles", &quantiles);
+        let limits: Vec<f32> = self.controls.iter().flat_map(|c| c.limits).collect();
+        blob.section("limits", &limits);
         for (b, block) in self.blocks.iter().enumerate() {
             let own = walk.on(&block.support);
             // All numbers of a vertex together: its predictors are looked up once.
@@ -736,7 +739,9 @@ fn read_controls(
     }
     let table = blob.floats("quantiles", headers.len() * q, 1e6)?;
     let mut controls: Vec<Control> = Vec::with_capacity(headers.len());
-    for (header, quantiles) in headers.into_iter().zip(table.chunks_exact(q)) {
+    let ends = blob.floats("limits", 2 * headers.len(), 1.0)?;
+    let (ends, _) = ends.as_chunks::<2>();
+    for ((header, quantiles), ends) in headers.into_iter().zip(table.chunks_exact(q)).zip(ends) {
         let bad = |why: &str| Err(Error::Blob(format!("control \"{}\": {why}", header.name)));
         let terms = || header.direction.iter().chain(&header.reading);
         if terms().any(|t| t.0 as usize >= limits.coefficients || !(t.1.abs() <= 1e6)) {
@@ -746,8 +751,10 @@ fn read_controls(
         if !in_order(&header.direction) || !in_order(&header.reading) {
             return bad("its coefficients are not in order");
         }
-        if quantiles.windows(2).any(|w| w[0] >= w[1]) {
-            return bad("its quantiles do not increase");
+        let [least, most] = *ends;
+        let in_limits = 0.0 <= least && least < most && most <= 1.0;
+        if quantiles.windows(2).any(|w| w[0] >= w[1]) || !in_limits {
+            return bad("its quantiles or limits do not increase");
         }
         if controls.iter().any(|c| c.name == header.name) {
             return bad("there are two of that name");
@@ -760,6 +767,7 @@ fn read_controls(
             direction: header.direction.clone(),
             reading: header.reading.clone(),
             measure: header.measure,
+            limits: *ends,
         };
         match control.measure {
             None if !(control.gain().abs() >= 1e-6) => {

@@ -112,7 +112,7 @@ pub(super) fn info(parts: &ModelParts) -> JsValue {
             ("group", string(&control.group)),
             ("description", string(&control.description)),
             ("unit", JsValue::from_str("percentile")),
-            ("limits", pair([0.0, 1.0])),
+            ("limits", pair(control.limits)),
             ("measure", measure.map_or(JsValue::NULL, |m| string(m))),
         ]));
     }

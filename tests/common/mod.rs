@@ -233,6 +233,7 @@ pub fn edited_sheet() -> ModelParts {
         reading: vec![],
         measure: Some(0),
         quantiles: (0..=20).map(|i| 44.0 + 0.6 * i as f32).collect(),
+        limits: [0.05, 0.9],
     });
     parts.measures.push(Measure {
         name: "lips".into(),
@@ -316,6 +317,7 @@ fn control(name: &str, group: &str, coefficients: &[usize]) -> Control {
         direction: coefficients.iter().map(|&i| (i as u32, 1.0)).collect(),
         reading: coefficients.iter().map(|&i| (i as u32, share)).collect(),
         measure: None,
+        limits: [0.0, 1.0],
         // -3 to 3, denser below: 21 percentiles of a population with a long upper tail.
         quantiles: (0..=20)
             .map(|i| {

@@ -37,7 +37,10 @@ export interface Control {
   readonly group: string;
   /** What its values are: `percentile`. */
   readonly unit: string;
-  /** The smallest and the largest value that `set` takes without clamping. */
+  /**
+   * Between which values a slider of it should stay: those of a semantic control end where the mean face would
+   * crumple. `set` takes 0 to 1.
+   */
   readonly limits: readonly [number, number];
   /** A sentence for people. */
   readonly description: string;

@@ -42,6 +42,8 @@ export function createMeanings(editor, { distributions, limits }) {
       about: description,
       title: text.resetLength,
       limits: limits.present,
+      // Where the part has no room to go on, and would crumple, unless people ask for more.
+      ends: limits.beyond ? undefined : control.limits,
       step: 0.001,
       key: 0.01,
       neutral: distribution.start,

@@ -31,7 +31,7 @@ function bell(density) {
  *
  * @param {{
  *   name: string, label: string | Node, id: string, about: string, title?: string,
- *   limits: readonly [number, number], step: number, key: number, neutral: number,
+ *   limits: readonly [number, number], ends?: readonly [number, number], step: number, key: number, neutral: number,
  *   distribution?: import('./distribution.js').Distribution,
  *   words: (value: number) => string,
  *   typed: { label: string, unit: string, min: number, max: number, step: number,
@@ -40,13 +40,13 @@ function bell(density) {
  *   hold?: () => void,
  *   finish: () => void,
  *   extra?: Node[],
- * }} spec `key` is what an arrow key adds; `typed` is the number that people see and type
+ * }} spec `limits` are the track's, `ends` where the thumb stops on it; `key` is what an arrow key adds; `typed` is the number that people see and type
  */
 export function createSlider(spec) {
-  const [min, max] = spec.limits;
+  const [min, max] = spec.ends ?? spec.limits;
   const { distribution } = spec;
   // Where on the track a value is, 0 to 1, and the other way round.
-  const [first, last] = distribution ? [distribution.place(min), distribution.place(max)] : [min, max];
+  const [first, last] = spec.limits.map((limit) => distribution?.place(limit) ?? limit);
   const along = (/** @type {number} */ at) => (at - first) / (last - first);
   const place = (/** @type {number} */ value) => Math.min(1, Math.max(0, along(distribution?.place(value) ?? value)));
   const valueAt = (/** @type {number} */ at) => {
@@ -229,6 +229,8 @@ export function createSlider(spec) {
     track.style.setProperty('--high', String(Math.min(1, along(1))));
     track.classList.toggle('goes-beyond', first < 0);
   }
+  track.style.setProperty('--least', String(place(min)));
+  track.style.setProperty('--most', String(place(max)));
   track.style.setProperty('--rest', String(place(spec.neutral)));
   const root = element(
     'div',

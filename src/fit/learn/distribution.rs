@@ -29,6 +29,7 @@ pub(super) fn controls(blocks: &[Block], coefficients: &[Vec<f64>]) -> Vec<Contr
             reading: vec![(i as u32, 1.0)],
             measure: None,
             quantiles: quantiles(coefficients.iter().map(|row| row[i]).collect()),
+            limits: [0.0, 1.0],
             group,
         })
         .collect()

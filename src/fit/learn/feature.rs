@@ -33,7 +33,7 @@ pub const FEATURES: [FeatureRule; 5] = [
     FeatureRule {
         name: "eyes",
         regions: &["left eye", "right eye"],
-        border: 9.0,
+        border: 10.5,
         inside: 0.7,
     },
     FeatureRule {
