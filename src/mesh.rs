@@ -28,21 +28,6 @@ pub struct Topology {
     pub colours: Vec<[u8; 3]>,
 }
 
-/// Rows of triangle numbers, one a vertex.
-#[derive(Debug, Clone)]
-pub struct VertexTriangles {
-    starts: Vec<u32>,
-    triangles: Vec<u32>,
-}
-
-impl VertexTriangles {
-    /// The triangles around a vertex.
-    pub fn of(&self, vertex: u32) -> &[u32] {
-        let v = vertex as usize;
-        &self.triangles[self.starts[v] as usize..self.starts[v + 1] as usize]
-    }
-}
-
 impl Topology {
     /// Triangles as vertices.
     pub fn triangles(&self) -> Vec<[u32; 3]> {
@@ -61,31 +46,6 @@ impl Topology {
         }
         let all = 0..inside.len() as u32;
         all.filter(|&v| inside[v as usize]).collect()
-    }
-
-    /// The triangles around each vertex.
-    pub fn vertex_triangles(&self) -> VertexTriangles {
-        let triangles = self.triangles();
-        let mut starts = vec![0_u32; self.regions.len() + 1];
-        for &vertex in triangles.iter().flatten() {
-            starts[vertex as usize + 1] += 1;
-        }
-        for v in 1..starts.len() {
-            starts[v] += starts[v - 1];
-        }
-        let mut next = starts.clone();
-        let mut rows = vec![0; triangles.len() * 3];
-        for (t, triangle) in triangles.iter().enumerate() {
-            for &vertex in triangle {
-                let at = &mut next[vertex as usize];
-                rows[*at as usize] = t as u32;
-                *at += 1;
-            }
-        }
-        VertexTriangles {
-            starts,
-            triangles: rows,
-        }
     }
 
     /// The walk over the vertices that predicts their numbers.

@@ -44,7 +44,7 @@ impl Walk {
             walk.order.push(seed);
             while let Some(&vertex) = walk.order.get(next) {
                 next += 1;
-                for &other in around.of(vertex).as_flattened() {
+                for &other in around.few(vertex).as_flattened() {
                     if rank[other as usize] == UNSEEN {
                         rank[other as usize] = walk.order.len() as u32;
                         walk.order.push(other);
@@ -56,12 +56,12 @@ impl Walk {
             let vertex = walk.order[at];
             let known = |v: u32| rank[v as usize] < at as u32;
             let first = walk.predictors.len();
-            for &[a, b] in around.of(vertex) {
+            for &[a, b] in around.few(vertex) {
                 if !(known(a) && known(b)) {
                     continue;
                 }
                 // The triangles on the other side of the edge a b.
-                for &[x, y] in around.of(a) {
+                for &[x, y] in around.few(a) {
                     if x == b && known(y) {
                         walk.predictors.push([a, b, y]);
                     } else if y == b && known(x) {
@@ -70,7 +70,7 @@ impl Walk {
                 }
             }
             if walk.predictors.len() == first {
-                let near = around.of(vertex).as_flattened().iter();
+                let near = around.few(vertex).as_flattened().iter();
                 let near = near.filter(|v| known(**v)).map(|&v| [v; 3]);
                 walk.predictors.extend(near);
             }
@@ -228,14 +228,16 @@ fn turn(rows: [i32x4; 4], out: &mut [i32x4], width: usize) {
     }
 }
 
-/// The other two corners of the first triangles around each vertex.
-struct Around {
+/// The other two corners of the triangles around each vertex, in their order.
+pub(crate) struct Around {
     starts: Vec<u32>,
     edges: Vec<[u32; 2]>,
 }
 
 impl Around {
-    fn new(count: usize, triangles: &[[u32; 3]]) -> Self {
+    // Not inlined, as two need it.
+    #[inline(never)]
+    pub fn new(count: usize, triangles: &[[u32; 3]]) -> Self {
         let mut starts = vec![0_u32; count + 1];
         for &vertex in triangles.as_flattened() {
             starts[vertex as usize + 1] += 1;
@@ -255,9 +257,15 @@ impl Around {
         Self { starts, edges }
     }
 
-    fn of(&self, vertex: u32) -> &[[u32; 2]] {
+    /// Of all.
+    pub fn of(&self, vertex: u32) -> &[[u32; 2]] {
         let v = vertex as usize;
-        let all = &self.edges[self.starts[v] as usize..self.starts[v + 1] as usize];
+        &self.edges[self.starts[v] as usize..self.starts[v + 1] as usize]
+    }
+
+    /// Of the first.
+    fn few(&self, vertex: u32) -> &[[u32; 2]] {
+        let all = self.of(vertex);
         &all[..all.len().min(MOST_AROUND)]
     }
 }

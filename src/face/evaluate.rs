@@ -65,7 +65,7 @@ impl Face {
         self.is_shown();
         let patches: Vec<&Patch> = (0..blocks.len())
             .filter(|&b| touched[b])
-            .map(|b| self.reach.patch(b, model.parts(), &model.derived.facets))
+            .map(|b| self.reach.patch(b, model.parts(), &model.derived.whole))
             .collect();
         self.changed = (patches.iter().map(|p| p.range.clone()))
             .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end))

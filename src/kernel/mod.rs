@@ -18,7 +18,7 @@ use wide::f64x2;
 
 pub(crate) use modes::CHUNK;
 pub use modes::Modes;
-pub(crate) use normals::{Facets, Patch};
+pub(crate) use normals::Patch;
 pub(crate) use surround::Surrounding;
 
 /// Adds numbers, and rounds the sums to f32.

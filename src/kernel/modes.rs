@@ -223,8 +223,9 @@ impl Modes {
         scale: f64,
         sums: &mut [f64x4; CHUNK / 4],
     ) -> usize {
-        if self.modes == 0 {
+        if weights.pairs.is_empty() {
             sums.fill(f64x4::ZERO);
+            return self.numbers.saturating_sub(first).min(CHUNK);
         }
         let row = self.row().max(1);
         let start = (first / TILE * row).min(self.tiles.len());
@@ -232,22 +233,23 @@ impl Modes {
         // A power of two.
         let scale = f64x4::splat(scale * f64::from(weights.unit));
         let high_unit = f64x4::splat(32_768.0);
-        // Then no place has to be looked up.
-        let dense = 4 * weights.pairs.len() == row;
-        let outs = sums.as_chunks_mut::<4>().0.iter_mut();
-        for (tile, out) in self.tiles[start..end].chunks_exact(row).zip(outs) {
+        let tiles = &self.tiles[start..end];
+        let outs = sums.as_chunks_mut::<4>().0;
+        // Nearly always when all changes: one sum, and no place has to be looked up.
+        if weights.low_only && weights.groups.len() == 1 && 4 * weights.pairs.len() == row {
+            for (tile, out) in tiles.chunks_exact(row).zip(outs) {
+                let each = tile.as_chunks().0.iter().zip(&weights.pairs);
+                let [sums] = products(each, |pair| [pair.low]);
+                for (out, sum) in out.iter_mut().zip(sums) {
+                    *out = f64x4::from_i32x4(sum) * scale;
+                }
+            }
+            return self.numbers.saturating_sub(first).min(CHUNK);
+        }
+        for (tile, out) in tiles.chunks_exact(row).zip(outs) {
             let mut sum = [f64x4::ZERO; 4];
             for group in &weights.groups {
                 let pairs = &weights.pairs[group.clone()];
-                if weights.low_only && dense {
-                    let fours = &tile[4 * group.start..4 * group.end];
-                    let each = fours.as_chunks().0.iter().zip(pairs);
-                    let [low] = products(each, |pair| [pair.low]);
-                    for (sum, low) in sum.iter_mut().zip(low) {
-                        *sum += f64x4::from_i32x4(low);
-                    }
-                    continue;
-                }
                 let own = |pair: &Pair| tile[pair.place..].first_chunk().unwrap_or(&NOTHING);
                 let each = pairs.iter().map(|pair| (own(pair), pair));
                 if weights.low_only {

@@ -1,137 +1,168 @@
 //! Vertex normals.
 
-use std::cell::RefCell;
 use std::ops::Range;
 
-use glam::{Vec3, Vec3A, Vec4};
+use glam::{Vec3, Vec4, Vec4Swizzles};
 use wide::f32x4;
 
-use crate::mesh::VertexTriangles;
+use crate::predict::Around;
 
-/// The triangles of a mesh for normals: two that share an edge as one.
+/// Sums that stay in the fastest memory until their vectors are made of length 1.
+const CHUNK: usize = 64;
+
+/// Corners of a polygon, each as the place of its first number: three times a vertex.
+type Ring = [u32; 6];
+
+/// The vertices whose normals change together, and what those are computed from.
 ///
-/// Of triangles (a, b, c) and (a, c, d) the cross products sum to (c - a) x (d - b): a and c take
-/// that, b takes the first one's, d the rest.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Facets {
-    pairs: Vec<[u32; 4]>,
-    single: Vec<[u32; 3]>,
-}
-
-/// The vertices that move together in an event, and what their move does to normals.
+/// The triangles around a vertex fill a polygon, and the sum of their cross products depends on nothing
+/// but its corners: of six it is (r0 - r2) x (r1 - r5) + (r2 - r4) x (r3 - r5), where six triangles have a
+/// cross product each, and nothing has to be added to what other vertices have. Nearly all vertices have
+/// six triangles or fewer; of fewer the last corner is there again.
 #[derive(Debug, Clone)]
 pub(crate) struct Patch {
+    /// How many vertices the mesh has.
+    count: usize,
     /// The smallest range of vertices in which a position or a normal changes.
     pub range: Range<u32>,
-    /// The vertices whose normal changes.
+    /// The vertices of which any does.
     turned: Vec<Range<u32>>,
-    /// The corners of `facets`.
-    corners: Vec<Range<u32>>,
-    facets: Facets,
+    /// A polygon of each of them.
+    rings: Vec<Ring>,
+    /// The other polygons of those that have more, with the place of the vertex among them, increasing.
+    more: Vec<(u32, Ring)>,
 }
 
-/// Vertices as ranges, increasing.
-fn ranges(vertices: &[bool]) -> Vec<Range<u32>> {
-    let mut ranges: Vec<Range<u32>> = Vec::new();
-    for v in (0..vertices.len() as u32).filter(|&v| vertices[v as usize]) {
-        match ranges.last_mut() {
-            Some(last) if last.end == v => last.end = v + 1,
-            _ => ranges.push(v..v + 1),
-        }
-    }
-    ranges
+/// Which edge has some vertex at its start (0) or end (1).
+///
+/// What is not found among so many makes more polygons of fewer corners: no mesh, however strange, costs
+/// more than its size.
+fn find(edges: &[[u32; 2]], which: usize, vertex: u32) -> Option<usize> {
+    edges.iter().take(64).position(|edge| edge[which] == vertex)
 }
 
-impl Facets {
-    /// Pairs what can be paired of the triangles: first with the one before, as two of a quad are,
-    /// then with any neighbour that is left.
-    pub fn new(triangles: &[[u32; 3]], adjacency: &VertexTriangles) -> Self {
-        let mut left = vec![true; triangles.len()];
-        let mut pairs = Vec::new();
-        let mut pair = |left: &mut [bool], one: usize, other: usize| {
-            let found = left[one] && left[other] && one != other;
-            let Some(corners) = found
-                .then(|| joined(triangles[one], triangles[other]))
-                .flatten()
-            else {
-                return false;
-            };
-            (left[one], left[other]) = (false, false);
-            pairs.push(corners);
-            true
-        };
-        for t in 1..triangles.len() {
-            pair(&mut left, t - 1, t);
+/// Appends a polygon in pieces of six corners.
+fn cut(mut corners: &[u32], pieces: &mut Vec<Ring>) {
+    let Some(&first) = corners.first() else {
+        return;
+    };
+    let mut ring = [first; 6];
+    // Each piece but the first starts at the first corner and the last of the piece before.
+    let mut from = 0;
+    loop {
+        let last = corners.len() - 1;
+        for (corner, i) in ring.iter_mut().skip(from).zip(0..) {
+            *corner = corners[last.min(i)];
         }
-        for t in 0..triangles.len() {
-            if left[t] {
-                let around = triangles[t].into_iter().flat_map(|v| adjacency.of(v));
-                let mut around = around.map(|&other| other as usize);
-                let _ = around.any(|other| pair(&mut left, t, other));
-            }
+        pieces.push(ring.map(|v| 3 * v));
+        if last < 6 - from {
+            return;
         }
-        let single = triangles.iter().zip(left);
-        Self {
-            pairs,
-            single: single.filter(|t| t.1).map(|t| *t.0).collect(),
-        }
+        corners = &corners[5 - from..];
+        from = 1;
+        ring[0] = first;
     }
-
-    /// What a move of the vertices `moved` of `count` touches.
-    pub fn patch(&self, moved: &[&[u32]], count: usize) -> Patch {
-        let mut touched = vec![false; count];
-        for &v in moved.iter().copied().flatten() {
-            touched[v as usize] = true;
-        }
-        let mut turned = vec![false; count];
-        // A triangle turns when a corner of it moves. Of a pair only one may; that the other's corner
-        // is computed again as well does not change it.
-        self.all(&touched, |v| turned[v as usize] = true);
-        let mut corners = turned.clone();
-        self.all(&turned, |v| corners[v as usize] = true);
-        let turned_ranges = ranges(&turned);
-        let any = |corners: &[u32]| corners.iter().any(|&v| turned[v as usize]);
-        Patch {
-            range: turned_ranges.first().map_or(0, |r| r.start)
-                ..turned_ranges.last().map_or(0, |r| r.end),
-            turned: turned_ranges,
-            corners: ranges(&corners),
-            facets: Facets {
-                pairs: self.pairs.iter().filter(|p| any(&p[..])).copied().collect(),
-                single: self
-                    .single
-                    .iter()
-                    .filter(|t| any(&t[..]))
-                    .copied()
-                    .collect(),
-            },
-        }
-    }
-
-    /// Calls `mark` for each corner of those facets that have one of some vertices.
-    fn all(&self, some: &[bool], mut mark: impl FnMut(u32)) {
-        let pairs = self.pairs.iter().map(|p| &p[..]);
-        for corners in pairs.chain(self.single.iter().map(|t| &t[..])) {
-            if corners.iter().any(|&v| some[v as usize]) {
-                corners.iter().for_each(|&v| mark(v));
-            }
-        }
-    }
-}
-
-/// Triangles (a, b, c) and (a, c, d) as [a, b, c, d], when two are such.
-fn joined(one: [u32; 3], other: [u32; 3]) -> Option<[u32; 4]> {
-    let turns = |[p, q, r]: [u32; 3]| [[p, q, r], [q, r, p], [r, p, q]];
-    turns(one).into_iter().find_map(|[a, b, c]| {
-        let second = turns(other).into_iter().find(|t| t[..2] == [a, c])?;
-        Some([a, b, c, second[2]])
-    })
 }
 
 impl Patch {
-    /// How many facets it has.
+    /// All vertices of a mesh.
+    // Not inlined, as all that only reading needs: the module is downloaded before it runs.
+    #[inline(never)]
+    pub fn new(count: usize, triangles: &[[u32; 3]]) -> Self {
+        // Indexes by each vertex of them, so that none is `count` or beyond.
+        let around = Around::new(count, triangles);
+        let mut whole = Self {
+            count,
+            range: 0..count as u32,
+            turned: std::iter::once(0..count as u32).collect(),
+            rings: Vec::with_capacity(count),
+            more: Vec::new(),
+        };
+        let (mut edges, mut corners, mut pieces) = (Vec::new(), Vec::new(), Vec::new());
+        for v in 0..count as u32 {
+            edges.clear();
+            edges.extend_from_slice(around.of(v));
+            pieces.clear();
+            // Edges that go on from one another; mostly one way around the vertex.
+            while let Some([start, mut end]) = edges.pop() {
+                corners.clear();
+                corners.extend([start, end]);
+                while end != start
+                    && let Some(next) = find(&edges, 0, end)
+                {
+                    end = edges.swap_remove(next)[1];
+                    corners.push(end);
+                }
+                if start == end {
+                    corners.pop();
+                } else {
+                    // At a border the vertex itself is a corner; then come those before the first.
+                    corners.push(v);
+                    let ahead = corners.len();
+                    let mut first = start;
+                    while let Some(before) = find(&edges, 1, first) {
+                        first = edges.swap_remove(before)[0];
+                        corners.push(first);
+                    }
+                    corners[ahead..].reverse();
+                }
+                cut(&corners, &mut pieces);
+            }
+            let mut pieces = pieces.iter();
+            whole.rings.push(*pieces.next().unwrap_or(&[3 * v; 6]));
+            whole.more.extend(pieces.map(|ring| (v, *ring)));
+        }
+        whole
+    }
+
+    /// The part of the whole mesh that a move of some vertices touches.
+    #[inline(never)]
+    pub fn part(&self, moved: &[&[u32]]) -> Self {
+        let mut touched = vec![false; 3 * self.rings.len()];
+        for &v in moved.iter().copied().flatten() {
+            touched[3 * v as usize] = true;
+        }
+        // A normal turns when a vertex around its own moves; a position that changes counts as well.
+        let turns = |ring: &Ring| ring.iter().any(|&corner| touched[corner as usize]);
+        let mut turned: Vec<bool> = self.rings.iter().map(turns).collect();
+        for &v in moved.iter().copied().flatten() {
+            turned[v as usize] = true;
+        }
+        for (v, ring) in &self.more {
+            turned[*v as usize] |= turns(ring);
+        }
+        let mut part = Self {
+            count: self.count,
+            range: 0..0,
+            turned: Vec::new(),
+            rings: Vec::new(),
+            more: Vec::new(),
+        };
+        let mut more = self.more.iter().peekable();
+        for (v, ring) in (0..).zip(&self.rings) {
+            let place = part.rings.len() as u32;
+            while let Some((_, ring)) = more.next_if(|more| more.0 == v) {
+                if turned[v as usize] {
+                    part.more.push((place, *ring));
+                }
+            }
+            if !turned[v as usize] {
+                continue;
+            }
+            part.rings.push(*ring);
+            match part.turned.last_mut() {
+                Some(last) if last.end == v => last.end = v + 1,
+                _ => part.turned.push(v..v + 1),
+            }
+        }
+        let ends = part.turned.first().zip(part.turned.last());
+        part.range = ends.map_or(0..0, |(first, last)| first.start..last.end);
+        part
+    }
+
+    /// How many polygons it has.
     pub fn size(&self) -> usize {
-        self.facets.pairs.len() + self.facets.single.len()
+        self.rings.len() + self.more.len()
     }
 
     /// Recomputes the unit normals of the patch: the sum of the cross products of the triangles
@@ -141,77 +172,75 @@ impl Patch {
     /// wherever three are. A vertex whose triangles have no area gets a zero normal. Where no normals
     /// are kept, nothing happens.
     pub fn normals(&self, positions: &[Vec3], normals: &mut [Vec3]) {
-        if normals.is_empty() {
+        // Reading relies on the number of positions.
+        if normals.is_empty() || positions.len() <= self.count {
             return;
         }
-        thread_local! {
-            // Larger than all else that an event needs, and needed only while it lasts.
-            static SUMS: RefCell<Vec<Vec3A>> = const { RefCell::new(Vec::new()) };
+        // SAFETY: the corners of all rings are below `count`: `Patch::new`, which makes all rings that
+        // there are, would have panicked, and none is changed later.
+        #[allow(unsafe_code)]
+        let area = |ring: &Ring| unsafe { area(positions, ring) };
+        let mut rings = &self.rings[..];
+        let mut more = self.more.iter().peekable();
+        let mut place = 0;
+        let mut sums = [Vec4::ZERO; CHUNK];
+        for range in &self.turned {
+            let range = range.start as usize..range.end as usize;
+            for normals in normals[range].chunks_mut(CHUNK) {
+                let (own, rest) = rings.split_at(normals.len());
+                rings = rest;
+                for (sum, ring) in sums.iter_mut().zip(own) {
+                    *sum = area(ring);
+                }
+                let end = place + own.len() as u32;
+                while let Some((at, ring)) = more.next_if(|more| more.0 < end) {
+                    sums[(at - place) as usize] += area(ring);
+                }
+                place = end;
+                normalise(&sums[..own.len()], normals);
+            }
         }
-        SUMS.with_borrow_mut(|sums| {
-            if sums.len() < positions.len() {
-                sums.resize(positions.len(), Vec3A::ZERO);
-            }
-            for range in &self.corners {
-                sums[range.start as usize..range.end as usize].fill(Vec3A::ZERO);
-            }
-            self.facets.sum(bytemuck::cast_slice(positions), sums);
-            for range in &self.turned {
-                let range = range.start as usize..range.end as usize;
-                normalise(&sums[range.clone()], &mut normals[range]);
-            }
-        });
     }
 }
 
-impl Facets {
-    /// Adds cross products to those of the corners.
-    fn sum(&self, positions: &[f32], sums: &mut [Vec3A]) {
-        let at = |v: u32| {
-            // Four numbers at once, so that they are one load.
-            let four = positions[3 * v as usize..].first_chunk::<4>();
-            Vec3A::from_vec4(four.map_or(Vec4::ZERO, |four| bytemuck::cast(*four)))
-        };
-        for &[a, b, c, d] in &self.pairs {
-            let start = at(a);
-            let second = at(b);
-            let diagonal = at(c) - start;
-            let both = diagonal.cross(at(d) - second);
-            let first = (second - start).cross(diagonal);
-            sums[a as usize] += both;
-            sums[b as usize] += first;
-            sums[c as usize] += both;
-            sums[d as usize] += both - first;
-        }
-        for &[a, b, c] in &self.single {
-            let start = at(a);
-            let normal = (at(b) - start).cross(at(c) - start);
-            sums[a as usize] += normal;
-            sums[b as usize] += normal;
-            sums[c as usize] += normal;
-        }
-    }
+/// Twice the area of a polygon, along its normal.
+///
+/// # Safety
+/// All places of the ring are of vertices, and positions have one more than these.
+#[allow(unsafe_code)]
+#[inline(always)]
+unsafe fn area(positions: &[Vec3], ring: &Ring) -> Vec4 {
+    let numbers = positions.as_ptr().cast::<f32>();
+    // Four numbers at once, so that they are one load. Checked loads take the whole kernel 1.4 times
+    // as long.
+    // SAFETY: four numbers from a vertex's first on are its own and the first of the next one, which is
+    // there.
+    let corner = |at: u32| unsafe { numbers.add(at as usize).cast::<Vec4>().read_unaligned() };
+    let [a, b, c, d, e, f] = ring.map(corner);
+    // Cross products but for the order of their numbers, which their sum is put into.
+    let turned = |a: Vec4, b: Vec4| a * b.yzxw() - a.yzxw() * b;
+    let sum = turned(a - c, b - f) + turned(c - e, d - f);
+    sum.yzxw()
 }
 
 /// Vectors of length 1, or 0 where there was none.
-fn normalise(sums: &[Vec3A], normals: &mut [Vec3]) {
+fn normalise(sums: &[Vec4], normals: &mut [Vec3]) {
     let (fours, rest) = sums.as_chunks::<4>();
     let (outs, ends) = normals.as_chunks_mut::<4>();
     for (four, out) in fours.iter().zip(outs) {
-        let rows = four.map(|v| f32x4::new(v.extend(0.0).to_array()));
-        let [x, y, z, _] = f32x4::transpose(rows);
+        let [x, y, z, _] = f32x4::transpose(bytemuck::cast(*four));
         let shorter = one_over((x * x + y * y + z * z).sqrt()).to_array();
         let out = bytemuck::cast_slice_mut(out);
         for (i, (row, shorter)) in four.iter().zip(shorter).enumerate() {
             // Whole rows, each over the fourth number of the one before, as far as there is room.
-            let row: [f32; 4] = (*row * shorter).extend(0.0).into();
+            let row: [f32; 4] = (*row * shorter).into();
             let room = 4.min(12 - 3 * i);
             out[3 * i..3 * i + room].copy_from_slice(&row[..room]);
         }
     }
     for (out, v) in ends.iter_mut().zip(rest) {
         let length = (v.x * v.x + v.y * v.y + v.z * v.z).sqrt();
-        *out = Vec3::from(*v * one_over(f32x4::splat(length)).to_array()[0]);
+        *out = (*v * one_over(f32x4::splat(length)).to_array()[0]).truncate();
     }
 }
 
@@ -225,9 +254,10 @@ fn one_over(x: f32x4) -> f32x4 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::Random;
-    use crate::mesh::Topology;
 
     /// A sheet of squares, some of them cut the other way, one half missing.
     fn sheet(side: u32) -> Vec<[u32; 3]> {
@@ -245,42 +275,11 @@ mod tests {
         triangles
     }
 
-    fn facets(count: usize, triangles: &[[u32; 3]]) -> Facets {
-        let topology = Topology {
-            uv_vertices: (0..count as u32).collect(),
-            uv_triangles: triangles.to_vec(),
-            regions: vec![0; count],
-            ..Topology::default()
-        };
-        Facets::new(triangles, &topology.vertex_triangles())
-    }
-
-    #[test]
-    fn each_triangle_is_in_one_facet() {
-        let triangles = sheet(9);
-        let facets = facets(81, &triangles);
-        let pairs = facets.pairs.iter();
-        let halves = pairs.flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-        let least_first = |t: [u32; 3]| {
-            let least = (0..3).min_by_key(|&i| t[i]).unwrap_or(0);
-            [t[least], t[(least + 1) % 3], t[(least + 2) % 3]]
-        };
-        let mut all: Vec<_> = halves
-            .chain(facets.single.iter().copied())
-            .map(least_first)
-            .collect();
-        let mut given: Vec<_> = triangles.iter().copied().map(least_first).collect();
-        all.sort_unstable();
-        given.sort_unstable();
-        assert_eq!(all, given);
-        assert!(facets.single.len() < 4, "{:?}", facets.single);
-    }
-
     #[test]
     fn normals_are_those_of_one_triangle_after_the_other() {
         let mut random = Random::new(4);
         let triangles = sheet(9);
-        let facets = facets(81, &triangles);
+        let whole = Patch::new(81, &triangles);
         let mut positions: Vec<Vec3> = (0..82)
             .map(|v| Vec3::new((v % 9) as f32, (v / 9) as f32, random.normal() as f32))
             .collect();
@@ -300,12 +299,10 @@ mod tests {
                 assert!(plain.distance(*fast) < 2e-6, "{plain}, {fast}");
             }
         };
-        facets
-            .patch(&[&(0..81).collect::<Vec<_>>()], 81)
-            .normals(&positions, &mut normals);
+        whole.normals(&positions, &mut normals);
         check(&normals, &positions);
         // A part of it, after a move of some.
-        let patch = facets.patch(&[&[40, 41], &[8]], 81);
+        let patch = whole.part(&[&[40, 41], &[8]]);
         [40, 41, 8]
             .iter()
             .for_each(|&v: &usize| positions[v].z += 1.0);
@@ -316,13 +313,57 @@ mod tests {
         assert_eq!(patch.range, 7..52);
     }
 
+    /// Fans of triangles, in an order of chance, some of which meet in one vertex, some closed, and some
+    /// of no triangle that a mesh should have.
+    #[test]
+    fn whatever_is_around_a_vertex_is_filled() {
+        let mut random = Random::new(9);
+        for size in 1..60 {
+            let mut triangles: Vec<[u32; 3]> = (1..size)
+                .map(|i| [0, (i - 1) % 40 + 1, i % 40 + 1])
+                .collect();
+            let corner = |random: &mut Random| (random.uniform() * 41.0) as u32;
+            for _ in 0..size % 7 {
+                triangles.push([0; 3].map(|_| corner(&mut random)));
+            }
+            for i in (1..triangles.len()).rev() {
+                let other = (random.uniform() * (i + 1) as f64) as usize;
+                triangles.swap(i, other);
+            }
+            let positions: Vec<Vec3> = (0..42)
+                .map(|_| Vec3::from_array([0; 3].map(|_| random.normal() as f32)))
+                .collect();
+            let whole = Patch::new(41, &triangles);
+            let mut filled = [DVec3::ZERO; 41];
+            let rings = whole.rings.iter().zip(0..).map(|(ring, v)| (v, ring));
+            for (v, ring) in rings.chain(whole.more.iter().map(|(v, ring)| (*v, ring))) {
+                let corners = ring.map(|at| positions[at as usize / 3].as_dvec3());
+                let next = (1..7).map(|i| corners[i % 6]);
+                filled[v as usize] += corners
+                    .iter()
+                    .zip(next)
+                    .map(|(p, q)| p.cross(q))
+                    .sum::<DVec3>();
+            }
+            let mut sums = [DVec3::ZERO; 41];
+            for t in &triangles {
+                let [a, b, c] = t.map(|v| positions[v as usize].as_dvec3());
+                t.iter()
+                    .for_each(|&v| sums[v as usize] += (b - a).cross(c - a));
+            }
+            for (v, (sum, filled)) in sums.iter().zip(filled).enumerate() {
+                assert!(
+                    sum.distance(filled) < 1e-9,
+                    "{v} of {size}: {sum}, {filled}"
+                );
+            }
+        }
+    }
+
     #[test]
     fn what_has_no_area_has_no_normal() {
-        let facets = facets(3, &[[0, 1, 2]]);
         let mut normals = vec![Vec3::ONE; 4];
-        facets
-            .patch(&[&[0, 1, 2]], 3)
-            .normals(&[Vec3::X; 4], &mut normals);
+        Patch::new(3, &[[0, 1, 2]]).normals(&[Vec3::X; 4], &mut normals);
         assert_eq!(normals[..3], [Vec3::ZERO; 3]);
     }
 }

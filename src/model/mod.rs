@@ -72,7 +72,7 @@ pub use surround::{Rigid, SOURCES, Surround};
 use crate::anatomy::{Landmark, Measure};
 use crate::blob::{Blob, BlobWriter, Kind};
 use crate::error::{Number, range};
-use crate::kernel::{Facets, Patch};
+use crate::kernel::Patch;
 use crate::mesh::Topology;
 use crate::predict::Walk;
 use crate::quantise::{COORDINATES, CORRELATIONS, DISTANCES, sound_step};
@@ -120,9 +120,7 @@ pub struct ModelParts {
 /// What is computed once from the parts, for every face of the model.
 #[derive(Debug)]
 pub(crate) struct Derived {
-    /// The triangles, for normals.
-    pub facets: Facets,
-    /// All triangles and vertices.
+    /// All vertices, for normals.
     pub whole: Patch,
     /// What follows each block at the model's own fall-off distance.
     pub reach: Arc<Reach>,
@@ -170,12 +168,7 @@ impl FaceModel {
                 "its correlation matrix is not positive definite".into(),
             ));
         };
-        let facets = Facets::new(
-            &parts.topology.triangles(),
-            &parts.topology.vertex_triangles(),
-        );
-        let every = parts.mean.len();
-        let whole = facets.patch(&[&Vec::from_iter(0..every as u32)], every);
+        let whole = Patch::new(parts.mean.len(), &parts.topology.triangles());
         let mut median = vec![0.0_f32; parts.coefficients()];
         for control in parts.controls.iter().filter(|c| c.measure.is_none()) {
             let amount = (control.median() - control.read(&median)) / control.gain();
@@ -193,7 +186,6 @@ impl FaceModel {
         Ok(Self {
             derived: Arc::new(Derived {
                 reach: Arc::new(Reach::new(&parts, parts.blending.alpha)),
-                facets,
                 whole,
                 median,
                 start: OnceLock::new(),

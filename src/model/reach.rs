@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::kernel::{Facets, Modes, Patch, Surrounding};
+use crate::kernel::{Modes, Patch, Surrounding};
 use crate::model::{Block, ModelParts};
 
 /// What an event of each block touches at one fall-off distance. Faces of the same distance share it.
@@ -36,13 +36,13 @@ impl Reach {
 
     /// What a move of a block touches: found when it is first asked for, as most blocks of a
     /// distance that someone passes through never are.
-    pub fn patch(&self, block: usize, parts: &ModelParts, facets: &Facets) -> &Patch {
+    pub fn patch(&self, block: usize, parts: &ModelParts, whole: &Patch) -> &Patch {
         self.patches[block].get_or_init(|| {
             let (support, targets) = (
                 &parts.blocks[block].support,
                 &self.surroundings[block].targets,
             );
-            facets.patch(&[support, targets], parts.mean.len())
+            whole.part(&[support, targets])
         })
     }
 }
