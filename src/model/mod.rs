@@ -16,8 +16,7 @@
 //! | `colours` | u8 | 3 N | sRGB |
 //! | `mean` | planes | 3 N | mean face, predicted over the vertices: all x, all y, all z, in units of [`COORDINATES`] |
 //! | `correlation` | planes | C (C - 1) / 2 | their correlation in the population, in units of [`CORRELATIONS`]: row by row, up to the diagonal |
-//! | `quantiles` | f32 | P Q | read-out at equally spaced percentiles, a control after another |
-//! | `limits` | f32 | P 2 | percentiles at which a control's slider ends |
+//! | `quantiles` | f32 | P (2 + Q) | a control after another: the percentiles at which its slider ends, then the read-out at equally spaced percentiles |
 //! | `support.b` | planes | S | vertices, increasing, each as its difference from the one before; absent for a block without surround that is not local (all N) |
 //! | `modes.b` | planes | 3 S K | displacement for one sigma in units of the header's `step`, predicted over the support: a mode after another, of each all x, all y, all z |
 //! | `sigmas.b` | f32 | K | standard deviations, mm |
@@ -329,11 +328,9 @@ impl ModelParts {
         let quantiles: Vec<f32> = self
             .controls
             .iter()
-            .flat_map(|c| c.quantiles.iter().copied())
+            .flat_map(|c| c.limits.iter().chain(&c.quantiles).copied())
             .collect();
         blob.section("quantiles", &quantiles);
-        let limits: Vec<f32> = self.controls.iter().flat_map(|c| c.limits).collect();
-        blob.section("limits", &limits);
         for (b, block) in self.blocks.iter().enumerate() {
             let own = walk.on(&block.support);
             // All numbers of a vertex together: its predictors are looked up once.
@@ -473,11 +470,11 @@ impl ModelParts {
         }
         let people = blocks.iter().filter(|b| b.local_to.is_none());
         let correlation = read_correlation(blob, people.map(|b| b.sigmas.len()).sum())?;
-        let limits = Limits {
+        let counts = Counts {
             coefficients: total,
             measures: header.measures.len(),
         };
-        let controls = read_controls(blob, header.controls, header.quantiles, limits)?;
+        let controls = read_controls(blob, header.controls, header.quantiles, counts)?;
         for landmark in &header.landmarks {
             let sum: f64 = landmark.stencil.iter().map(|s| s.1).sum();
             let sound = landmark
@@ -711,7 +708,7 @@ fn read_attributes(
 }
 
 /// How many there are of what controls name by number.
-struct Limits {
+struct Counts {
     coefficients: usize,
     measures: usize,
 }
@@ -720,7 +717,7 @@ fn read_controls(
     blob: &Blob,
     headers: Vec<ControlHeader>,
     quantiles: u32,
-    limits: Limits,
+    counts: Counts,
 ) -> Result<Vec<Control>> {
     let q = quantiles as usize;
     if !(2..=4096).contains(&q) || headers.len() > 4096 {
@@ -729,43 +726,42 @@ fn read_controls(
             headers.len()
         )));
     }
-    let table = blob.floats("quantiles", headers.len() * q, 1e6)?;
+    let table = blob.floats("quantiles", headers.len() * (2 + q), 1e6)?;
     let mut controls: Vec<Control> = Vec::with_capacity(headers.len());
-    let ends = blob.floats("limits", 2 * headers.len(), 1.0)?;
-    let (ends, _) = ends.as_chunks::<2>();
-    for ((header, quantiles), ends) in headers.into_iter().zip(table.chunks_exact(q)).zip(ends) {
-        let bad = |why: &str| Err(Error::Blob(format!("control \"{}\": {why}", header.name)));
-        let terms = || header.direction.iter().chain(&header.reading);
-        if terms().any(|t| t.0 as usize >= limits.coefficients || !(t.1.abs() <= 1e6)) {
+    for (header, row) in headers.into_iter().zip(table.chunks_exact(2 + q)) {
+        let (limits, quantiles) = row.split_first_chunk().unwrap_or((&[0.0; 2], row));
+        let control = Control {
+            name: header.name,
+            group: header.group,
+            description: header.description,
+            direction: header.direction,
+            reading: header.reading,
+            measure: header.measure,
+            quantiles: quantiles.to_vec(),
+            limits: *limits,
+        };
+        let bad = |why: &str| Err(Error::Blob(format!("control \"{}\": {why}", control.name)));
+        let terms = || control.direction.iter().chain(&control.reading);
+        if terms().any(|t| t.0 as usize >= counts.coefficients || !(t.1.abs() <= 1e6)) {
             return bad("its coefficients are not the model's");
         }
         let in_order = |terms: &[(u32, f32)]| terms.windows(2).all(|w| w[0].0 < w[1].0);
-        if !in_order(&header.direction) || !in_order(&header.reading) {
+        if !in_order(&control.direction) || !in_order(&control.reading) {
             return bad("its coefficients are not in order");
         }
-        let [least, most] = *ends;
-        let in_limits = 0.0 <= least && least < most && most <= 1.0;
-        if quantiles.windows(2).any(|w| w[0] >= w[1]) || !in_limits {
+        let [least, most] = control.limits;
+        let limited = 0.0 <= least && least < most && most <= 1.0;
+        if !limited || quantiles.windows(2).any(|w| w[0] >= w[1]) {
             return bad("its quantiles or limits do not increase");
         }
-        if controls.iter().any(|c| c.name == header.name) {
+        if controls.iter().any(|c| c.name == control.name) {
             return bad("there are two of that name");
         }
-        let control = Control {
-            quantiles: quantiles.to_vec(),
-            name: header.name.clone(),
-            group: header.group.clone(),
-            description: header.description.clone(),
-            direction: header.direction.clone(),
-            reading: header.reading.clone(),
-            measure: header.measure,
-            limits: *ends,
-        };
         match control.measure {
             None if !(control.gain().abs() >= 1e-6) => {
                 return bad("it does not move its own read-out");
             }
-            Some(m) if m as usize >= limits.measures => return bad("its measure is not there"),
+            Some(m) if m as usize >= counts.measures => return bad("its measure is not there"),
             Some(_) if !control.reading.is_empty() || control.direction.is_empty() => {
                 return bad("it has a measure and reads coefficients, or moves none");
             }
