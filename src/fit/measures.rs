@@ -113,7 +113,7 @@ pub const SEMANTIC: usize = 20;
 /// smiles. Tilted far enough, lengths grow; a nose that grows by sinking is none; and a mouth that
 /// goes up in the middle alone frowns.
 #[rustfmt::skip]
-pub const GUARDED: [Definition; 15] = [
+pub const GUARDED: [Definition; 17] = [
     measure("nose", "nose base depth", "how far the nose's base lies before the ears' tragi", Offset(Axis::Z, NOSE, EARS), ["", ""]),
     measure("nose", "nose tip rise", "how high the tip lies over the subnasale", Offset(Axis::Y, &["ibug_30"], &["ibug_33"]), ["", ""]),
     measure("nose", "nose wing rise", "how high the alae lie over the subnasale", Offset(Axis::Y, &["alare right", "alare left"], &["ibug_33"]), ["", ""]),
@@ -122,6 +122,8 @@ pub const GUARDED: [Definition; 15] = [
     measure("nose", "nose root depth", "how far the nasion lies before the ears' tragi", Offset(Axis::Z, &["ibug_27"], EARS), ["", ""]),
     measure("mouth", "upper vermilion height", "how high the upper lip's edge lies over where the lips meet", Offset(Axis::Y, &["ibug_51"], &["ibug_62"]), ["", ""]),
     measure("mouth", "lower vermilion height", "how high where the lips meet lies over the lower lip's edge", Offset(Axis::Y, &["ibug_66"], &["ibug_57"]), ["", ""]),
+    measure("mouth", "lips apart", "how high the upper lip lies over the lower where they meet", Offset(Axis::Y, &["ibug_62"], &["ibug_66"]), ["", ""]),
+    measure("mouth", "lips out of line", "how far the upper lip lies before the lower where they meet", Offset(Axis::Z, &["ibug_62"], &["ibug_66"]), ["", ""]),
     measure("mouth", "upper lip prominence", "how far the upper lip's edge lies before the lower's", Offset(Axis::Z, &["ibug_51"], &["ibug_57"]), ["", ""]),
     measure("mouth", "mouth curve", "how high the mouth's corners lie over the middle of its lips", Offset(Axis::Y, &["ibug_48", "ibug_54"], &["ibug_51", "ibug_57"]), ["", ""]),
     measure("forehead", "forehead slope", "how far the trichion lies before the glabella", Offset(Axis::Z, &["trichion"], &["glabella"]), ["", ""]),

@@ -155,6 +155,8 @@ const COLOUR = /* glsl */ `
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
   // A photo is exposed so that lit skin is brighter than its albedo.
   if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb * 0.8, worn);
+  // What no light reaches, the mouth and the depth of nostrils, is mucous membrane.
+  tone = mix(tone, vec3(0.42, 0.12, 0.11), 0.85 * (1.0 - smoothstep(0.03, 0.2, occlusion)));
   float hairs = 0.0;
   float underHair = 0.0;
   vec3 lying = vec3(0.0);
@@ -227,7 +229,8 @@ const OCCLUSION = /* glsl */ `
     float dotNV = saturate(dot(normal, geometryViewDir));
     float shine = computeSpecularOcclusion(dotNV, occlusion, material.roughness);
     reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) * (1.0 - 0.8 * underHair);
-    reflectedLight.directDiffuse *= mix(vec3(1.0), vOpen, 0.55);
+    // Lamps shine into an open mouth past lips that hide less of them than of the sky.
+    reflectedLight.directDiffuse *= mix(vec3(1.0), vOpen, 0.55 + 0.3 * closed * closed);
     reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip)) * (1.0 - 0.6 * hairs);
     // Down catches no light below hair.
     sheenSpecularDirect *= 1.0 - underHair;

@@ -9,7 +9,7 @@ const LOWER = [[5.3, 8.6], [5.8, 8.8], [6.6, 9.2], [7, 8.4], [7.1, 8], [10.6, 7.
 /** What the sizes above belong to: half the width between the corners of the lips' inner line, mm. */
 const HALF_MOUTH = 22.3;
 /** Half the arch's width and its length, mm. */
-const ARCH = { upper: [26.5, 41], lower: [24.5, 38] };
+const ARCH = { upper: [29.5, 41], lower: [27, 38] };
 const IVORY = [0.88, 0.73, 0.57];
 const GUM = [0.5, 0.17, 0.16];
 const TONGUE = [0.52, 0.2, 0.19];
