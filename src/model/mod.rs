@@ -742,12 +742,12 @@ fn read_controls(
         };
         let bad = |why: &str| Err(Error::Blob(format!("control \"{}\": {why}", control.name)));
         let terms = || control.direction.iter().chain(&control.reading);
-        if terms().any(|t| t.0 as usize >= counts.coefficients || !(t.1.abs() <= 1e6)) {
-            return bad("its coefficients are not the model's");
-        }
         let in_order = |terms: &[(u32, f32)]| terms.windows(2).all(|w| w[0].0 < w[1].0);
-        if !in_order(&control.direction) || !in_order(&control.reading) {
-            return bad("its coefficients are not in order");
+        if terms().any(|t| t.0 as usize >= counts.coefficients || !(t.1.abs() <= 1e6))
+            || !in_order(&control.direction)
+            || !in_order(&control.reading)
+        {
+            return bad("its coefficients are unknown, or not in order");
         }
         let [least, most] = control.limits;
         let limited = 0.0 <= least && least < most && most <= 1.0;
@@ -763,7 +763,7 @@ fn read_controls(
             }
             Some(m) if m as usize >= counts.measures => return bad("its measure is not there"),
             Some(_) if !control.reading.is_empty() || control.direction.is_empty() => {
-                return bad("it has a measure and reads coefficients, or moves none");
+                return bad("it measures and reads coefficients, or moves none");
             }
             _ => {}
         }
