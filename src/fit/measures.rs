@@ -109,9 +109,10 @@ pub const MEASURES: [Definition; 31] = [
 pub const SEMANTIC: usize = 20;
 
 /// What no semantic control should change besides, though none sets it: how eyes are tilted and
-/// turned, how far the forehead leans back, how deep the nose sits in the face, and whether the mouth
-/// smiles. Tilted far enough, lengths grow; a nose that grows by sinking is none; and a mouth that
-/// goes up in the middle alone frowns.
+/// turned, how far the forehead leans back, how deep the nose sits in the face and how its tip, wings
+/// and bridge stand to each other, whether the mouth smiles, and how its lips lie on each other. Tilted
+/// far enough, lengths grow; a nose that grows by sinking is none; a mouth that goes up in the middle
+/// alone frowns, and lips and nostrils that turn go up without moving.
 #[rustfmt::skip]
 pub const GUARDED: [Definition; 17] = [
     measure("nose", "nose base depth", "how far the nose's base lies before the ears' tragi", Offset(Axis::Z, NOSE, EARS), ["", ""]),

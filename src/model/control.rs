@@ -25,7 +25,7 @@ pub struct Control {
     /// are mm.
     pub measure: Option<u32>,
     /// The read-out at equally spaced percentiles from 0 to 1, strictly increasing: the empirical
-    /// distribution over the population, with the limits (+-3 sigma) at the two ends.
+    /// distribution over the population, from -3 to +3 standard deviations of it.
     pub quantiles: Vec<f32>,
     /// The percentiles between which a slider of it should stay, 0..=1, increasing. Those of a
     /// semantic control end where the mean face would crumple: no other measure moves with its

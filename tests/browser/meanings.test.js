@@ -72,3 +72,30 @@ test('meanings are there exactly when the model has them: lengths are typed, loc
   assert.deepEqual(complaints, []);
   await context.close();
 });
+
+test('a length stops where its part has no room, and goes on once that is unlocked', async () => {
+  const { context, page, complaints } = await open(browser, site);
+  const [name, limits] = await page.evaluate(() => {
+    const controls = window.designer.model.controls.filter(({ measure }) => measure);
+    const { name, limits } = controls.reduce((a, b) => (a.limits[1] < b.limits[1] ? a : b));
+    return /** @type {const} */ ([name, limits]);
+  });
+  assert.ok(limits[1] < 0.97, `${name} has room up to ${limits[1]}`);
+  await page.getByRole('tab', { name: 'Lengths' }).click();
+  const slider = page.getByRole('slider', { name: said(name), exact: true });
+  const stands = () => page.evaluate((control) => window.designer.face.get(control), name);
+  await slider.press('End');
+  // A slider goes by thousandths, and a length is met to a hundredth of a millimetre.
+  assert.ok(Math.abs((await stands()) - limits[1]) < 0.003, `${name} is at ${await stands()}, its end is ${limits[1]}`);
+  await slider.press('Delete');
+  // A pointer on the rest of the track gets no farther.
+  const box = /** @type {{ x: number, y: number, width: number, height: number }} */ (await slider.boundingBox());
+  await page.mouse.click(box.x + box.width - 2, box.y + box.height / 2);
+  assert.ok(Math.abs((await stands()) - limits[1]) < 0.003, `${name} is at ${await stands()}, its end is ${limits[1]}`);
+  await page.locator('#section-meanings').getByLabel('Go beyond people').check();
+  await slider.press('ArrowRight');
+  await slider.press('PageUp');
+  assert.ok((await stands()) > limits[1] + 0.02, `${name} is at ${await stands()} once unlocked`);
+  assert.deepEqual(complaints, []);
+  await context.close();
+});

@@ -8,7 +8,7 @@ const UPPER = [[8.5, 10.5], [6.6, 9.2], [7.6, 10.2], [7, 8.4], [6.8, 8], [10, 7.
 const LOWER = [[5.3, 8.6], [5.8, 8.8], [6.6, 9.2], [7, 8.4], [7.1, 8], [10.6, 7.4], [10, 7]];
 /** What the sizes above belong to: half the width between the corners of the lips' inner line, mm. */
 const HALF_MOUTH = 22.3;
-/** Half the arch's width and its length, mm. */
+/** Half the arch's width and its length, mm: wider than usual, as the model's lips are a flatter arch. */
 const ARCH = { upper: [29.5, 41], lower: [27, 38] };
 const IVORY = [0.88, 0.73, 0.57];
 const GUM = [0.5, 0.17, 0.16];

@@ -42,7 +42,7 @@ export const text = {
   alphaTyped: 'Blending distance in mm',
   alphaAbout: 'How far a change of one feature reaches into the skin around it.',
   beyond: 'Go beyond people',
-  beyondAbout: 'Sliders end where hardly anyone is: three standard deviations from the middle. With this they go to six, and you type standard deviations.',
+  beyondAbout: 'Sliders end where hardly anyone is: three standard deviations from the middle, or before that where a part has no room. With this they go to six, and you type standard deviations.',
   sigmas: (/** @type {number} */ deviations) => `${text.change(deviations)} σ, beyond people`,
   typedSigmas: (/** @type {string} */ name) => `${name} in standard deviations`,
   seed: 'Seed',
