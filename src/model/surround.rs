@@ -6,7 +6,7 @@ use crate::mesh::Topology;
 use crate::{Error, Result};
 
 /// How many sources a target has. The sharpest crease at the border of nose and forehead, as a
-/// multiple of a whole-face PCA's (`tests/learning.rs`): 2.7 and 2.1 with the single nearest of
+/// multiple of a whole-face PCA's (`tests/offline/learning.rs`): 2.7 and 2.1 with the single nearest of
 /// eq. 11, 1.9 and 1.9 with 4, 0.7 and 1.1 with 8, 0.7 and 0.6 with 12. They are searched for when a
 /// model is loaded; an event costs the same with any number.
 pub const SOURCES: usize = 8;

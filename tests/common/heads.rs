@@ -15,15 +15,22 @@ use phiz::fit::{expression, generic_head};
 
 use crate::base_mesh;
 
+/// The generic head.
+pub fn plain() -> Option<&'static Template> {
+    static PLAIN: OnceLock<Option<Template>> = OnceLock::new();
+    PLAIN
+        .get_or_init(|| Some(generic_head::build(&base_mesh::folder()?).expect("builds")))
+        .as_ref()
+}
+
 /// The generic head with what the program knows of people and of expressions.
 pub fn template() -> Option<&'static Template> {
     static TEMPLATE: OnceLock<Option<Template>> = OnceLock::new();
     TEMPLATE
         .get_or_init(|| {
-            let folder = base_mesh::folder()?;
-            let plain = generic_head::build(&folder).expect("builds");
+            let (plain, folder) = (plain()?, base_mesh::folder()?);
             let people = People::bundled().expect("is whole");
-            let mut template = people.give(&plain).expect("of this topology");
+            let mut template = people.give(plain).expect("of this topology");
             template.expressions = expression::visible(&template, &folder).expect("reads");
             Some(template)
         })

@@ -1,5 +1,5 @@
 // What the package writes (phiz/export), read back by three's loaders and the Khronos validator.
-// The same files go through the crate's own readers in tests/export.rs.
+// The same files go through the crate's own readers in tests/offline/export.rs.
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';

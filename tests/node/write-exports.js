@@ -1,5 +1,5 @@
 // Writes a face in every format into a folder, and as a GLB with an appearance, for the readers in
-// tests/export.rs:
+// tests/offline/export.rs:
 //
 //     node tests/node/write-exports.js MODEL.phiz CODE DIR
 import { readFile, writeFile } from 'node:fs/promises';

@@ -1,8 +1,4 @@
 //! Simulated scans: the same surface, and nothing else the same.
-#![cfg(feature = "fit")]
-
-#[path = "common/ict.rs"]
-mod ict;
 
 use std::collections::BTreeMap;
 
@@ -10,6 +6,8 @@ use glam::DVec3;
 use phiz::fit::scan::Scan;
 use phiz::fit::simulate::{Settings, Simulator, Truth, write};
 use phiz::fit::surface::Surface;
+
+use crate::ict;
 
 const CLEAN: Settings = Settings {
     noise: 0.0,

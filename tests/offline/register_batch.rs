@@ -1,10 +1,4 @@
 //! A folder of scans: what can be done is done, once, and what cannot is said.
-#![cfg(feature = "fit")]
-
-#[path = "common/base_mesh.rs"]
-mod base_mesh;
-#[path = "common/heads.rs"]
-mod heads;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,6 +12,8 @@ use phiz::fit::register::Settings;
 use phiz::fit::register::batch::{self, Job};
 use phiz::fit::scan::{Scan, landmarks};
 use phiz::fit::template::Template;
+
+use crate::heads;
 
 /// Writes the scan of a seed with its landmarks; small, since it is in the template's triangles.
 fn write(folder: &Path, name: &str, seed: u64) -> Option<Scan> {

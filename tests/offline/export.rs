@@ -1,18 +1,16 @@
 //! The files that the package writes (`www/phiz/export`), read by the crate's own readers and the
 //! `gltf` crate. Node writes them from the package in `pkg`, which `./build.sh build` makes; the
 //! loaders of three.js and Khronos's validator read them in `tests/node/export.test.js`.
-#![cfg(feature = "fit")]
-
-mod common;
 
 use std::collections::HashMap;
 use std::path::Path;
 use std::process::Command;
 
-use common::{MODEL, head_model};
 use glam::DVec3;
 use phiz::fit::scan::{Scan, Unit};
 use phiz::{Face, Randomize};
+
+use crate::common::{MODEL, head_model};
 
 /// What a file must keep, mm: OBJ has four decimals, PLY and GLB have f32.
 const KEPT: f64 = 0.01;

@@ -1,12 +1,4 @@
 //! Registration: what is known of the truth comes out, and what must not matter does not.
-#![cfg(feature = "fit")]
-
-#[path = "common/base_mesh.rs"]
-mod base_mesh;
-#[path = "common/heads.rs"]
-mod heads;
-#[path = "common/ict.rs"]
-mod ict;
 
 use std::sync::OnceLock;
 
@@ -23,6 +15,8 @@ use phiz::fit::render::normals;
 use phiz::fit::scan::Scan;
 use phiz::fit::simulate::{self, Simulator};
 use phiz::fit::template::Template;
+
+use crate::{base_mesh, heads, ict};
 
 /// A bent head, the scan of it and what became of that, once for all tests.
 struct Given {

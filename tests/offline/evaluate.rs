@@ -1,14 +1,9 @@
 //! Measuring registrations: what is right is zero, what is wrong is as wrong as it was made.
-#![cfg(feature = "fit")]
-
-#[path = "common/base_mesh.rs"]
-mod base_mesh;
-#[path = "common/ict.rs"]
-mod ict;
 
 use std::sync::OnceLock;
 
 use glam::{DMat3, DVec3};
+use phiz::fit::FitError;
 use phiz::fit::align::Rigid;
 use phiz::fit::evaluate::{Evaluator, evaluate};
 use phiz::fit::expression::{Expressions, Performer};
@@ -18,7 +13,8 @@ use phiz::fit::simulate::{Settings, Simulated, Simulator};
 use phiz::fit::surface::Surface;
 use phiz::fit::template::Template;
 use phiz::fit::warp::{Kernel, Warp};
-use phiz::fit::{FitError, generic_head};
+
+use crate::{base_mesh, heads, ict};
 
 const CLEAN: Settings = Settings {
     noise: 0.0,
@@ -28,7 +24,7 @@ const CLEAN: Settings = Settings {
 
 struct Given {
     ict: &'static Ict,
-    template: Template,
+    template: &'static Template,
     /// The template on ICT's mean head: warped by the landmarks, then set on the surface. Not a
     /// good registration, but every vertex has a spot.
     reference: Vec<DVec3>,
@@ -40,7 +36,7 @@ fn given() -> Option<&'static Given> {
     GIVEN
         .get_or_init(|| {
             let (ict, folder) = (ict::ict()?, base_mesh::folder()?);
-            let template = generic_head::build(&folder).expect("builds");
+            let template = heads::plain()?;
             let at = |i: usize| {
                 let name = format!("ibug_{i:02}");
                 let place = template.landmarks.iter().position(|l| l.name == name);
@@ -63,7 +59,7 @@ fn given() -> Option<&'static Given> {
                 ("jawOpen", &["jawOpen"]),
                 ("eyeBlink", &["eyeBlinkLeft", "eyeBlinkRight"]),
             ];
-            let expressions = Expressions::read(&named, &template, &folder).expect("reads");
+            let expressions = Expressions::read(&named, template, &folder).expect("reads");
             Some(Given {
                 ict,
                 template,
@@ -76,8 +72,7 @@ fn given() -> Option<&'static Given> {
 
 impl Given {
     fn evaluator(&self) -> Evaluator<'_> {
-        let evaluator =
-            Evaluator::new(&self.template, &self.reference, self.ict, &self.expressions);
+        let evaluator = Evaluator::new(self.template, &self.reference, self.ict, &self.expressions);
         evaluator.expect("evaluates")
     }
 
@@ -129,7 +124,7 @@ fn the_truth_has_no_drift_in_any_pose_and_a_known_slide_has_its_length() {
         assert!(measured.drift.len() > 4000, "{}", measured.drift.len());
         assert!(measured.drift.iter().all(|&d| d < 1e-9));
         assert!(measured.face_to_skin.iter().all(|&d| d < 1e-9));
-        // The scan cuts corners of the skin (tests/simulate.rs), and these are where vertices of
+        // The scan cuts corners of the skin (`simulate`), and these are where vertices of
         // the one meet edges of the other.
         let mean = measured.head_to_scan.iter().sum::<f64>() / measured.head_to_scan.len() as f64;
         assert!(mean < 0.06, "{mean}");
@@ -238,7 +233,7 @@ fn who_cannot_be_registered_is_listed_and_the_others_are_measured() {
 #[test]
 fn an_expression_follows_pose_size_and_shape_and_does_not_fold() {
     let Some(given) = given() else { return };
-    let performer = Performer::new(&given.template, &given.expressions).expect("has a skin");
+    let performer = Performer::new(given.template, &given.expressions).expect("has a skin");
     let rest = &given.template.positions;
     let pose = Rigid {
         rotation: DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(-0.3),

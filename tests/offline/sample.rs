@@ -1,7 +1,4 @@
 //! People drawn from the default model, as files that other readers take.
-#![cfg(feature = "fit")]
-
-mod common;
 
 use std::path::Path;
 
@@ -10,7 +7,7 @@ use phiz::fit::obj::Obj;
 use phiz::fit::ply;
 use phiz::fit::sample::{Target, write};
 
-use common::person;
+use crate::common::{self, person};
 
 fn sample(path: &Path, count: u32, seed: u64) {
     let target = Target::parse(path).unwrap();

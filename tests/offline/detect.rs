@@ -1,13 +1,5 @@
 //! Landmarks that nobody marked: on made-up people, on simulated scans, on a real scan, and on what
 //! is no face.
-#![cfg(feature = "fit")]
-
-#[path = "common/base_mesh.rs"]
-mod base_mesh;
-#[path = "common/ict.rs"]
-mod ict;
-#[path = "common/james.rs"]
-mod james;
 
 use std::sync::OnceLock;
 
@@ -19,14 +11,16 @@ use phiz::fit::ply::write_mesh;
 use phiz::fit::scan::{Scan, Unit};
 use phiz::fit::simulate::{Settings, Simulator};
 use phiz::fit::template::Template;
-use phiz::fit::{FitResult, generic_head, population};
+use phiz::fit::{FitResult, population};
+
+use crate::{base_mesh, heads, ict, james};
 
 /// The generic head and its detector, built once.
-fn head() -> Option<&'static (Template, Detector)> {
-    static HEAD: OnceLock<Option<(Template, Detector)>> = OnceLock::new();
+fn head() -> Option<&'static (&'static Template, Detector)> {
+    static HEAD: OnceLock<Option<(&'static Template, Detector)>> = OnceLock::new();
     HEAD.get_or_init(|| {
-        let template = generic_head::build(&base_mesh::folder()?).expect("builds");
-        let detector = Detector::new(&template).expect("it has a face");
+        let template = heads::plain()?;
+        let detector = Detector::new(template).expect("it has a face");
         Some((template, detector))
     })
     .as_ref()

@@ -1,11 +1,4 @@
 //! Learning on the real generic head: seams, and the committed model made again.
-#![cfg(feature = "fit")]
-
-#[path = "common/base_mesh.rs"]
-mod base_mesh;
-mod common;
-#[path = "common/heads.rs"]
-mod heads;
 
 use std::sync::LazyLock;
 use std::time::Instant;
@@ -15,19 +8,21 @@ use phiz::blob::pack;
 use phiz::fit::cage::Cage;
 use phiz::fit::crease::{Seam, seams};
 use phiz::fit::learn::{Learned, Settings, learn};
+use phiz::fit::population;
 use phiz::fit::prior::ShapePrior;
 use phiz::fit::template::Template;
 use phiz::fit::validate::rounding;
-use phiz::fit::{generic_head, population};
 use phiz::quantise::BLOCK_ERROR;
 use phiz::{FaceModel, Randomize};
+
+use crate::{base_mesh, common, heads};
 
 /// As `./build.sh model` has them.
 const COUNT: usize = 400;
 const SEED: u64 = 1;
 
 struct Trained {
-    template: Template,
+    template: &'static Template,
     learned: Learned,
     model: FaceModel,
 }
@@ -35,10 +30,10 @@ struct Trained {
 /// The default model, learned once for all tests here.
 static TRAINED: LazyLock<Option<Trained>> = LazyLock::new(|| {
     let folder = base_mesh::folder()?;
-    let template = generic_head::build(&folder).unwrap();
-    let people = population::sample(&template, &folder, COUNT, SEED).unwrap();
+    let template = heads::plain()?;
+    let people = population::sample(template, &folder, COUNT, SEED).unwrap();
     let learned = learn(
-        &template,
+        template,
         people.faces,
         population::about(),
         &Settings::default(),

@@ -1,13 +1,5 @@
 //! The report on a population: whole on a small one, clear about a bad one, and the numbers that
 //! the documentation quotes, found again.
-#![cfg(feature = "fit")]
-
-#[path = "common/base_mesh.rs"]
-mod base_mesh;
-#[path = "common/heads.rs"]
-mod heads;
-#[path = "common/ict.rs"]
-mod ict;
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -23,8 +15,10 @@ use phiz::fit::validate::reconstruct::{Areas, FEATURES, Subspace};
 use phiz::fit::validate::{Population, Report, STEPS, page, validate};
 use rayon::prelude::*;
 
+use crate::{base_mesh, heads, ict};
+
 /// A template, faces of it, and who they are.
-type Labelled = (Template, Vec<Vec<Vec3>>, Vec<Labels>);
+type Labelled = (&'static Template, Vec<Vec<Vec3>>, Vec<Labels>);
 
 /// A population of a dozen faces, with its labels.
 fn dozen() -> Option<&'static Labelled> {
@@ -32,8 +26,8 @@ fn dozen() -> Option<&'static Labelled> {
     DOZEN
         .get_or_init(|| {
             let folder = base_mesh::folder()?;
-            let template = phiz::fit::generic_head::build(&folder).unwrap();
-            let people = population::sample(&template, &folder, 12, 3).unwrap();
+            let template = heads::plain()?;
+            let people = population::sample(template, &folder, 12, 3).unwrap();
             let narrow = |face: &Vec<DVec3>| face.iter().map(|p| p.as_vec3()).collect();
             let faces = people.faces.iter().map(narrow).collect();
             Some((template, faces, people.labels))

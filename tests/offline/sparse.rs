@@ -1,5 +1,4 @@
 //! Sparse components of small sheets whose deformations are known.
-#![cfg(feature = "fit")]
 
 use glam::DVec3;
 use phiz::Random;

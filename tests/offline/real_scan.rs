@@ -1,40 +1,34 @@
 //! A real scan, made by others: a head with hair, collar and a ragged edge, with its image.
-#![cfg(feature = "fit")]
-
-#[path = "common/base_mesh.rs"]
-mod base_mesh;
-#[path = "common/james.rs"]
-mod james;
 
 use glam::DVec3;
-use phiz::fit::generic_head;
 use phiz::fit::scan::{Scan, Texture, check, landmarks};
+
+use crate::{heads, james};
 
 #[test]
 fn a_real_scan_is_read_with_its_image_and_points() {
-    let (Some(folder), Some(base)) = (james::james(), base_mesh::folder()) else {
+    let (Some(folder), Some(template)) = (james::james(), heads::plain()) else {
         return;
     };
-    let template = generic_head::build(&base).expect("builds");
     let mut scan = Scan::read(&folder.join("james.obj"), None).expect("reads");
     assert_eq!(scan.scale, 1.0);
     let texture = scan.texture.clone().expect("an image beside it");
     let bare = texture.triangles.iter().filter(|t| **t == Texture::BARE);
     assert_eq!(bare.count(), 0);
     let file = folder.join("james_ibug68.txt");
-    let points = landmarks::read(&file, &mut scan, &template).expect("68 points");
+    let points = landmarks::read(&file, &mut scan, template).expect("68 points");
     assert_eq!(points.len(), 68);
     assert_eq!(
-        check(&mut scan, &points, &template).expect("a face"),
+        check(&mut scan, &points, template).expect("a face"),
         [""; 0]
     );
 
     // What is written is read again, in the units of the scan.
     let copy = tempfile::tempdir().expect("a folder");
     let json = copy.path().join("james.json");
-    landmarks::write(&json, &points, scan.scale, &template).expect("writes");
+    landmarks::write(&json, &points, scan.scale, template).expect("writes");
     assert_eq!(
-        landmarks::read(&json, &mut scan, &template).expect("reads"),
+        landmarks::read(&json, &mut scan, template).expect("reads"),
         points
     );
 
@@ -54,7 +48,7 @@ fn a_real_scan_is_read_with_its_image_and_points() {
             })
             .map(|&(l, p)| (l, p * DVec3::new(-1.0, 1.0, 1.0)))
             .collect();
-        let error = check(&mut mirrored, &points, &template).expect_err("mirrored");
+        let error = check(&mut mirrored, &points, template).expect_err("mirrored");
         assert!(error.to_string().contains("mirror"), "{error}");
     }
 }

@@ -1,6 +1,5 @@
 //! Bad scans and landmarks, each kind with the one clear line that it gets, and odd ones that are
 //! read all the same and said.
-#![cfg(feature = "fit")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

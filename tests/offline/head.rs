@@ -1,14 +1,12 @@
 //! The committed head, which a page shows while the model loads: made of the committed model, with
 //! the same face.
-#![cfg(feature = "fit")]
-
-mod common;
 
 use std::process::Command;
 
-use common::{MODEL, head_model};
 use glam::Vec3;
 use phiz::{FaceModel, Randomize};
+
+use crate::common::{MODEL, head_model};
 
 const HEAD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/head.phiz");
 
