@@ -108,7 +108,7 @@ export async function siteAndBrowser() {
 }
 
 /** Pixels a side for each of CSS where nobody looks at pictures. */
-const UNSHARP = 0.5;
+const UNSHARP = 0.25;
 
 /**
  * Opens the page in a fresh profile and watches what it says and asks for.
@@ -117,7 +117,7 @@ const UNSHARP = 0.5;
  * @param {import('playwright-core').BrowserContextOptions & {
  *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown>, sharp?: boolean,
  * }} [options] `prepare` is called before the page is there. `sharp` is for who looks at pictures: most of a test's
- *   time a processor draws, and others have half as many pixels a side.
+ *   time a processor draws, and others have a quarter as many pixels a side.
  */
 export async function open(browser, site, { hash = '', prepare, sharp = false, ...options } = {}) {
   const context = await browser.newContext({
