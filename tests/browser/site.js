@@ -160,7 +160,7 @@ export function settled(page) {
           const now = window.designer.frames;
           quiet = now === drawn ? quiet + 1 : 0;
           drawn = now;
-          if (quiet > 6) done(undefined);
+          if (quiet > 6 && window.designer.isFine) done(undefined);
           else requestAnimationFrame(look);
         };
         look();

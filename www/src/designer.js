@@ -229,6 +229,9 @@ export async function createDesigner(model, stage, chosen) {
     get frames() {
       return scene.frames;
     },
+    get isFine() {
+      return scene.isFine;
+    },
     get colouring() {
       return editor.colouring;
     },
@@ -268,6 +271,7 @@ export async function createDesigner(model, stage, chosen) {
   else if (unexpressed) toast.say(text.badExpression);
   else if (kept) toast.say(text.lastKept);
   else if (restored && (last?.code !== medianCode || last.colouring)) toast.say(text.back);
+  scene.refine();
   document.documentElement.dataset.ready = 'true';
   keepOffline();
 }

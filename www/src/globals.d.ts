@@ -11,6 +11,8 @@ interface Window {
     readonly colouring: import('./colouring.js').Colouring;
     /** Frames drawn so far: an idle page draws none. */
     readonly frames: number;
+    /** Whether the picture has come to rest, with smooth edges. */
+    readonly isFine: boolean;
     /** Where a landmark is on the screen, CSS pixels. */
     onScreen(landmark: string): { x: number; y: number };
     /** The photo that is worked on, its points and its fit; null before the section for photos was opened. */

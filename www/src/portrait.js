@@ -1,8 +1,11 @@
 import { Vector2 } from 'three';
+import { createAveraging } from './averaging.js';
 import { backdropUniforms } from './backdrop.js';
 
 /** The smallest picture that is one, pixels a side. */
 const LEAST = 16;
+/** Of larger ones nobody sees single pixels, and their mean takes memory: pixels. */
+const MOST_AVERAGED = 4096 ** 2;
 
 /**
  * The view as a PNG of any size, whatever the size of the page; without the wall behind the head
@@ -12,12 +15,13 @@ const LEAST = 16;
  *   renderer: import('three').WebGLRenderer,
  *   scene: import('three').Scene,
  *   camera: import('three').PerspectiveCamera,
+ *   invalidate: () => void,
  * }} view
  * @param {{ width: number, height: number, transparent?: boolean }} options pixels
  * @returns {Promise<Blob>}
  * @throws RangeError when the graphics card draws no picture of that size
  */
-export function portrait({ renderer, scene, camera }, { width, height, transparent = false }) {
+export function portrait({ renderer, scene, camera, invalidate }, { width, height, transparent = false }) {
   const gl = renderer.getContext();
   const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
   for (const side of [width, height]) {
@@ -41,6 +45,13 @@ export function portrait({ renderer, scene, camera }, { width, height, transpare
     camera.updateProjectionMatrix();
     renderer.render(scene, camera);
   }
+  /** What was drawn gets smooth edges. */
+  function smooth() {
+    const averaging = createAveraging(renderer);
+    averaging.begin();
+    while (!averaging.add(scene, camera));
+    averaging.dispose();
+  }
   try {
     renderer.setPixelRatio(1);
     renderer.setSize(width, height, false);
@@ -50,6 +61,7 @@ export function portrait({ renderer, scene, camera }, { width, height, transpare
     }
     renderer.setClearAlpha(transparent ? 0 : 1);
     draw(width, height, width / height, transparent ? 0 : 1);
+    if (width * height <= MOST_AVERAGED) smooth();
     // The pixels are taken at once, the compression happens later.
     return new Promise((done, fail) => {
       canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error('the picture could not be made'))), 'image/png');
@@ -59,5 +71,6 @@ export function portrait({ renderer, scene, camera }, { width, height, transpare
     renderer.setPixelRatio(before.ratio);
     renderer.setSize(before.size.x, before.size.y, false);
     draw(before.buffer.x, before.buffer.y, before.aspect, 1);
+    invalidate();
   }
 }

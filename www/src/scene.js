@@ -10,6 +10,7 @@ import {
   WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { createAveraging } from './averaging.js';
 import { backdropUniforms, createBackdrop, paintBackdrop } from './backdrop.js';
 import { createEnvironment } from './environment.js';
 import { Failure } from './failure.js';
@@ -17,6 +18,9 @@ import { drawnByProcessor } from './graphics.js';
 import { text } from './text.js';
 
 const DEGREE = Math.PI / 180;
+
+/** A picture rests when nothing was drawn for so long, ms. */
+const RESTS = 150;
 
 /** Azimuth and polar angle of each view, in radians. */
 const VIEWS = {
@@ -100,6 +104,12 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   /** Covered by something else: nothing is drawn until that is gone. */
   let asleep = false;
   let frames = 0;
+  const averaging = createAveraging(renderer);
+  /** Once the page has nothing more urgent to do. */
+  let refines = false;
+  /** Until a picture that rests is as fine as it gets. */
+  let resting = 0;
+  let fine = true;
   /** @type {null | { from: Spherical, to: Spherical, start: number }} */
   let flight = null;
   /** @type {null | { at: number, pose: (side: 'left' | 'right') => void }} */
@@ -133,6 +143,28 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     if (wipe) drawWiped(wipe);
     else renderer.render(scene, camera);
     frames += 1;
+    rest();
+  }
+
+  /** What was just drawn is refined, unless something else is drawn soon. */
+  function rest() {
+    clearTimeout(resting);
+    resting = 0;
+    // Who asks for fewer pixels than the screen has does not look at edges.
+    fine = !refines || Boolean(wipe) || renderer.getPixelRatio() < 1;
+    if (fine || scheduled) return;
+    averaging.begin();
+    resting = window.setTimeout(refine, RESTS);
+  }
+
+  function refine() {
+    const round = resting;
+    requestAnimationFrame(() => {
+      if (round !== resting || scheduled) return;
+      fine = asleep || averaging.add(scene, camera);
+      frames += 1;
+      if (!fine) refine();
+    });
   }
 
   /**
@@ -320,9 +352,18 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
         y: box.top + ((1 - at.y) / 2) * box.height,
       };
     },
+    /** From now on pictures that rest get smooth edges. */
+    refine() {
+      refines = true;
+      invalidate();
+    },
     /** Frames drawn so far: automation can tell an idle page from a busy one. */
     get frames() {
       return frames;
+    },
+    /** Whether the picture is as fine as it gets. */
+    get isFine() {
+      return fine && !scheduled;
     },
   };
 }
