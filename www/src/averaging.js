@@ -14,6 +14,10 @@ const TIMES = () => (drawnByProcessor() ? 4 : 8);
  */
 const between = (n) => [((0.5 + 0.7548776662466927 * n) % 1) - 0.5, ((0.5 + 0.5698402909980532 * n) % 1) - 0.5];
 
+/** How much finer than a pixel what is drawn may be: hairs that would be specks in one picture are hairs in a mean. */
+export const fineness = { value: 1 };
+const FINER = 2.2;
+
 /** @param {import('three').WebGLRenderer} renderer */
 export function createAveraging(renderer) {
   const size = new Vector2();
@@ -62,7 +66,9 @@ export function createAveraging(renderer) {
      */
     add(scene, from) {
       from.setViewOffset(size.x, size.y, ...between(drawings), size.x, size.y);
+      fineness.value = FINER;
       renderer.render(scene, from);
+      fineness.value = 1;
       from.clearViewOffset();
       material.blendAlpha = drawings / (drawings + 1);
       renderer.autoClear = false;

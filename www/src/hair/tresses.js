@@ -2,6 +2,7 @@ import {
   BufferAttribute, BufferGeometry, Color, DataTexture, DoubleSide, DynamicDrawUsage, FloatType, Mesh, MeshDepthMaterial, NearestFilter, RGBAFormat,
   ShaderMaterial, UniformsLib, UniformsUtils, Vector2, Vector3,
 } from 'three';
+import { fineness } from '../averaging.js';
 import { backdropUniforms } from '../backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../environment.js';
 import { drawnByProcessor } from '../graphics.js';
@@ -14,6 +15,10 @@ import { growOn, POINTS } from './strands.js';
 /** How many of the strands are drawn: where a processor draws, fewer, which are broader. */
 const share = () => (drawnByProcessor() ? 0.6 : 1);
 /** @typedef {ReturnType<typeof import('../pigments.js').pigments>} Pigments */
+
+/** Of the points of a strand those that are drawn where it hardly bends; hair is that short, mm. */
+const SHORT = [0, 3, 6, 9, 12, 15, 18, 21, POINTS - 1];
+const SHORTER = 45;
 
 /** Styles that are kept grown: two faces side by side are drawn in turn. */
 const KEPT = 2;
@@ -42,6 +47,7 @@ const VERTEX = /* glsl */ `
   uniform vec2 backdropSize;
   uniform vec2 fade;
   uniform vec3 colour;
+  uniform float gloss;
   varying vec3 vColour;
   varying vec3 vShine;
   varying vec4 vHair; // across, along, its own number, the neck's fading
@@ -79,7 +85,7 @@ const VERTEX = /* glsl */ `
       shine += sent * pow(hair, vec3(0.6)) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.2 * (1.0 - 0.7 * colour.r);
     }
     vColour = onScreen(sum);
-    vShine = onScreen(sum + shine) - vColour;
+    vShine = onScreen(sum + gloss * shine) - vColour;
 
     float pixel = -2.0 * view.z / (projectionMatrix[1][1] * backdropSize.y);
     vec3 across = cross(along, toEye);
@@ -92,11 +98,12 @@ const FRAGMENT = /* glsl */ `
   varying vec3 vColour;
   varying vec3 vShine;
   varying vec4 vHair;
+  uniform float fineness;
   void main() {
     // Hairs of a ribbon begin and end one after the other. Gaps that are smaller than a pixel would be specks.
     float across = (0.5 + 0.5 * vHair.x) * 5.0;
     float own = fract(fract(vHair.z * 113.5 + floor(across) * 0.618) * 57.31);
-    float seen = 1.0 - smoothstep(0.4, 1.1, fwidth(across));
+    float seen = 1.0 - smoothstep(0.4, 1.1, fwidth(across) / fineness);
     float end = 1.0 - 0.45 * own;
     float wide = mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), seen);
     if (abs(fract(across) - 0.5) * 2.0 > wide || (vHair.y > end && seen > 0.5) || vHair.y < 0.07 * fract(own * 7.3)) discard;
@@ -127,6 +134,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
   const shifts = new DataTexture(new Float32Array(4), 1, 1, RGBAFormat, FloatType);
   shifts.minFilter = shifts.magFilter = NearestFilter;
   const colour = { value: new Color() };
+  const gloss = { value: 1 };
   const drawn = share();
   const broad = half / drawn ** 0.7;
   const shared = { halfWidth: { value: broad }, lockShifts: { value: shifts }, heatStrength, worn };
@@ -136,7 +144,9 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
       backdropSize: backdropUniforms.backdropSize,
       ...studioUniforms,
       ...shared,
+      fineness,
       colour,
+      gloss,
       fade: { value: new Vector2(...fade) },
     },
     vertexShader: VERTEX,
@@ -166,6 +176,10 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
   mesh.raycast = () => {};
 
   /** @typedef {{ key: string, position: Float32Array, course: Int8Array, outward: Int8Array }} Ribbons */
+  /** Of all points, and of those that short hair takes. @type {{ index: BufferAttribute, many: number }[]} */
+  const indexed = [];
+  /** @type {0 | 1} */
+  let isShort = 0;
   /** The latest first. @type {Ribbons[]} */
   const kept = [];
   /** @type {S} */
@@ -177,6 +191,9 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
 
   /** Short hair is seen one by one, and curls would fill what they wind around. */
   const slender = () => (0.55 + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl);
+
+  /** What is short points everywhere, and would glitter. */
+  const glossOf = () => 0.15 + 0.85 * smoothstep(10, 60, long(style));
 
   /** @param {import('./strands.js').Hair<S>} from @param {string} key @returns {Ribbons} */
   function ribbons(from, key) {
@@ -207,8 +224,13 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
   /** What does not depend on the style. @param {import('./strands.js').Hair<S>} from */
   function lay({ strands, lockOf, locks }) {
     const index = new Uint32Array(strands * (POINTS - 1) * 6);
+    const short = new Uint32Array(strands * (SHORT.length - 1) * 6);
     const strand = new Float32Array(strands * POINTS * 4);
-    for (let n = 0, i = 0; n < strands; n++) {
+    for (let n = 0, i = 0, j = 0; n < strands; n++) {
+      for (let k = 1; k < SHORT.length; k++) {
+        const [a, b] = [SHORT[k - 1], SHORT[k]].map((s) => 2 * (n * POINTS + s));
+        for (const corner of [a, a + 1, b, a + 1, b + 1, b]) short[j++] = corner;
+      }
       for (let s = 0; s < POINTS; s++) {
         const o = 2 * (n * POINTS + s);
         if (s < POINTS - 1) for (const corner of [0, 1, 2, 1, 3, 2]) index[i++] = o + corner;
@@ -217,12 +239,12 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
     }
     const live = (/** @type {Float32Array | Int8Array} */ array, /** @type {number} */ size) =>
       new BufferAttribute(array, size, array instanceof Int8Array).setUsage(DynamicDrawUsage);
-    const many = Math.round(drawn * strands) * (POINTS - 1) * 6;
-    geometry.setDrawRange(0, many);
+    for (const [indices, points] of /** @type {const} */ ([[index, POINTS], [short, SHORT.length]])) {
+      indexed.push({ index: new BufferAttribute(indices, 1), many: Math.round(drawn * strands) * (points - 1) * 6 });
+    }
     // Hair that casts shadows need not be all of it.
-    mesh.onBeforeShadow = () => geometry.setDrawRange(0, Math.round(many / 12) * 6);
-    mesh.onAfterShadow = () => geometry.setDrawRange(0, many);
-    geometry.setIndex(new BufferAttribute(index, 1));
+    mesh.onBeforeShadow = () => geometry.setDrawRange(0, Math.round(indexed[isShort].many / 12) * 6);
+    mesh.onAfterShadow = () => geometry.setDrawRange(0, indexed[isShort].many);
     geometry.setAttribute('strand', new BufferAttribute(strand, 2));
     geometry.setAttribute('position', live(new Float32Array(strands * POINTS * 6), 3));
     geometry.setAttribute('course', live(new Int8Array(strands * POINTS * 8), 4));
@@ -309,12 +331,16 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
       colour.value.copy(colours.brows);
       style = styleOf(colours);
       shared.halfWidth.value = broad * slender();
+      gloss.value = glossOf();
       if (style.length > 0 && !hair) {
         hair = grow();
         if (hair) lay(hair);
       }
       mesh.visible = style.length > 0 && hair !== null;
       if (!hair || !mesh.visible) return;
+      isShort = long(style) * (1 + 2 * style.curl) < SHORTER ? 1 : 0;
+      geometry.setIndex(indexed[isShort].index);
+      geometry.setDrawRange(0, indexed[isShort].many);
       const key = JSON.stringify(style);
       let found = kept.find((one) => one.key === key);
       if (!found) {
