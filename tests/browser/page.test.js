@@ -1,9 +1,31 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { differing, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, serve, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, serve, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
+
+/**
+ * Of the rows between the brows and the mouth, the part in which the wall turns into the head by way of a pixel that is
+ * neither: where edges have steps there is next to none.
+ * @param {{ width: number, height: number, rgb: Buffer }} picture
+ */
+function soft({ width, height, rgb }) {
+  let [rows, between] = [0, 0];
+  for (let y = Math.round(0.35 * height); y < 0.6 * height; y++) {
+    const blue = (/** @type {number} */ x) => rgb[3 * (y * width + x) + 2];
+    for (let x = 4; x < width / 2; x++) {
+      const [wall, head] = [blue(x - 3), blue(x + 3)];
+      if (wall - head < 60 || wall - blue(x) < 8) continue;
+      rows += 1;
+      const part = (wall - blue(x)) / (wall - head);
+      if (part > 0.15 && part < 0.85) between += 1;
+      break;
+    }
+  }
+  assert.ok(rows > 0.2 * height, `the head begins in ${rows} rows`);
+  return between / rows;
+}
 
 /** The positions on the page as a string that shows any changed bit. */
 const positions = (page) =>
@@ -186,6 +208,17 @@ describe('the page', () => {
     await page.getByRole('button', { name: 'Lock the nose' }).click();
     await page.getByRole('button', { name: 'Random nose' }).click();
     assert.notEqual(await nose(), kept);
+    await context.close();
+  });
+
+  test('a picture that rests has smooth edges, on the screen and saved', async () => {
+    const { context, page } = await open(browser, site, { sharp: true });
+    const rests = soft(await picture(page, 'smooth'));
+    // Evenly spread over pixels, edges would be between in 0.7 of the rows.
+    assert.ok(rests > 0.4, `${rests}`);
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    const saved = soft(decodePng((await download(page, 'PNG')).bytes));
+    assert.ok(saved > 0.4, `${saved}`);
     await context.close();
   });
 
