@@ -59,7 +59,7 @@ describe('the page', () => {
   });
 
   test('a slider of the nose changes the nose, not the backdrop; undo restores every pixel', async () => {
-    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    const { context, page, complaints } = await open(browser, site, { sharp: true, fine: true });
     const [nose, chin, brow] = [
       await landmarkOnScreen(page, 'ibug_30'),
       await landmarkOnScreen(page, 'ibug_08'),
@@ -212,7 +212,7 @@ describe('the page', () => {
   });
 
   test('a picture that rests has smooth edges, on the screen and saved', async () => {
-    const { context, page } = await open(browser, site, { sharp: true });
+    const { context, page } = await open(browser, site, { sharp: true, fine: true });
     const rests = soft(await picture(page, 'smooth'));
     // Evenly spread over pixels, edges would be between in 0.7 of the rows.
     assert.ok(rests > 0.4, `${rests}`);
@@ -223,7 +223,7 @@ describe('the page', () => {
   });
 
   test('dragging turns the head, the views turn it back, and an idle page draws nothing', async () => {
-    const { context, page } = await open(browser, site, { sharp: true });
+    const { context, page } = await open(browser, site, { sharp: true, fine: true });
     const front = await picture(page, 'front');
     const at = await landmarkOnScreen(page, 'ibug_30');
     await page.mouse.move(at.x, at.y);

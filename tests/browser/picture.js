@@ -26,6 +26,7 @@ function halved({ width, height, rgb }) {
 const site = await serve();
 const browser = await launch();
 const { page } = await open(browser, site, {
+  fine: true,
   sharp: true,
   deviceScaleFactor: 2,
   viewport: { width: 1280, height: 800 },
@@ -84,7 +85,7 @@ const WIDTH = 300;
 const HEIGHT = 400;
 /** A page whose stage has so much room, without what lies on it. */
 async function portraitPage() {
-  const { page } = await open(browser, site, { sharp: true, deviceScaleFactor: 2, viewport: { width: 900, height: HEIGHT + 55 }, colorScheme: 'light' });
+  const { page } = await open(browser, site, { sharp: true, fine: true, deviceScaleFactor: 2, viewport: { width: 900, height: HEIGHT + 55 }, colorScheme: 'light' });
   await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
   await page.locator('.explain-open').evaluate((button) => (button.style.visibility = 'hidden'));
   return page;

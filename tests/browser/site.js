@@ -109,17 +109,19 @@ export async function siteAndBrowser() {
 
 /** Pixels a side for each of CSS where nobody looks at pictures. */
 const UNSHARP = 0.25;
+/** Pages that have so few. @type {WeakSet<import('playwright-core').Page>} */
+const unsharp = new WeakSet();
 
 /**
  * Opens the page in a fresh profile and watches what it says and asks for.
  * @param {import('playwright-core').Browser} browser
  * @param {Awaited<ReturnType<typeof serve>>} site
  * @param {import('playwright-core').BrowserContextOptions & {
- *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown>, sharp?: boolean,
- * }} [options] `prepare` is called before the page is there. `sharp` is for who looks at pictures: most of a test's
- *   time a processor draws, and others have a quarter as many pixels a side.
+ *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown>, sharp?: boolean, fine?: boolean,
+ * }} [options] `prepare` is called before the page is there. `fine` pictures have smooth edges, as people see them, and take
+ *   five times as long. `sharp` is for who looks at pictures: most of a test's time a processor draws, and others have a quarter as many pixels a side.
  */
-export async function open(browser, site, { hash = '', prepare, sharp = false, ...options } = {}) {
+export async function open(browser, site, { hash = '', prepare, sharp = false, fine = false, ...options } = {}) {
   const context = await browser.newContext({
     viewport: { width: 1000, height: 640 },
     deviceScaleFactor: sharp ? 1 : UNSHARP,
@@ -130,6 +132,7 @@ export async function open(browser, site, { hash = '', prepare, sharp = false, .
   // Of actions that wait for the page: a busy machine takes its time.
   context.setDefaultTimeout(60_000);
   const page = await context.newPage();
+  if (!sharp && options.deviceScaleFactor === undefined) unsharp.add(page);
   /** @type {string[]} */
   const complaints = [];
   /** @type {string[]} */
@@ -146,6 +149,7 @@ export async function open(browser, site, { hash = '', prepare, sharp = false, .
     null,
     { timeout: 60_000 },
   );
+  if (!fine) await page.evaluate(() => window.designer?.refine(false));
   return { context, page, complaints, requests };
 }
 
@@ -174,7 +178,7 @@ export function settled(page) {
  * @param {string} name the file's name among the screenshots
  */
 export async function picture(page, name) {
-  if ((await page.evaluate(() => window.devicePixelRatio)) === UNSHARP) throw new Error('open a page that is looked at with `sharp`');
+  if (unsharp.has(page)) throw new Error('open a page that is looked at with `sharp`');
   await settled(page);
   // What lies over the stage is not the face. (A style sheet for the screenshot would be refused
   // by the page's own policy.)

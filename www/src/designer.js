@@ -232,6 +232,7 @@ export async function createDesigner(model, stage, chosen) {
     get isFine() {
       return scene.isFine;
     },
+    refine: (wanted) => scene.refine(wanted),
     get colouring() {
       return editor.colouring;
     },
@@ -271,7 +272,7 @@ export async function createDesigner(model, stage, chosen) {
   else if (unexpressed) toast.say(text.badExpression);
   else if (kept) toast.say(text.lastKept);
   else if (restored && (last?.code !== medianCode || last.colouring)) toast.say(text.back);
-  scene.refine();
+  scene.refine(true);
   document.documentElement.dataset.ready = 'true';
   keepOffline();
 }

@@ -13,6 +13,8 @@ interface Window {
     readonly frames: number;
     /** Whether the picture has come to rest, with smooth edges. */
     readonly isFine: boolean;
+    /** Whether pictures that rest are refined, which takes the time of some more: on, until who takes many asks otherwise. */
+    refine(wanted: boolean): void;
     /** Where a landmark is on the screen, CSS pixels. */
     onScreen(landmark: string): { x: number; y: number };
     /** The photo that is worked on, its points and its fit; null before the section for photos was opened. */

@@ -352,9 +352,9 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
         y: box.top + ((1 - at.y) / 2) * box.height,
       };
     },
-    /** From now on pictures that rest get smooth edges. */
-    refine() {
-      refines = true;
+    /** Whether pictures that rest get smooth edges from now on. @param {boolean} wanted */
+    refine(wanted) {
+      refines = wanted;
       invalidate();
     },
     /** Frames drawn so far: automation can tell an idle page from a busy one. */
