@@ -192,6 +192,8 @@ export async function picture(page, name) {
   return decodePng(png);
 }
 
+/** @typedef {{ width: number, height: number, rgb: Buffer, alpha: Buffer | null }} Picture */
+
 /**
  * The pixels of an 8-bit PNG without interlacing, which is what Chromium writes.
  * @param {Buffer} png

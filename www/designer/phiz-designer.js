@@ -348,6 +348,7 @@ export class PhizDesigner extends HTMLElement {
     this.#expressive = false;
     head.update(face);
     scene.shapeChanged();
+    scene.refine(true);
     this.#buildPanel();
     this.#paint();
   }

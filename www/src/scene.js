@@ -161,6 +161,8 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     const round = resting;
     requestAnimationFrame(() => {
       if (round !== resting || scheduled) return;
+      // Scenes on one page share what a wall is.
+      for (const step of beforeFrame) step();
       fine = asleep || averaging.add(scene, camera);
       frames += 1;
       if (!fine) refine();
