@@ -2,7 +2,7 @@
 
 use crate::anatomy::Part;
 use crate::blob::{Blob, BlobWriter};
-use crate::predict::Walk;
+use crate::predict::{Around, Walk};
 use crate::quantise::TEXTURE;
 use crate::{Error, Result};
 
@@ -50,7 +50,7 @@ impl Topology {
 
     /// The walk over the vertices that predicts their numbers.
     pub(crate) fn walk(&self) -> Walk {
-        Walk::new(self.regions.len(), &self.triangles())
+        Walk::new(&Around::new(self.regions.len(), &self.triangles()))
     }
 
     pub(crate) fn write(&self, blob: &mut BlobWriter, walk: &Walk) {
@@ -92,15 +92,15 @@ impl Topology {
         triangles: usize,
         region_names: Vec<String>,
         parts: Vec<Part>,
-    ) -> Result<(Self, Walk)> {
+    ) -> Result<(Self, Walk, Around)> {
         let bad = |why: &str| Err(Error::Blob(why.into()));
         if corners < n {
             return bad("fewer texture coordinates than vertices");
         }
         let mut uv_vertices: Vec<u32> = (0..n as u32).collect();
         uv_vertices.extend(blob.indices("seams", n)?);
-        let regions = blob.section::<u8>("regions", n)?;
-        let colours = blob.section::<u8>("colours", 3 * n)?;
+        let regions = blob.bytes("regions", n)?.to_vec();
+        let colours = blob.bytes("colours", 3 * n)?;
         if uv_vertices.len() != corners {
             return bad("its topology has sections of wrong lengths");
         }
@@ -126,7 +126,8 @@ impl Topology {
         }
         let vertex_of = |c: u32| uv_vertices[c as usize];
         let on_vertices: Vec<[u32; 3]> = uv_triangles.iter().map(|t| t.map(vertex_of)).collect();
-        let walk = Walk::new(n, &on_vertices);
+        let around = Around::new(n, &on_vertices);
+        let walk = Walk::new(&around);
         let own = walk.restore(blob.in_planes("uvs", 2 * corners)?, 2, 1);
         let mut uvs: Vec<[i32; 2]> = (own.iter().map(|four| four.to_array()))
             .map(|[u, v, ..]| [u, v])
@@ -167,12 +168,9 @@ impl Topology {
             mirror,
             region_names,
             regions,
-            colours: colours
-                .chunks_exact(3)
-                .map(|c| [c[0], c[1], c[2]])
-                .collect(),
+            colours: colours.as_chunks().0.to_vec(),
         };
-        Ok((topology, walk))
+        Ok((topology, walk, around))
     }
 }
 

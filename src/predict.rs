@@ -6,13 +6,17 @@
 //! parallelograms there are. Writer and reader derive the same [`Walk`] from the triangles;
 //! everything is integer arithmetic, so what is restored is exact.
 
-use wide::{f32x4, i32x4};
+use std::cell::Cell;
+
+use wide::i32x4;
 
 use crate::blob::{Planes, READ};
 
 /// Of the triangles around a vertex so many are looked at, so that no mesh, however strange, costs
 /// more than its size. A head has 12 at most.
 const MOST_AROUND: usize = 32;
+/// Vertices whose residuals are read before they are needed: of each mode some that lie side by side.
+const ROWS: usize = 4 * READ;
 /// A vertex is predicted from so many others' numbers at most.
 const MOST_PREDICTORS: usize = 8;
 
@@ -28,10 +32,10 @@ pub(crate) struct Walk {
 
 impl Walk {
     // Not inlined, as all that only reading needs: the module is downloaded before it runs.
-    /// A breadth-first walk over `count` vertices; `triangles` are of these.
+    /// A breadth-first walk over all vertices.
     #[inline(never)]
-    pub fn new(count: usize, triangles: &[[u32; 3]]) -> Self {
-        let around = Around::new(count, triangles);
+    pub fn new(around: &Around) -> Self {
+        let count = around.count();
         const UNSEEN: u32 = u32::MAX;
         let mut rank = vec![UNSEEN; count];
         let mut walk = Self::with_capacity(count);
@@ -165,24 +169,24 @@ impl Walk {
     pub fn restore(&self, residuals: Planes, modes: usize, numbers: usize) -> Vec<i32x4> {
         let width = numbers * fours(modes);
         let mut values = vec![i32x4::ZERO; self.order.len() * width];
-        let mut missed = vec![i32x4::ZERO; READ * width];
-        let mut guess = vec![i32x4::ZERO; width];
-        for first in (0..self.order.len()).step_by(READ) {
+        // A row is read while another is written.
+        let cells = Cell::from_mut(&mut values[..]).as_slice_of_cells();
+        let mut missed = vec![i32x4::ZERO; ROWS * width];
+        for first in (0..self.order.len()).step_by(ROWS) {
             for (i, mode) in (0..width).map(|i| (i, i % fours(modes) * 4)) {
-                let rows = [0, 1, 2, 3].map(|k| match mode + k < modes {
-                    true => {
-                        let axis = (mode + k) * numbers + i / fours(modes);
-                        residuals.read(axis * self.order.len() + first)
-                    }
-                    false => [i32x4::ZERO; READ / 4],
-                });
-                for k in 0..READ / 4 {
-                    turn(rows.map(|row| row[k]), &mut missed[i + k * width..], width);
+                for (out, first) in missed.chunks_mut(READ * width).zip((first..).step_by(READ)) {
+                    let row = |k: usize| match mode + k < modes {
+                        true => {
+                            ((mode + k) * numbers + i / fours(modes)) * self.order.len() + first
+                        }
+                        false => usize::MAX,
+                    };
+                    residuals.read([row(0), row(1), row(2), row(3)], &mut out[i..], width);
                 }
             }
             let each = (first..self.order.len()).zip(missed.chunks_exact(width.max(1)));
             for (at, missed) in each {
-                self.restore_one(at, missed, &mut values, &mut guess);
+                self.restore_one(at, missed, cells);
             }
         }
         values
@@ -193,39 +197,61 @@ impl Walk {
     // Not inlined, as all that is done for each of many parts of a model: an engine runs the fast code
     // of a function from its next call on, and a model is read once.
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    fn restore_one(&self, at: usize, missed: &[i32x4], values: &mut [i32x4], guess: &mut [i32x4]) {
-        let own = self.predictors(at);
-        let width = guess.len();
-        guess.fill(i32x4::splat(own.len() as i32 / 2));
-        for &[a, b, c] in own {
-            let row = |v: u32| &values[v as usize * width..(v as usize + 1) * width];
-            let corners = row(a).iter().zip(row(b)).zip(row(c));
-            for (sum, ((&a, &b), &c)) in guess.iter_mut().zip(corners) {
-                *sum += a + b - c;
+    fn restore_one(&self, at: usize, missed: &[i32x4], values: &[Cell<i32x4>]) {
+        let width = missed.len();
+        let own = row(values, width, self.order[at])
+            .iter()
+            .zip(missed)
+            .zip(0..width);
+        match self.predictors(at) {
+            // Six of seven vertices have two.
+            [p, q] => {
+                let (p, q) = (corners(values, width, p), corners(values, width, q));
+                for ((value, &missed), i) in own {
+                    let sum = guess(&p, i) + guess(&q, i) + i32x4::ONE;
+                    value.set((sum >> 1) + missed);
+                }
+            }
+            all => {
+                let shift = all.len().max(1).ilog2();
+                for ((value, &missed), i) in own {
+                    let half = i32x4::splat(all.len() as i32 / 2);
+                    let mut sum = half;
+                    for p in all {
+                        sum += guess(&corners(values, width, p), i);
+                    }
+                    value.set((sum >> shift) + missed);
+                }
             }
         }
-        let shift = own.len().max(1).ilog2();
-        let own = &mut values[self.order[at] as usize * width..];
-        for ((value, &mut sum), &missed) in own.iter_mut().zip(guess).zip(missed) {
-            *value = (sum >> shift) + missed;
-        }
     }
+}
+
+/// The numbers of a vertex, of which all have as many.
+#[inline(always)]
+fn row(values: &[Cell<i32x4>], width: usize, v: u32) -> &[Cell<i32x4>] {
+    &values[v as usize * width..][..width]
+}
+
+/// Those of three.
+#[inline(always)]
+fn corners<'a>(values: &'a [Cell<i32x4>], width: usize, p: &[u32; 3]) -> [&'a [Cell<i32x4>]; 3] {
+    [
+        row(values, width, p[0]),
+        row(values, width, p[1]),
+        row(values, width, p[2]),
+    ]
+}
+
+/// Number `i` of a parallelogram's fourth corner, by rows of the others.
+#[inline(always)]
+fn guess(corners: &[&[Cell<i32x4>]; 3], i: usize) -> i32x4 {
+    corners[0][i].get() + corners[1][i].get() - corners[2][i].get()
 }
 
 /// How many fours hold so many numbers.
 pub(crate) const fn fours(numbers: usize) -> usize {
     numbers.div_ceil(4)
-}
-
-/// Turns four rows of four numbers into fours, one to each fourth of the rows of `out`, which are
-/// `width` long.
-#[cfg_attr(target_arch = "wasm32", inline(never))]
-fn turn(rows: [i32x4; 4], out: &mut [i32x4], width: usize) {
-    // Numbers only move, whatever they are.
-    let columns = f32x4::transpose(bytemuck::cast(rows));
-    for (out, column) in out.iter_mut().step_by(4 * width).zip(columns) {
-        *out = bytemuck::cast(column);
-    }
 }
 
 /// The other two corners of the triangles around each vertex, in their order.
@@ -255,6 +281,11 @@ impl Around {
             }
         }
         Self { starts, edges }
+    }
+
+    /// How many vertices there are.
+    pub fn count(&self) -> usize {
+        self.starts.len() - 1
     }
 
     /// Of all.
@@ -303,7 +334,7 @@ mod tests {
 
     #[test]
     fn what_is_linear_along_a_grid_is_predicted_exactly() {
-        let walk = Walk::new(81, &grid(9));
+        let walk = Walk::new(&Around::new(81, &grid(9)));
         let values: Vec<i32> = (0..81).map(|v| 7 * (v % 9) - 300 * (v / 9) + 40).collect();
         let residuals = walk.residuals(&values, 1);
         // The first, and the borders at its two sides, have no parallelogram before them.
@@ -322,7 +353,7 @@ mod tests {
             grid(9),
         ];
         for triangles in strange {
-            let walk = Walk::new(81, &triangles);
+            let walk = Walk::new(&Around::new(81, &triangles));
             let mut order = walk.order.clone();
             order.sort_unstable();
             assert!(order.iter().copied().eq(0..81), "each vertex once");
@@ -338,7 +369,7 @@ mod tests {
 
     #[test]
     fn a_part_of_a_walk_predicts_and_restores_numbers_of_its_vertices() {
-        let walk = Walk::new(81, &grid(9));
+        let walk = Walk::new(&Around::new(81, &grid(9)));
         let inside = |v: &u32| (2..8).contains(&(v % 9)) && v / 9 > 2;
         let vertices: Vec<u32> = (0..81).filter(inside).collect();
         let part = walk.on(&vertices);

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use common::{COEFFICIENTS, MODEL, exercise, head_model, sheet_model};
 use glam::{DVec3, Vec3};
 use phiz::blob::pack;
-use phiz::model::{Block, SOURCES};
+use phiz::model::Block;
 use phiz::{Error, Face, FaceModel, Random, Randomize};
 use proptest::prelude::*;
 
@@ -70,11 +70,8 @@ fn plain_positions(face: &Face, vertices: impl Iterator<Item = u32>) -> Vec<DVec
             return DVec3::ZERO;
         };
         let fade = phiz::model::falloff(surround.distances[t] / face.alpha());
-        let pulled: DVec3 = (t * SOURCES..(t + 1) * SOURCES)
-            .map(|s| {
-                moved(block, surround.sources[s] as usize)
-                    * (f64::from(surround.weights[s]) / 65535.0)
-            })
+        let pulled: DVec3 = (surround.rows(&[t])[0].iter())
+            .map(|&(place, weight)| moved(block, place as usize) * (f64::from(weight) / 65535.0))
             .sum();
         pulled * f64::from(fade)
     };

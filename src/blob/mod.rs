@@ -37,7 +37,7 @@
 
 pub(crate) mod record;
 
-use wide::{f32x4, i32x4};
+use wide::{f32x4, i32x4, u8x16, u16x8};
 
 use crate::error::Number;
 use crate::{Error, Result};
@@ -270,7 +270,7 @@ pub(crate) struct Planes<'a> {
     length: usize,
 }
 
-/// Numbers of planes that are read at once.
+/// Numbers of a row of planes that are read at once.
 pub(crate) const READ: usize = 16;
 
 impl<'a> Planes<'a> {
@@ -281,28 +281,71 @@ impl<'a> Planes<'a> {
         whole.then_some(Self { bytes, length })
     }
 
-    /// The numbers from number `first` on, each fourth beside the other: number k of them, and those
-    /// 4, 8 and 12 after it, are the k-th four. After the last of all they are whatever.
+    /// Four rows of [`READ`] numbers, side by side, each from another number on, into every `step`-th of
+    /// `out`. After the last of all numbers they are whatever, and of a row that
+    /// starts there zeros.
     // Not inlined, as all that is done for each of many parts of a model: an engine runs the fast code
     // of a function from its next call on, and a model is read once.
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    pub fn read(self, first: usize) -> [i32x4; READ / 4] {
-        let mut numbers = [i32x4::ZERO; READ / 4];
-        for (plane, p) in self.bytes.chunks_exact(self.length.max(1)).zip(0..) {
-            let rest = plane.get(first..).unwrap_or_default();
-            let bytes = rest.first_chunk().copied().unwrap_or_else(|| {
-                let mut last = [0; READ];
-                last[..rest.len()].copy_from_slice(rest);
-                last
-            });
-            // A byte of each four at a time.
-            let fours = i32x4::new(bytemuck::cast::<[u8; READ], [i32; 4]>(bytes).map(i32::from_le));
-            for (number, k) in numbers.iter_mut().zip(0..) {
-                *number |= (fours >> (8 * k) & i32x4::splat(0xff)) << (8 * p);
+    pub fn read(self, firsts: [usize; 4], out: &mut [i32x4], step: usize) {
+        let low = self.halves(0, firsts);
+        let lowest = i32x4::splat(0xffff);
+        // Nearly always: two bytes a number, eight of which are unfolded at once.
+        if 2 * self.length >= self.bytes.len() {
+            for (i, &half) in low.iter().enumerate() {
+                let n: u16x8 = bytemuck::cast(half);
+                let sign: u16x8 = u16x8::ZERO - (n & u16x8::ONE);
+                let half: i32x4 = bytemuck::cast(n >> 1 ^ sign);
+                if let Some([first, .., second]) = out.get_mut(2 * i * step..=(2 * i + 1) * step) {
+                    (*first, *second) = (half << 16 >> 16, half >> 16);
+                }
+            }
+            return;
+        }
+        let high = self.halves(2, firsts);
+        for i in 0..READ {
+            let (low, high) = (low[i / 2], high[i / 2]);
+            let n = match i % 2 {
+                0 => low & lowest | high << 16,
+                _ => low >> 16 & lowest | (high & !lowest),
+            };
+            let positive = n >> 1 & i32x4::splat(i32::MAX);
+            if let Some(out) = out.get_mut(i * step) {
+                *out = positive ^ (i32x4::ZERO - (n & i32x4::ONE));
             }
         }
-        let positive = i32x4::splat(i32::MAX);
-        numbers.map(|n| (n >> 1 & positive) ^ -(n & i32x4::ONE))
+    }
+
+    /// Two planes of four rows, as halves of numbers: of each two numbers the first half is the lower
+    /// one.
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    fn halves(self, plane: usize, firsts: [usize; 4]) -> [i32x4; READ / 2] {
+        let (mut start, mut end) = ([f32x4::ZERO; 4], [f32x4::ZERO; 4]);
+        for ((start, end), first) in start.iter_mut().zip(&mut end).zip(firsts) {
+            let (low, high) = (self.bytes(plane, first), self.bytes(plane + 1, first));
+            *start = bytemuck::cast(u8x16::unpack_low(low, high));
+            *end = bytemuck::cast(u8x16::unpack_high(low, high));
+        }
+        // Numbers only move, whatever they are.
+        let [a, b, c, d] = f32x4::transpose(start);
+        let [e, f, g, h] = f32x4::transpose(end);
+        let halves: [[i32; 4]; READ / 2] = bytemuck::cast([a, b, c, d, e, f, g, h]);
+        halves.map(|four| i32x4::new(four.map(i32::from_le)))
+    }
+
+    /// Bytes of a plane from number `first` on; zeros where there are none.
+    #[inline(always)]
+    fn bytes(self, plane: usize, first: usize) -> u8x16 {
+        let rest = match first < self.length {
+            true => self.bytes.get(plane * self.length + first..),
+            false => None,
+        };
+        let rest = rest.unwrap_or_default();
+        u8x16::new(rest.first_chunk().copied().unwrap_or_else(|| {
+            let mut last = [0; READ];
+            last[..rest.len()].copy_from_slice(rest);
+            last
+        }))
     }
 }
 
@@ -460,6 +503,20 @@ impl<'a> Blob<'a> {
         Ok(section)
     }
 
+    /// A section of exactly `length` bytes, where it lies.
+    ///
+    /// # Errors
+    /// As [`Blob::section`].
+    pub fn bytes(&self, name: &str, length: usize) -> Result<&'a [u8]> {
+        let row = self.row(name)?;
+        match row.code == u8::CODE && row.bytes.len() == length {
+            true => Ok(row.bytes),
+            false => Err(Error::Blob(format!(
+                "section \"{name}\" is not {length} bytes"
+            ))),
+        }
+    }
+
     /// A section of any length.
     ///
     /// # Errors
@@ -481,11 +538,14 @@ impl<'a> Blob<'a> {
     #[inline(never)]
     pub fn planes(&self, name: &str, length: usize) -> Result<Vec<i32>> {
         let planes = self.in_planes(name, length)?;
-        let mut numbers = vec![0; length];
-        for (out, first) in numbers.chunks_mut(READ).zip((0..).step_by(READ)) {
-            // Numbers only move, whatever they are.
-            let fours = f32x4::transpose(bytemuck::cast(planes.read(first)));
-            out.copy_from_slice(&bytemuck::cast::<_, [i32; READ]>(fours)[..out.len()]);
+        let (mut numbers, mut read) = (vec![0; length], [i32x4::ZERO; READ]);
+        for (out, first) in numbers.chunks_mut(4 * READ).zip((0..).step_by(4 * READ)) {
+            planes.read([0, 1, 2, 3].map(|row| first + row * READ), &mut read, 1);
+            for (row, out) in out.chunks_mut(READ).enumerate() {
+                for (out, numbers) in out.iter_mut().zip(&read) {
+                    *out = numbers.to_array()[row];
+                }
+            }
         }
         Ok(numbers)
     }

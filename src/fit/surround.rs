@@ -79,8 +79,12 @@ pub fn build(
         }
         let distance = led.iter().map(|v| distances[v]).sum::<f64>() / led.len() as f64;
         let mut sum: BTreeMap<u32, f64> = BTreeMap::new();
-        for (source, weight) in led.iter().flat_map(|&v| nearest.row(mean[v as usize])) {
-            *sum.entry(source).or_default() += f64::from(weight);
+        let mut own = [(0, 0); SOURCES];
+        for &v in &led {
+            nearest.row(mean[v as usize], &mut own);
+            for (source, weight) in own {
+                *sum.entry(source).or_default() += f64::from(weight);
+            }
         }
         let mut sources: Vec<(u32, f64)> = sum.into_iter().collect();
         sources.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
@@ -174,9 +178,11 @@ pub fn spread(
         .iter()
         .zip(&own)
         .for_each(|(&v, &d)| whole[v as usize] = d);
+    let all: Vec<usize> = (0..surround.targets.len()).collect();
+    let rows = surround.rows(&all);
     for (t, &target) in surround.targets.iter().enumerate() {
-        let pulled: DVec3 = (t * SOURCES..(t + 1) * SOURCES)
-            .map(|i| own[surround.sources[i] as usize] * f64::from(surround.weights[i]))
+        let pulled: DVec3 = (rows[t].iter())
+            .map(|&(place, weight)| own[place as usize] * f64::from(weight))
             .sum();
         let fade = f64::from(falloff(surround.distances[t] / alpha));
         whole[target as usize] = pulled * (fade / 65_535.0);

@@ -163,7 +163,7 @@ impl Template {
         let header: Header = blob.header()?;
         let n = header.vertices as usize;
         let (corners, triangles) = (header.corners as usize, header.triangles as usize);
-        let (topology, _) =
+        let (topology, ..) =
             Topology::read(&blob, n, corners, triangles, header.regions, header.parts)?;
         let positions = blob.section::<f64>("positions", 3 * n)?;
         let weights = blob.sized::<f64>("stencil_weights")?;

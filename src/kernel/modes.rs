@@ -66,34 +66,39 @@ impl Modes {
                 each.map(|(axis, k)| i32x4::new([0, 1, 2, 3].map(|i| number(axis, k + i)))),
             );
         }
-        Self::of_rows(step, modes, &rows)
+        Self::of_rows(step, modes, &rows).0
     }
 
-    /// Modes as what is predicted is restored: of each number in turn all modes, in [`fours`], each
-    /// of 16 bits.
-    pub(crate) fn of_rows(step: f32, modes: usize, rows: &[i32x4]) -> Self {
+    /// Modes as what is predicted is restored: of each number in turn all modes, in [`fours`]; and
+    /// whether each is one of 16 bits, as it should be.
+    pub(crate) fn of_rows(step: f32, modes: usize, rows: &[i32x4]) -> (Self, bool) {
         let own = fours(modes).max(1);
         let row = modes.div_ceil(2) * 4;
         let numbers = rows.len() / own;
         let mut tiles = vec![i16x8::ZERO; numbers.div_ceil(TILE) * row];
-        let mut most = vec![i32x4::ZERO; own];
+        let mut most = vec![[i32x4::ZERO; 2]; own];
         let tiled = tiles.chunks_exact_mut(row.max(1));
         for (tile, rows) in tiled.zip(rows.chunks(TILE * own)) {
             for (four, rows) in rows.chunks(4 * own).enumerate() {
                 lay(rows, &mut tile[four..], &mut most);
             }
         }
-        let most: &[[i32; 2]] = bytemuck::cast_slice(&most);
-        let largest = most[..modes.div_ceil(2)].iter();
-        Self {
+        let largest = most
+            .iter()
+            .flat_map(|[most, _]| bytemuck::cast::<_, [[u32; 2]; 2]>(*most));
+        let bits = most.iter().fold(i32x4::ZERO, |all, [_, bits]| all | *bits);
+        let all = Self {
             step: nearest_step(step),
             modes,
             numbers,
             tiles,
-            largest: largest
-                .map(|pair| pair.iter().sum::<i32>() as u32)
+            largest: (largest.map(|[a, b]| a.saturating_add(b)))
+                .take(modes.div_ceil(2))
                 .collect(),
-        }
+        };
+        // Of numbers of 16 bits, whichever sign they have, these have no higher one.
+        let fit = bits.to_array().iter().all(|&bits| bits <= i16::MAX.into());
+        (all, fit)
     }
 
     /// Modes that were rounded, a mode after another.
@@ -275,18 +280,19 @@ impl Modes {
 const NOTHING: [i16x8; 4] = [i16x8::ZERO; 4];
 
 /// Puts up to four numbers into the eights of a tile that are theirs, every fourth from the first on,
-/// and notes the largest magnitudes.
+/// and notes the largest magnitudes, and which bits there are beside the sign.
 // Not inlined, as what is done for each of many parts of a model: see `Walk::restore_one`.
 #[cfg_attr(target_arch = "wasm32", inline(never))]
-fn lay(rows: &[i32x4], tile: &mut [i16x8], most: &mut [i32x4]) {
+fn lay(rows: &[i32x4], tile: &mut [i16x8], most: &mut [[i32x4; 2]]) {
     let own = most.len();
     let mut eights = tile.iter_mut().step_by(4);
-    for (k, most) in most.iter_mut().enumerate() {
+    for (k, [most, bits]) in most.iter_mut().enumerate() {
         let of = |i: usize| rows.get(i * own + k).copied().unwrap_or(i32x4::ZERO);
         let four = [0, 1, 2, 3].map(of);
-        *most = four
-            .iter()
-            .fold(*most, |most, number| most.max(number.abs()));
+        for number in four {
+            *most = most.max(number.abs());
+            *bits |= number ^ (number >> 31);
+        }
         // Two modes of a number are moved as one.
         let narrow = |a: i32x4, b: i32x4| -> [u32; 4] {
             bytemuck::cast(i16x8::from_i32x8_saturate(bytemuck::cast([a, b])))

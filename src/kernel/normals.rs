@@ -68,9 +68,9 @@ impl Patch {
     /// All vertices of a mesh.
     // Not inlined, as all that only reading needs: the module is downloaded before it runs.
     #[inline(never)]
-    pub fn new(count: usize, triangles: &[[u32; 3]]) -> Self {
-        // Indexes by each vertex of them, so that none is `count` or beyond.
-        let around = Around::new(count, triangles);
+    pub fn new(around: &Around) -> Self {
+        // It was indexed by each vertex that it names, so that none is `count` or beyond.
+        let count = around.count();
         let mut whole = Self {
             count,
             range: 0..count as u32,
@@ -176,8 +176,8 @@ impl Patch {
         if normals.is_empty() || positions.len() <= self.count {
             return;
         }
-        // SAFETY: the corners of all rings are below `count`: `Patch::new`, which makes all rings that
-        // there are, would have panicked, and none is changed later.
+        // SAFETY: the corners of all rings are below `count`: `Around::new`, whose vertices `Patch::new`
+        // makes all rings of that there are, would have panicked, and none is changed later.
         #[allow(unsafe_code)]
         let area = |ring: &Ring| unsafe { area(positions, ring) };
         let mut rings = &self.rings[..];
@@ -279,7 +279,7 @@ mod tests {
     fn normals_are_those_of_one_triangle_after_the_other() {
         let mut random = Random::new(4);
         let triangles = sheet(9);
-        let whole = Patch::new(81, &triangles);
+        let whole = Patch::new(&Around::new(81, &triangles));
         let mut positions: Vec<Vec3> = (0..82)
             .map(|v| Vec3::new((v % 9) as f32, (v / 9) as f32, random.normal() as f32))
             .collect();
@@ -333,7 +333,7 @@ mod tests {
             let positions: Vec<Vec3> = (0..42)
                 .map(|_| Vec3::from_array([0; 3].map(|_| random.normal() as f32)))
                 .collect();
-            let whole = Patch::new(41, &triangles);
+            let whole = Patch::new(&Around::new(41, &triangles));
             let mut filled = [DVec3::ZERO; 41];
             let rings = whole.rings.iter().zip(0..).map(|(ring, v)| (v, ring));
             for (v, ring) in rings.chain(whole.more.iter().map(|(v, ring)| (*v, ring))) {
@@ -363,7 +363,7 @@ mod tests {
     #[test]
     fn what_has_no_area_has_no_normal() {
         let mut normals = vec![Vec3::ONE; 4];
-        Patch::new(3, &[[0, 1, 2]]).normals(&[Vec3::X; 4], &mut normals);
+        Patch::new(&Around::new(3, &[[0, 1, 2]])).normals(&[Vec3::X; 4], &mut normals);
         assert_eq!(normals[..3], [Vec3::ZERO; 3]);
     }
 }

@@ -32,24 +32,25 @@ fn extend(rows: &mut Vec<f32x4>, modes: &Modes, place: usize) {
     rows.extend(each.map(|(axis, k)| f32x4::new([0, 1, 2, 3].map(|i| number(axis, k + i)))));
 }
 
-/// Adds as many numbers, times a weight.
+/// Appends weighted sums of rows, scaled and rounded; whether one is not zero then.
 #[cfg_attr(target_arch = "wasm32", inline(never))]
-fn add(sums: &mut [f32x4], weight: f32, numbers: &[f32x4]) {
-    let weight = f32x4::splat(weight);
-    for (sum, &x) in sums.iter_mut().zip(numbers) {
-        *sum += weight * x;
-    }
-}
-
-/// Appends the sums, scaled and rounded; whether one is not zero then.
-#[cfg_attr(target_arch = "wasm32", inline(never))]
-fn append(followed: &mut Vec<i32x4>, sums: &[f32x4], scale: f32) -> bool {
+fn append(
+    followed: &mut Vec<i32x4>,
+    rows: [&[f32x4]; SOURCES],
+    weights: [f32; SOURCES],
+    scale: f32,
+) -> bool {
     // Of numbers from this one on, up to twice its third, the last bit counts whole ones: sums are
     // rounded to the nearest, ties to even, by the addition.
     let whole = f32x4::splat(12_582_912.0);
     let (scale, offset) = (f32x4::splat(scale), bytemuck::cast::<_, i32x4>(whole));
+    let weights = weights.map(f32x4::splat);
+    let numbers = rows[0].len();
+    let rows = rows.map(|row| &row[..numbers]);
     let mut any = i32x4::ZERO;
-    followed.extend(sums.iter().map(|&sum| {
+    followed.extend((0..numbers).map(|i| {
+        let each = weights.iter().zip(&rows);
+        let sum = each.fold(f32x4::ZERO, |sum, (&weight, row)| sum + weight * row[i]);
         let rounded = bytemuck::cast::<_, i32x4>(sum * scale + whole) - offset;
         any |= rounded;
         rounded
@@ -66,17 +67,17 @@ impl Surrounding {
         let (Some(surround), false) = (surround, active.is_empty()) else {
             return Self {
                 targets: Vec::new(),
-                modes: Modes::of_rows(modes.step(), modes.count(), &[]),
+                modes: Modes::of_rows(modes.step(), modes.count(), &[]).0,
             };
         };
         let finer = modes.headroom();
+        let own = surround.rows(&active);
         // All modes of a source side by side: those of a vertex are a sum of few such rows.
         let numbers = 3 * fours(modes.count());
-        let places = (surround.sources.iter()).fold(0, |most, &place| most.max(place as usize + 1));
         // Where the row of each source starts, once it is there.
-        let mut starts = vec![usize::MAX; places];
+        let mut starts = vec![usize::MAX; modes.numbers() / 3];
         let mut rows: Vec<f32x4> = Vec::new();
-        for place in surround.sources.iter().map(|&place| place as usize) {
+        for place in own.as_flattened().iter().map(|&(place, _)| place as usize) {
             if starts[place] == usize::MAX {
                 starts[place] = rows.len();
                 extend(&mut rows, modes, place);
@@ -84,24 +85,22 @@ impl Surrounding {
         }
         let mut targets = Vec::with_capacity(active.len());
         let mut followed = Vec::with_capacity(numbers * active.len());
-        let mut sums = vec![f32x4::ZERO; numbers];
-        for &t in &active {
-            sums.fill(f32x4::ZERO);
-            for i in t * SOURCES..(t + 1) * SOURCES {
-                let row = &rows[starts[surround.sources[i] as usize]..];
-                add(&mut sums, surround.weights[i].into(), row);
-            }
+        for (&t, own) in active.iter().zip(&own) {
+            let (rows, weights) = (
+                own.map(|(place, _)| &rows[starts[place as usize]..][..numbers]),
+                own.map(|(_, weight)| f32::from(weight)),
+            );
             let scale = fades[t] / 65_535.0 * (1 << finer) as f32;
             let start = followed.len();
             // Towards its end the fall-off leaves nothing to follow.
-            match append(&mut followed, &sums, scale) {
+            match append(&mut followed, rows, weights, scale) {
                 true => targets.push(surround.targets[t]),
                 false => followed.truncate(start),
             }
         }
         Self {
             targets,
-            modes: Modes::of_rows(modes.step() / (1 << finer) as f32, modes.count(), &followed),
+            modes: Modes::of_rows(modes.step() / (1 << finer) as f32, modes.count(), &followed).0,
         }
     }
 }

@@ -151,7 +151,7 @@ impl FaceModel {
         #[cfg(not(target_arch = "wasm32"))]
         let bytes = &crate::blob::unpack(bytes)?;
         let blob = Blob::parse(bytes, Kind::Model)?;
-        let mut parts = ModelParts::read(&blob)?;
+        let (mut parts, whole) = ModelParts::read(&blob)?;
         let population = parts.population();
         let correlation = DMatrix::from_row_iterator(
             population,
@@ -167,7 +167,6 @@ impl FaceModel {
                 "its correlation matrix is not positive definite".into(),
             ));
         };
-        let whole = Patch::new(parts.mean.len(), &parts.topology.triangles());
         let mut median = vec![0.0_f32; parts.coefficients()];
         for control in parts.controls.iter().filter(|c| c.measure.is_none()) {
             let amount = (control.median() - control.read(&median)) / control.gain();
@@ -406,7 +405,8 @@ impl ModelParts {
         Ok(())
     }
 
-    fn read(blob: &Blob) -> Result<Self> {
+    /// And all vertices, for normals.
+    fn read(blob: &Blob) -> Result<(Self, Patch)> {
         let header: Header = blob.header()?;
         let bad = |why: String| Err(Error::Blob(why));
         if header.units != "mm" {
@@ -429,7 +429,7 @@ impl ModelParts {
             return bad(format!("{} regions", header.regions.len()));
         }
         let n = header.vertices as usize;
-        let (topology, walk) = Topology::read(
+        let (topology, walk, around) = Topology::read(
             blob,
             n,
             header.corners as usize,
@@ -503,7 +503,7 @@ impl ModelParts {
                 "a blending distance of {alpha} mm in {least} to {most}"
             ));
         }
-        Ok(Self {
+        let parts = Self {
             about: header.about,
             mean,
             topology,
@@ -514,7 +514,8 @@ impl ModelParts {
             landmarks: header.landmarks,
             measures: header.measures,
             blending: header.blending,
-        })
+        };
+        Ok((parts, Patch::new(&around)))
     }
 }
 
@@ -624,15 +625,17 @@ fn read_block(
     }
     let modes = header.modes as usize;
     let residuals = blob.in_planes(&format!("modes.{b}"), 3 * support.len() * modes)?;
-    let rows = walk.on(&support).restore(residuals, modes, 3);
-    // Of numbers of 16 bits, whichever sign they have, this has no higher bit.
-    let bits = rows
-        .iter()
-        .fold(i32x4::ZERO, |all, &row| all | row ^ (row >> 31));
-    if bits.to_array().iter().any(|&bits| bits > i16::MAX.into()) {
+    let rows = match support.len() == n {
+        true => walk.restore(residuals, modes, 3),
+        false => walk.on(&support).restore(residuals, modes, 3),
+    };
+    let (modes, fit) = Modes::of_rows(sound_step(header.step)?, modes, &rows);
+    if !fit {
         return bad("a mode of more steps than 16 bits hold".into());
     }
-    let sigmas = blob.floats(&format!("sigmas.{b}"), modes, 1e9)?;
+    // Many more bytes than all that is left.
+    drop(rows);
+    let sigmas = blob.floats(&format!("sigmas.{b}"), modes.count(), 1e9)?;
     let surround = match header.surround {
         None => None,
         Some(SurroundHeader { targets, rigid }) => {
@@ -652,7 +655,7 @@ fn read_block(
         }
     };
     Ok(Block {
-        modes: Modes::of_rows(sound_step(header.step)?, modes, &rows),
+        modes,
         name: header.name,
         regions,
         support,

@@ -27,14 +27,22 @@ fn error(why: crate::Error) -> JsError {
 #[wasm_bindgen]
 pub struct FaceModel {
     model: crate::FaceModel,
+    /// The blob, where it is kept.
+    blob: Vec<u8>,
 }
 
 #[wasm_bindgen]
 impl FaceModel {
-    /// Reads a model blob.
-    pub fn parse(bytes: &[u8]) -> Result<FaceModel, JsError> {
-        let model = crate::FaceModel::parse(bytes).map_err(error)?;
-        Ok(Self { model })
+    /// Reads a model blob, and keeps it if that is wanted.
+    pub fn parse(bytes: Vec<u8>, keep: bool) -> Result<FaceModel, JsError> {
+        let model = crate::FaceModel::parse(&bytes).map_err(error)?;
+        let blob = if keep { bytes } else { Vec::new() };
+        Ok(Self { model, blob })
+    }
+
+    /// The blob that was kept, a copy.
+    pub fn blob(&self) -> Vec<u8> {
+        self.blob.clone()
     }
 
     /// Names, units and provenance, as a plain object.

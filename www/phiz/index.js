@@ -16,8 +16,11 @@ export function fastestBuild() {
 }
 
 // A build is instantiated once; all models that use it share its memory.
-/** @type {Map<string, Promise<{ glue: typeof import('./raw.js'), memory: WebAssembly.Memory }>>} */
+/** @typedef {{ glue: typeof import('./raw.js'), memory: WebAssembly.Memory }} Instance */
+/** @type {Map<string, Promise<Instance>>} */
 const instances = new Map();
+/** Those that are there. @type {Map<string, Instance>} */
+const ready = new Map();
 
 /** @param {'simd' | 'scalar'} build */
 async function instantiate(build) {
@@ -86,12 +89,17 @@ function pixels(what, value) {
 /** What a packed model may inflate to, as in `src/blob.rs`: twenty times the default model. */
 const MOST_BYTES = 64 * 1024 * 1024;
 
+/** @param {Uint8Array} bytes */
+function isPacked(bytes) {
+  return bytes[0] === 0x1f && bytes[1] === 0x8b;
+}
+
 /**
  * A model on disk is gzip; a blob that is not packed comes back as it is.
  * @param {Uint8Array} bytes
  */
 async function unpack(bytes) {
-  if (bytes[0] !== 0x1f || bytes[1] !== 0x8b) return bytes;
+  if (!isPacked(bytes)) return bytes;
   if (typeof DecompressionStream !== 'function') {
     throw new Error('this browser has no DecompressionStream, which unpacks models: it is too old');
   }
@@ -136,8 +144,11 @@ function instance(build) {
   if (!found) {
     found = instantiate(build);
     instances.set(build, found);
-    // A failed download may be tried again.
-    found.catch(() => instances.delete(build));
+    found.then(
+      (instance) => ready.set(build, instance),
+      // A failed download may be tried again.
+      () => instances.delete(build),
+    );
   }
   return found;
 }
@@ -152,20 +163,31 @@ export async function prepare({ build = fastestBuild() } = {}) {
  * @param {{ build?: 'simd' | 'scalar' }} [options]
  */
 export async function load(bytes, { build = fastestBuild() } = {}) {
+  const given = ArrayBuffer.isView(bytes) ? bytes : new Uint8Array(bytes);
+  const there = ready.get(build);
+  // A blob has far more bytes than a file: where nothing has to be waited for, the module's copy is the
+  // only one.
+  if (there && !isPacked(given)) {
+    return new FaceModel(there.glue.FaceModel.parse(given, true), there, null);
+  }
   const instantiated = instance(build);
   // A copy, as it was given, for the module that fits photos: should it come, it reads its own.
   const packed = copy(bytes);
   // The one comes in while the other is unpacked.
   const unpacked = unpack(packed);
-  const [{ glue, memory }, blob] = await Promise.all([instantiated, unpacked]);
-  return new FaceModel(glue.FaceModel.parse(blob), memory, glue, packed);
+  const [found, blob] = await Promise.all([instantiated, unpacked]);
+  return new FaceModel(found.glue.FaceModel.parse(blob, false), found, packed);
 }
 
 export class FaceModel {
   /** @type {RawFaceModel | null} */
   #raw;
   #memory;
-  #info;
+  /**
+   * Most of it is text, which takes as long as a face: made when it is first asked for.
+   * @type {import('phiz').ModelInfo | null}
+   */
+  #known = null;
   /** @type {Set<WeakRef<Face>>} */
   #faces = new Set();
   /** @type {Map<string, any>} */
@@ -182,16 +204,19 @@ export class FaceModel {
 
   /**
    * @param {RawFaceModel} raw
-   * @param {WebAssembly.Memory} memory
-   * @param {typeof import('./raw.js')} glue
-   * @param {Uint8Array} packed the file
+   * @param {Instance} instance
+   * @param {Uint8Array | null} packed the file; null when `raw` keeps the blob
    */
-  constructor(raw, memory, glue, packed) {
+  constructor(raw, { memory, glue }, packed) {
     this.#packed = packed;
     this.#raw = raw;
     this.#memory = memory;
     this.#glue = glue;
-    this.#info = raw.info();
+  }
+
+  get #info() {
+    this.#known ??= this.#live.info();
+    return this.#known;
   }
 
   get #live() {
@@ -298,7 +323,7 @@ export class FaceModel {
   async #newFitter(expressions) {
     const [glue, blob, more] = await Promise.all([
       loadedPhotoModule(),
-      unpack(this.#packed),
+      this.#packed ? unpack(this.#packed) : this.#live.blob(),
       expressions && unpack(expressions),
     ]);
     return glue.Fitter.parse(blob, more);

@@ -3,7 +3,8 @@
 
 export class FaceModel {
   private constructor();
-  static parse(bytes: Uint8Array): FaceModel;
+  static parse(bytes: Uint8Array, keep: boolean): FaceModel;
+  blob(): Uint8Array;
   info(): import('phiz').ModelInfo;
   face(): Face;
   from_code(code: string): Face;
