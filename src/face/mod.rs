@@ -13,7 +13,7 @@ use glam::Vec3;
 
 use crate::Random;
 use crate::error::range;
-use crate::model::{Attribute, FaceModel, LIMIT, Reach};
+use crate::model::{Attribute, FaceModel, LIMIT, Reach, Surround};
 use crate::{Error, Result};
 use anchor::{Anchor, Regions};
 
@@ -449,7 +449,11 @@ impl Face {
         let own = &self.model.derived.reach;
         self.reach = match alpha == own.alpha {
             true => own.clone(),
-            false => Arc::new(Reach::new(self.model.parts(), alpha)),
+            false => {
+                let blocks = self.model.parts().blocks.iter();
+                (blocks.flat_map(|b| &b.surround)).for_each(Surround::keep);
+                Arc::new(Reach::new(self.model.parts(), alpha))
+            }
         };
         self.evaluate_all();
         Ok(())

@@ -1,5 +1,7 @@
 //! What follows a region, and how (region morphing, section 6.2, eqs. 11 and 12).
 
+use std::sync::OnceLock;
+
 use glam::Vec3;
 use wide::f32x4;
 
@@ -38,6 +40,7 @@ pub struct Surround {
     /// Where each target is, and which of the parts it is of, if of any.
     points: Vec<(Vec3, Option<u32>)>,
     nearest: Nearest,
+    kept: OnceLock<Vec<Row>>,
 }
 
 /// What a target follows: places in the support (not vertex numbers), and their weights in units of
@@ -116,12 +119,21 @@ impl Surround {
             distances,
             rigid,
             nearest,
+            kept: OnceLock::new(),
         })
     }
 
-    /// What some targets follow, by their places among all. It takes less time to find it than memory
-    /// to keep it.
+    /// Finds what all targets follow, and keeps it: who changes the fall-off distance once does so again.
+    pub(crate) fn keep(&self) {
+        self.kept
+            .get_or_init(|| self.rows(&Vec::from_iter(0..self.targets.len())));
+    }
+
+    /// What some targets follow, by their places among all.
     pub fn rows(&self, targets: &[usize]) -> Vec<Row> {
+        if let Some(kept) = self.kept.get() {
+            return targets.iter().map(|&t| kept[t]).collect();
+        }
         let mut nearest = self.nearest.clone();
         let mut rows = vec![[(0, 0); SOURCES]; targets.len()];
         for (row, &t) in rows.iter_mut().zip(targets) {
