@@ -153,8 +153,14 @@ const COLOUR = /* glsl */ `
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
-  // A photo is exposed so that lit skin is brighter than its albedo.
-  if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb * 0.8, worn);
+  if (worn > 0.0) {
+    // A photo is exposed so that lit skin is brighter than its albedo, and has its own curve: this undoes the
+    // page's, which makes what is bright pale.
+    vec3 seen = texture2D(wornMap, vWorn).rgb;
+    seen *= 0.58 + 0.6 * seen * seen;
+    seen = mix(vec3(dot(seen, vec3(0.2126, 0.7152, 0.0722))), seen, 1.08);
+    tone = mix(tone, clamp(seen, 0.0, 0.95), worn);
+  }
   // What no light reaches, the mouth and the depth of nostrils, is mucous membrane.
   tone = mix(tone, vec3(0.42, 0.12, 0.11), 0.85 * (1.0 - smoothstep(0.03, 0.2, occlusion)));
   float hairs = 0.0;
