@@ -379,6 +379,90 @@ fn a_fringe_covers_the_forehead() {
     assert!((0.3..0.7).contains(&forehead), "{forehead}");
 }
 
+/// Down to the brows, and where its lights are as bright as skin.
+#[test]
+fn a_fringe_is_no_skin() {
+    let mut face = Portrait::new(5);
+    let hair = SKIN * 0.35;
+    face.paint_scalp(hair);
+    let brows: Vec<Vec3> = (17..27).map(|i| face.at(&format!("ibug_{i}")).0).collect();
+    let top = brows.iter().map(|p| p.y).fold(f32::NEG_INFINITY, f32::max);
+    let trichion = face.at("trichion").0;
+    let [nose, corner] = ["ibug_33", "ibug_45"].map(|name| face.at(name).0);
+    let above = move |p: Vec3| {
+        let near = brows.iter().map(|b| b.distance(p));
+        p.z > 0.0 && p.x.abs() < 45.0 && p.y > top + 3.0 && near.fold(f32::INFINITY, f32::min) > 9.0
+    };
+    face.paint(hair, &above);
+    face.paint(SKIN * 0.8, |p| above(p) && (p.x / 7.0).sin() > 0.8);
+    let rgba = face.rgba();
+    let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+    let edit = edit(&face.face, &face.camera, Some(face.light));
+    let worn = edit.texture(&image, 512).unwrap();
+    let parts = face.face.model().parts();
+    let red = |is_one: &dyn Fn(Vec3) -> bool| -> Vec<u8> {
+        let each = parts.topology.part_vertices("skin").into_iter();
+        let each = each.filter(|&v| is_one(parts.mean[v as usize]));
+        let each = each.map(|v| {
+            let [u, w] = parts.topology.uvs[v as usize];
+            let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
+            worn.rgba[4 * (512 * y + x)]
+        });
+        let mut all: Vec<u8> = each.collect();
+        all.sort_unstable();
+        assert!(all.len() > 40, "{}", all.len());
+        all
+    };
+    let cheek =
+        red(&|p| p.z > corner.z && (p.y - nose.y).abs() < 10.0 && (p.x.abs() - 35.0).abs() < 12.0);
+    let cheek = f64::from(cheek[cheek.len() / 2]);
+    let forehead = red(&|p| above(p) && p.y < trichion.y);
+    let dark = f64::from(forehead[forehead.len() / 50]);
+    assert!(
+        dark > 0.87 * cheek,
+        "a forehead is {dark} of 255, a cheek {cheek}"
+    );
+}
+
+/// A photo that ends at the hairline does not show whether hair stands off, but what colour it has.
+#[test]
+fn hair_that_a_photo_cuts_off_is_not_cropped() {
+    let fair = DVec3::new(0.2, 0.14, 0.06);
+    let portrait = |near: bool| {
+        let mut face = Portrait::new(5);
+        if near {
+            face.camera.translation.z = 330.0;
+            face.camera.translation.y += 10.0;
+        }
+        face.paint_scalp(fair);
+        let brow = face.at("ibug_19").0;
+        // It has lights and shadows.
+        face.paint(fair * 0.4, |p| {
+            p.y > brow.y + 12.0 && (p.x / 2.0).sin() > 0.1
+        });
+        face.paint(fair, |p| {
+            p.z > 0.0 && p.y > brow.y + 8.0 && (p.x / 2.0).sin() <= 0.1
+        });
+        face
+    };
+    let near = portrait(true);
+    let hair = near.hair();
+    assert!((6.0..20.0).contains(&hair.off), "{}", hair.off);
+    let front = near.light.shade(DVec3::new(0.0, 0.1, 1.0).normalize());
+    let lit = fair * front;
+    assert!(hair.colour.x > 0.5 * lit.x, "{:?} for {lit:?}", hair.colour);
+}
+
+#[test]
+fn a_beard_is_no_skin() {
+    let shaved = Portrait::new(6).looks().skin;
+    let mut face = Portrait::new(6);
+    let nose = face.at("ibug_33").0;
+    face.paint(SKIN * 0.3, |p| p.y < nose.y - 3.0);
+    let bearded = face.looks().skin;
+    assert!(ratio(bearded, shaved) < 1.2, "{bearded:?} for {shaved:?}");
+}
+
 #[test]
 fn a_beard_is_darker_than_the_cheeks() {
     for darker in [0.3_f64, 0.9] {
@@ -482,7 +566,8 @@ fn glasses_are_not_skin() {
             .filter(|(seen, bare)| **seen < 0.75 * **bare);
         count.count() as f64 / bare.len() as f64
     };
-    for (through, painted) in [(1.0, 0.03), (0.1, 0.2)] {
+    // (Above the brows it is taken for hair.)
+    for (through, painted) in [(1.0, 0.015), (0.1, 0.15)] {
         let mut face = Portrait::new(8);
         glasses(&mut face, through);
         let worn = darker(&face);

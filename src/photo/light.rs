@@ -100,6 +100,12 @@ impl<'a> Image<'a> {
             .sum()
     }
 
+    /// Whether a point is in the image.
+    pub(super) fn contains(&self, p: DVec2) -> bool {
+        let size = DVec2::new(self.width as f64, self.height as f64);
+        p.cmpge(DVec2::ZERO).all() && p.cmplt(size).all()
+    }
+
     /// The mean linear light, 0 to 1, of the pixels whose middles are within `reach` px of a point along
     /// both axes, at least of the pixel that it is in; `None` outside of the image and of the person.
     pub(super) fn mean(&self, p: DVec2, reach: f64) -> Option<DVec3> {

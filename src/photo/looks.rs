@@ -97,6 +97,13 @@ const TEMPLES: [f64; 3] = [-20.0, 0.0, 20.0];
 const FARTHEST_OFF: f64 = 120.0;
 /// Hair that stands off less is cropped, mm.
 const CROPPED: f64 = 6.0;
+/// Hair of which a photo does not show how far it stands off does so as most people's, mm.
+const USUAL_OFF: f64 = 12.0;
+/// Fewer places that show it do not.
+const FEWEST_PLACES: usize = 4;
+/// Hair that hangs beside the face by this, mm, or covers this part of the forehead, is not cropped.
+const LONG: f64 = 20.0;
+const FRINGE: f64 = 0.35;
 /// An iris's radius, mm; people differ by a tenth.
 const IRIS: f64 = 5.9;
 /// In a photo that is darker by this factor than usual noise is as strong as the light of an iris.
@@ -384,21 +391,22 @@ impl Head<'_> {
             skin: self.own,
         };
         let off = self.off(&tones);
-        // Skin shows between short hairs.
-        if off < CROPPED {
+        let hangs = [(tragion_left, 1.0), (tragion_right, -1.0)]
+            .map(|(p, side)| self.hangs(p, side, bearded, &tones));
+        let hangs = hangs[0].max(hangs[1]);
+        let forehead = self.forehead(&tones);
+        // Skin shows between short hairs. What hangs is longer, wherever the photo ends.
+        if off < CROPPED && hangs < LONG && forehead < FRINGE {
             let bright = |s: &(DVec3, DVec3)| s.0.dot(BRIGHTNESS);
             samples.sort_unstable_by(|a, b| bright(a).total_cmp(&bright(b)));
             samples.truncate(samples.len() / 2);
         }
-        let colour = median(samples.into_iter().map(|s| s.1));
-        let hangs = [(tragion_left, 1.0), (tragion_right, -1.0)]
-            .map(|(p, side)| self.hangs(p, side, bearded, &tones));
         Some(Hair {
-            colour,
+            colour: median(samples.into_iter().map(|s| s.1)),
             cover,
             off,
-            hangs: hangs[0].max(hangs[1]),
-            forehead: self.forehead(&tones),
+            hangs,
+            forehead,
         })
     }
 
@@ -432,16 +440,22 @@ impl Head<'_> {
     fn off(&self, tones: &Tones) -> f64 {
         let away = |from: DVec3, along: DVec3| {
             let steps = (FARTHEST_OFF / STEP) as usize;
-            followed(steps, |i| {
-                let light = self.light(from + along * (i as f64 * STEP));
-                light.is_some_and(|light| tones.is_hair(light))
-            })
+            let at = |i: usize| from + along * (i as f64 * STEP);
+            let far = followed(steps, |i| {
+                self.light(at(i)).is_some_and(|light| tones.is_hair(light))
+            });
+            // Where the photo ends hair goes on that nobody sees.
+            let ends = (far / STEP) as usize;
+            self.skin
+                .image
+                .contains(self.camera.project(at(ends)))
+                .then_some(far)
         };
         let mut all = Vec::new();
         let mut farthest = |along: DVec3, near: &dyn Fn(DVec3) -> bool| {
             let places = self.places.iter().copied().filter(|&p| near(p));
             let out = places.max_by(|a, b| a.dot(along).total_cmp(&b.dot(along)));
-            all.extend(out.map(|out| away(out, along)));
+            all.extend(out.and_then(|out| away(out, along)));
         };
         for x in CROWN {
             farthest(DVec3::Y, &|p| (p.x - x).abs() < 4.0);
@@ -453,7 +467,10 @@ impl Head<'_> {
             }
         }
         all.sort_unstable_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(0.0)
+        match all.len() < FEWEST_PLACES {
+            true => USUAL_OFF,
+            false => all[all.len() / 2],
+        }
     }
 
     /// How much of the forehead hair covers.

@@ -21,8 +21,22 @@ const FOREHEAD: [f32; 2] = [2.0, 9.0];
 /// corners of the eyes on, mm, wholly from the second on; and from so far above the nose's base, below
 /// which it is a beard, that is worn.
 const TEMPLE: [[f32; 2]; 2] = [[4.0, 16.0], [0.0, 12.0]];
-/// Around what is doubted there so many edges of the mesh are doubted as well.
+/// Around what is doubted there so many edges of the mesh are doubted as well, and belief grows again over so many more.
 const EDGE: usize = 2;
+const SOFT: usize = 4;
+/// Hair that covers a forehead hangs from above: in columns this wide, mm, all is doubted above where for so many mm
+/// more than this part is hair. Its lights have the tone of skin.
+const COLUMN: f32 = 6.0;
+const COVERED: (f32, f64) = (10.0, 0.6);
+/// Near hair the fill's brightness is believed rather than the photo's where they are apart by the first of these
+/// logarithms, wholly by the second: single strands are thinner than the mesh.
+const STRAND: [f64; 2] = [0.1, 0.28];
+/// Of what is brighter than the skin this part counts.
+const SHINE: f64 = 0.4;
+/// A beard's tone is that of the chin, if it is darker than the skin by this logarithm.
+const BEARDED: f64 = 0.2;
+/// The chin is so far below the nose's base, mm: under the mouth.
+const CHIN: f32 = 34.0;
 /// The logarithms of tones that are another: none of the first is, all of the second are.
 const OTHER: [f64; 2] = [0.2, 0.42];
 /// The photo is worn within this distance of the 68 points, mm, wholly within the second.
@@ -63,6 +77,10 @@ pub(super) struct Skin<'a> {
     /// Where vertices are in the photo, px.
     pub seen: Vec<DVec2>,
     pub trust: Vec<f64>,
+    /// Below this height on the mean head a beard may be, which is no skin.
+    beard_below: f32,
+    /// How near hair is, 0..=1, where single strands are looked for.
+    strands: Vec<f64>,
     /// The model's own colours, linear.
     pub painted: Vec<DVec3>,
     /// The cosine of the angle at which each vertex is seen, 0 when it is not.
@@ -99,6 +117,8 @@ impl<'a> Skin<'a> {
             image,
             normals,
             seen: places.iter().map(|&p| camera.project(p)).collect(),
+            beard_below: f32::NEG_INFINITY,
+            strands: vec![0.0; trust.len()],
             trust,
             facings,
             painted: topology.colours.iter().map(|&c| linear(c)).collect(),
@@ -137,8 +157,13 @@ impl<'a> Skin<'a> {
 
     /// The usual albedo of what is seen and believed.
     pub fn own(&self) -> DVec3 {
-        let seen = (0..self.trust.len()).filter(|&v| self.trust[v] > 0.8);
+        let seen = (0..self.trust.len()).filter(|&v| self.trust[v] > 0.8 && self.beardless(v));
         median(seen.filter_map(|v| self.vertex(v)))
+    }
+
+    /// Whether no beard is at a vertex.
+    pub fn beardless(&self, v: usize) -> bool {
+        self.model.parts().mean[v].y > self.beard_below
     }
 
     /// The logarithms of (albedo / model's colour) of the vertices that are seen.
@@ -155,8 +180,6 @@ impl<'a> Skin<'a> {
     /// Believes less of what is near the outline or the hairline and has another tone than the skin.
     fn doubt(&mut self) {
         let tones = self.seen_tones();
-        let inner = tones.iter().filter(|t| self.facings[t.0] > INNER);
-        let usual = median(inner.map(|t| t.1));
         let parts = self.model.parts();
         let places = |names: std::ops::RangeInclusive<&'static str>| {
             let named = move |l: &&Landmark| names.contains(&l.name.as_str());
@@ -169,30 +192,112 @@ impl<'a> Skin<'a> {
         let corners = corners.map(|p| p.z).fold(f32::INFINITY, f32::min);
         let nose = places("ibug_33"..="ibug_33").map(|p| p.y);
         let nose = nose.fold(f32::NEG_INFINITY, f32::max);
-        let mut hairless = vec![1.0; self.trust.len()];
         let within = |[from, to]: [f32; 2], x: f32| ((x - from) / (to - from)).clamp(0.0, 1.0);
+        let away = |a: DVec3, b: DVec3| {
+            (((a - b).length() - OTHER[0]) / (OTHER[1] - OTHER[0])).clamp(0.0, 1.0)
+        };
+        // Jaws have the beard that the chin has, and no skin has its tone.
+        let of = |is_one: &dyn Fn(f32) -> bool| {
+            let inner = tones.iter().filter(|t| self.facings[t.0] > INNER);
+            median(inner.filter(|t| is_one(parts.mean[t.0].y)).map(|t| t.1))
+        };
+        let beard = of(&|y| y < nose - CHIN);
+        let cheeks = of(&|y| y > nose);
+        let bearded = BRIGHTNESS.dot(cheeks - beard) > BEARDED;
+        let usual = if bearded { cheeks } else { of(&|_| true) };
+        if bearded {
+            self.beard_below = nose;
+        }
+        // Foreheads shine: what is brighter there is hair only when it is by much.
+        let hair = |tone: DVec3| {
+            let shine = BRIGHTNESS.dot(tone - usual) > 0.0;
+            away(
+                if shine {
+                    usual + SHINE * (tone - usual)
+                } else {
+                    tone
+                },
+                usual,
+            )
+        };
+        let curtains = Curtains::new(tones.iter().filter_map(|&(v, tone)| {
+            let at = parts.mean[v];
+            let darker = BRIGHTNESS.dot(usual - tone) > 0.0;
+            let is_hair = darker && away(tone, usual) > 0.5;
+            (at.y - brows > FOREHEAD[0] && at.z > corners - TEMPLE[0][1]).then_some((at, is_hair))
+        }));
+        let arches: Vec<Vec3> = places("ibug_17"..="ibug_26").collect();
+        let mut hairless = vec![1.0; self.trust.len()];
         for (v, tone) in tones {
-            let off = ((tone - usual).length() - OTHER[0]) / (OTHER[1] - OTHER[0]);
             let outer = ((INNER - self.facings[v]) / (INNER - FACING[1])).clamp(0.0, 1.0);
             let at = parts.mean[v];
             let above = within(FOREHEAD, at.y - brows);
             let beside = within(TEMPLE[0], corners - at.z) * within(TEMPLE[1], at.y - nose);
-            let off = off.clamp(0.0, 1.0);
-            self.trust[v] *= 1.0 - off * outer.max(f64::from(above));
-            hairless[v] = 1.0 - off * f64::from(beside);
-        }
-        // The edge of hair is half skin. (Brows are beside the forehead, and theirs is worn.)
-        let neighbours = self.neighbours();
-        for _ in 0..EDGE {
-            let before = hairless.clone();
-            for (own, near) in hairless.iter_mut().zip(&neighbours) {
-                let least = near.iter().map(|&n| before[n as usize]);
-                *own = least.fold(*own, f64::min);
+            let mut off = away(tone, usual);
+            if bearded && at.y < nose {
+                off = off.min(away(tone, beard));
+            }
+            self.trust[v] *= 1.0 - off * outer;
+            hairless[v] = (1.0 - off * f64::from(beside)) * (1.0 - hair(tone) * f64::from(above));
+            if curtains.cover(at) {
+                hairless[v] = 0.0;
             }
         }
-        for (trust, hairless) in self.trust.iter_mut().zip(hairless) {
-            *trust *= hairless;
+        let neighbours = self.neighbours();
+        // Brows are beside the forehead, and theirs is worn.
+        let brow = |v: usize| {
+            let near = arches.iter().map(|p| p.distance(parts.mean[v]));
+            let near = near.fold(f32::INFINITY, f32::min);
+            f64::from(1.0 - within([BROW, 1.5 * BROW], near))
+        };
+        let brow: Vec<f64> = (0..hairless.len()).map(brow).collect();
+        // The edge of hair is half skin.
+        let spread = |values: &mut Vec<f64>| {
+            let before = values.clone();
+            for (v, near) in neighbours.iter().enumerate() {
+                let least = near.iter().map(|&n| before[n as usize]);
+                values[v] = least.fold(before[v], f64::min).max(brow[v].min(before[v]));
+            }
+        };
+        for _ in 0..EDGE {
+            spread(&mut hairless);
         }
+        let mut close = hairless.clone();
+        for _ in 0..EDGE {
+            spread(&mut close);
+        }
+        // From there on belief grows steadily: what is filled has no border.
+        let mut soft = close.clone();
+        for _ in 0..SOFT {
+            let before = soft.clone();
+            for (v, near) in neighbours.iter().enumerate().filter(|n| !n.1.is_empty()) {
+                let sum: f64 = near.iter().map(|&n| before[n as usize]).sum();
+                soft[v] = (before[v] + sum / near.len() as f64) / 2.0;
+            }
+        }
+        for v in 0..hairless.len() {
+            self.trust[v] *= hairless[v].min(soft[v]).max(brow[v].min(hairless[v]));
+            self.strands[v] = (1.0 - close[v].min(soft[v])) * (1.0 - brow[v]);
+        }
+    }
+
+    /// How much of what is seen at a mix of three vertices is skin, where it is filled with a colour: single hairs
+    /// fall farther than the rest.
+    pub fn strandless(
+        &self,
+        corners: [usize; 3],
+        share: [f64; 3],
+        seen: DVec3,
+        fill: DVec3,
+    ) -> f64 {
+        let near: f64 = (0..3).map(|i| share[i] * self.strands[corners[i]]).sum();
+        if !(near > 0.0) {
+            return 1.0;
+        }
+        let brightness = |c: DVec3| c.dot(BRIGHTNESS).max(1e-3).ln();
+        let darker = brightness(fill) - brightness(seen);
+        let off = ((darker - STRAND[0]) / (STRAND[1] - STRAND[0])).clamp(0.0, 1.0);
+        1.0 - off * (2.0 * near).min(1.0)
     }
 
     /// Does not believe what glasses cover, if they are worn: around the eyes all that is darker or brighter than
@@ -327,6 +432,46 @@ impl<'a> Skin<'a> {
             }
         }
         neighbours
+    }
+}
+
+/// Where hair hangs over a forehead: the lowest of it in each column.
+struct Curtains {
+    lowest: std::collections::BTreeMap<i32, f32>,
+}
+
+impl Curtains {
+    /// Of places on the mean head's forehead, and whether each is hair.
+    fn new(places: impl Iterator<Item = (Vec3, bool)>) -> Self {
+        let mut columns = std::collections::BTreeMap::<i32, Vec<(f32, bool)>>::new();
+        for (at, is_hair) in places {
+            columns
+                .entry(Self::column(at))
+                .or_default()
+                .push((at.y, is_hair));
+        }
+        let lowest = columns.iter().filter_map(|(&column, all)| {
+            let covered = |y: f32| {
+                let above = all.iter().filter(|p| (0.0..COVERED.0).contains(&(p.0 - y)));
+                let (hair, count) = above.fold((0, 0), |(h, n), p| (h + u32::from(p.1), n + 1));
+                f64::from(hair) > COVERED.1 * f64::from(count)
+            };
+            let begins = all.iter().filter(|p| p.1 && covered(p.0)).map(|p| p.0);
+            Some((column, begins.min_by(f32::total_cmp)?))
+        });
+        Self {
+            lowest: lowest.collect(),
+        }
+    }
+
+    fn column(at: Vec3) -> i32 {
+        (at.x / COLUMN).floor() as i32
+    }
+
+    /// Whether a place is behind it.
+    fn cover(&self, at: Vec3) -> bool {
+        let lowest = self.lowest.get(&Self::column(at));
+        lowest.is_some_and(|&lowest| at.y >= lowest)
     }
 }
 

@@ -64,7 +64,7 @@ impl Texture {
 fn tones(skin: &Skin) -> Vec<DVec3> {
     let mut known = skin.seen_tones();
     known.retain(|k| skin.trust[k.0] > 0.8);
-    let usual = median(known.iter().map(|k| k.1));
+    let usual = median(known.iter().filter(|k| skin.beardless(k.0)).map(|k| k.1));
     let mut tones = vec![usual; skin.trust.len()];
     let mut is_known = vec![false; tones.len()];
     let mirror = &skin.model.parts().topology.mirror;
@@ -123,9 +123,10 @@ fn bake(skin: &Skin, tones: &[DVec3], size: usize) -> Texture {
             .map(|i| skin.painted[corners[i]] * tones[corners[i]].map(f64::exp) * share[i])
             .sum();
         let (seen, trust) = skin.albedo(corners, share);
+        let trust = trust * skin.strandless(corners, share, seen, own);
         let mirrored = corners.map(|v| topology.mirror[v] as usize);
         let (other, far) = skin.albedo(mirrored, share);
-        let far = far * (1.0 - trust);
+        let far = far * (1.0 - trust) * skin.strandless(mirrored, share, other, own);
         let rest = (1.0 - trust - far).max(0.0);
         let colour = seen * trust + other * far + own * rest;
         let coded = colour.to_array().map(byte);

@@ -46,6 +46,7 @@ describe('looks', () => {
     const iris = (/** @type {[number, number, number]} */ irises) => whole(colouringOf({ ...bald, irises }, tone)).iris;
     assert.equal(iris([0.061, 0.064, 0.075]), REST.iris);
     assert.equal(iris([0.053, 0.042, 0.063]), REST.iris);
+    assert.equal(iris([0.0586, 0.0718, 0.0793]), REST.iris);
     assert.ok(iris([0.098, 0.136, 0.131]) < 0.3);
     assert.ok(iris([0.04, 0.082, 0.085]) < 0.3);
   });
@@ -72,17 +73,18 @@ describe('looks', () => {
   });
 
   test('of the same hair are alike, wherever a photo of it ends', () => {
-    // As a portrait and one that ends above the hairline were measured, whose hair is told by its darker half.
-    const hairs = [{ colour: [0.263, 0.179, 0.074], off: 12 }, { colour: [0.285, 0.2, 0.084], off: 16 }, { colour: [0.113, 0.062, 0.0148], off: 4 }];
+    // As a portrait was measured, a larger one of the same, and one that ends above the hairline.
+    const hairs = [{ colour: [0.266, 0.189, 0.074], off: 16 }, { colour: [0.277, 0.196, 0.074], off: 16 }, { colour: [0.204, 0.138, 0.0437], off: 12 }];
     const [first, ...others] = hairs.map((hair) => whole(colouringOf({ ...bald, hair: { ...short, forehead: 0.87, ...hair } }, tone)));
     for (const other of others) {
       const [a, b] = [first, other].map(({ hair, red, grey }) => rgb(hairColour(hair, red, grey)));
-      assert.ok(apart(a, b) < 0.25, `${JSON.stringify(first)} and ${JSON.stringify(other)}`);
+      // Of the last only the shaded front of the hair is seen.
+      assert.ok(apart(a, b) < 0.5, `${JSON.stringify(first)} and ${JSON.stringify(other)}`);
       assert.ok(Math.abs(other.length - first.length) < 0.05, `${other.length} and ${first.length}`);
     }
-    // Cropped hair is as dark as it is.
-    const cropped = (/** @type {number} */ forehead) => whole(colouringOf({ ...bald, hair: { ...short, colour: hairs[2].colour, off: 4, forehead } }, tone)).hair;
-    assert.ok(cropped(0) > cropped(0.87));
+    // What is told is believed, whatever else is: a dark fringe is dark.
+    const dark = (/** @type {number} */ forehead) => whole(colouringOf({ ...bald, hair: { ...short, colour: [0.113, 0.062, 0.0148], off: 4, forehead } }, tone)).hair;
+    assert.equal(dark(0), dark(0.87));
   });
 
   test('of hair of any length have it', () => {

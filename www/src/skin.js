@@ -153,8 +153,18 @@ const COLOUR = /* glsl */ `
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
-  // A photo is exposed so that lit skin is brighter than its albedo.
-  if (worn > 0.0) tone = mix(tone, texture2D(wornMap, vWorn).rgb * 0.8, worn);
+  if (worn > 0.0) {
+    vec3 seen = texture2D(wornMap, vWorn).rgb;
+#ifdef CURVED
+    // The page's tone curve makes what is bright pale, which the photo's own has done already.
+    seen *= 0.58 + 0.6 * seen * seen;
+    seen = clamp(mix(vec3(dot(seen, vec3(0.2126, 0.7152, 0.0722))), seen, 1.08), 0.0, 0.95);
+#else
+    // A photo is exposed so that lit skin is brighter than its albedo.
+    seen *= 0.8;
+#endif
+    tone = mix(tone, seen, worn);
+  }
   // What no light reaches, the mouth and the depth of nostrils, is mucous membrane.
   tone = mix(tone, vec3(0.42, 0.12, 0.11), 0.85 * (1.0 - smoothstep(0.03, 0.2, occlusion)));
   float hairs = 0.0;
@@ -241,7 +251,7 @@ const OCCLUSION = /* glsl */ `
 /**
  * What the skin is painted with, for pictures of it that other programs read. The colours of a corner of the mesh
  * are found from where it is on the head at rest. Each sets variables: `DECLARATIONS` comes before main; then
- * `COLOUR` changes `diffuseColor`, `ROUGHNESS` makes `roughnessFactor` of `roughness`, and `SLOPE` is how
+ * `COLOUR` changes `diffuseColor` (for a screen with the page's tone curve where `CURVED` is defined), `ROUGHNESS` makes `roughnessFactor` of `roughness`, and `SLOPE` is how
  * far the normal at rest leans, in the head's axes.
  */
 export const SKIN_GLSL = { DECLARATIONS, COLOUR, ROUGHNESS, SLOPE };
@@ -357,7 +367,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       .replace('#include <lights_physical_pars_fragment>', LIGHTS)
       .replace('#include <envmap_physical_pars_fragment>', ENVIRONMENT)
       .replace('#include <lights_fragment_begin>', SHADOWS)
-      .replace('#include <color_fragment>', `#include <color_fragment>\n${COLOUR}`)
+      .replace('#include <color_fragment>', `#include <color_fragment>\n#define CURVED\n${COLOUR}`)
       .replace('#include <roughnessmap_fragment>', ROUGHNESS)
       .replace('#include <normal_fragment_maps>', NORMAL)
       .replace('#include <aomap_fragment>', OCCLUSION)

@@ -22,24 +22,37 @@ export function createColours({ fitter, allowed, wear, complain }) {
   let found;
   /** What of that the head has on. @type {Colours | null} */
   let worn = null;
+  /** The question that is open. @type {Promise<void> | null} */
+  let asking = null;
   /** What comes late for an earlier photo is dropped. */
   let asked = 0;
   const box = element('input', { type: 'checkbox', id: 'photo-colours', checked: true, onchange: () => void dress() });
 
-  async function dress() {
-    const wanted = () => box.checked && allowed();
-    if (wanted() && found === undefined) {
-      const here = (asked += 1);
+  const wanted = () => box.checked && allowed();
+
+  async function find() {
+    const here = (asked += 1);
+    try {
+      const colours = await fitter.texture(SIDE);
+      if (here === asked) found = colours;
+    } catch (error) {
+      if (here !== asked) return;
       found = null;
-      try {
-        const colours = await fitter.texture(SIDE);
-        if (here !== asked) return;
-        found = colours;
-      } catch (error) {
-        if (here === asked && !(error instanceof Cancelled)) complain(text.photo.noColours(error instanceof Error ? error.message : String(error)));
-        return;
-      }
+      if (!(error instanceof Cancelled)) complain(text.photo.noColours(error instanceof Error ? error.message : String(error)));
+    } finally {
+      if (here === asked) asking = null;
     }
+  }
+
+  /** Asks the photo, once. */
+  async function prepare() {
+    if (wanted() && found === undefined) await (asking ??= find());
+  }
+
+  async function dress() {
+    await prepare();
+    // Another photo came in between, and asks by itself.
+    if (wanted() && found === undefined) return;
     const shown = wanted() ? (found ?? null) : null;
     if (shown === worn) return;
     worn = shown;
@@ -50,9 +63,11 @@ export function createColours({ fitter, allowed, wear, complain }) {
     /** For the panel. */
     root: element('label', { class: 'check' }, box, text.photo.colours),
     dress,
+    prepare,
     /** The photo or its fit is another. */
     forget() {
       asked += 1;
+      asking = null;
       found = undefined;
     },
     get worn() {

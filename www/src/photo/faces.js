@@ -8,28 +8,47 @@ import { boxOf } from './points.js';
 
 /** The photo is shown to it at most so large; it looks at faces with 192 px. */
 const LONGEST = 2560;
+/** And what is around a face, which it looks at with 256, so large. */
+const CLOSE = 512;
 /** A person is looked for in a square of so many times the face's height, the face above its middle: head and shoulders, as in the pictures that the library knows. */
 const AROUND = 3;
 const ABOVE = 0.42;
 /** A mask that leaves out more than this part of the face's points is of somebody else, or of a drawing. */
 const LEFT_OUT = 0.2;
 
-/** @type {Worker | null} */
-let worker = null;
+/** What is asked, each of a worker of its own: one starts while the other works. @typedef {'faces' | 'person'} What */
+/** @type {Map<What, Worker>} */
+const workers = new Map();
 
-/** Ends a search that nobody waits for any more. */
-export function stopFinding() {
-  worker?.terminate();
-  worker = null;
+/** Ends searches that nobody waits for any more. @param {What[]} which */
+export function stopFinding(which = ['faces', 'person']) {
+  for (const what of which) {
+    workers.get(what)?.terminate();
+    workers.delete(what);
+  }
+}
+
+/** @param {What} what */
+function workerFor(what) {
+  const worker = workers.get(what) ?? new Worker(new URL('./faces.worker.js', import.meta.url));
+  workers.set(what, worker);
+  return worker;
+}
+
+/** @param {What} what */
+const folderOf = (what) => new URL(__MEDIAPIPE__[what], document.baseURI).href;
+
+/** Loads what both searches need, which takes longer than they do. What goes wrong is told when they are asked. */
+export function prepareFinding() {
+  for (const what of /** @type {What[]} */ (['faces', 'person'])) workerFor(what).postMessage({ prepare: what, folder: folderOf(what) });
 }
 
 /**
- * @param {'faces' | 'person'} what @param {Record<string, unknown>} wish @param {Transferable[]} transfer
+ * @param {What} what @param {Record<string, unknown>} wish @param {Transferable[]} transfer
  * @param {(fraction: number) => void} [progress]
  */
 async function ask(what, wish, transfer, progress) {
-  stopFinding();
-  const seeker = (worker = new Worker(new URL('./faces.worker.js', import.meta.url)));
+  const seeker = workerFor(what);
   try {
     return await new Promise((done, failed) => {
       seeker.onmessage = ({ data }) => {
@@ -38,11 +57,10 @@ async function ask(what, wish, transfer, progress) {
         else progress?.(data.progress);
       };
       seeker.onerror = (event) => failed(new Error(text.photo.noDetector(event.message || 'a script is missing')));
-      const folder = new URL(__MEDIAPIPE__[what], document.baseURI).href;
-      seeker.postMessage({ folder, ...wish }, transfer);
+      seeker.postMessage({ folder: folderOf(what), ...wish }, transfer);
     });
   } finally {
-    if (worker === seeker) stopFinding();
+    if (workers.get(what) === seeker) stopFinding([what]);
   }
 }
 
@@ -79,9 +97,19 @@ export async function findPerson(of, points) {
   const [left, top, right, bottom] = boxOf(points);
   const side = AROUND * Math.max(bottom - top, right - left);
   const square = { x: (left + right - side) / 2, y: (top + bottom) / 2 - ABOVE * side, side };
-  const photo = await copy(of, LONGEST);
-  const scale = photo.width / of.width;
-  const mask = await ask('person', { photo, square: { x: scale * square.x, y: scale * square.y, side: scale * side } }, [photo]);
+  // Only what is looked at is scaled: a large photo has much beside.
+  const shown = [of.bitmap.width / of.width, of.bitmap.height / of.height];
+  const [x, y] = [square.x * shown[0], square.y * shown[1]].map((first) => Math.max(0, Math.floor(first)));
+  const wide = Math.max(1, Math.min(of.bitmap.width, Math.ceil((square.x + side) * shown[0])) - x);
+  const high = Math.max(1, Math.min(of.bitmap.height, Math.ceil((square.y + side) * shown[1])) - y);
+  const small = Math.min(1, CLOSE / Math.max(wide, high));
+  const photo = await createImageBitmap(of.bitmap, x, y, wide, high, {
+    resizeWidth: Math.max(1, Math.round(small * wide)),
+    resizeHeight: Math.max(1, Math.round(small * high)),
+    resizeQuality: 'high',
+  });
+  const scale = small * shown[0];
+  const mask = await ask('person', { photo, square: { x: scale * square.x - small * x, y: scale * square.y - small * y, side: scale * side } }, [photo]);
   const context = /** @type {OffscreenCanvasRenderingContext2D} */ (new OffscreenCanvas(mask.width, mask.height).getContext('2d', { willReadFrequently: true }));
   context.drawImage(mask, 0, 0);
   const { data } = context.getImageData(0, 0, mask.width, mask.height);

@@ -174,19 +174,28 @@ async function find(photo, progress) {
 /** The mask has so many px a side, whatever it is of. */
 const MASK = 256;
 
+/** @type {any} */
+let segmentation = null;
+/** @type {ImageBitmap | null} */
+let personSeen = null;
+
+/** @param {string} folder where the library's files are */
+async function startSegmentation(folder) {
+  if (segmentation) return;
+  scope.importScripts(new URL('selfie_segmentation.js', folder).href);
+  segmentation = new scope.SelfieSegmentation({ locateFile: (/** @type {string} */ file) => new URL(file, folder).href });
+  segmentation.setOptions({ modelSelection: 0, selfieMode: false });
+  segmentation.onResults((/** @type {any} */ results) => (personSeen = results.segmentationMask));
+  await segmentation.initialize();
+}
+
 /**
  * How much of each pixel of a square of the photo is a person's: red, of 255.
  * @param {string} folder where the library's files are
  * @param {ImageBitmap} photo @param {Square} square
  */
 async function mask(folder, photo, { x, y, side }) {
-  scope.importScripts(new URL('selfie_segmentation.js', folder).href);
-  const segmentation = new scope.SelfieSegmentation({ locateFile: (/** @type {string} */ file) => new URL(file, folder).href });
-  segmentation.setOptions({ modelSelection: 0, selfieMode: false });
-  /** @type {ImageBitmap | null} */
-  let found = null;
-  segmentation.onResults((/** @type {any} */ results) => (found = results.segmentationMask));
-  await segmentation.initialize();
+  await startSegmentation(folder);
   const canvas = new OffscreenCanvas(MASK, MASK);
   const context = canvas.getContext('2d', { willReadFrequently: true });
   if (!context) throw new Error('no canvas');
@@ -194,6 +203,7 @@ async function mask(folder, photo, { x, y, side }) {
   const scale = MASK / side;
   context.drawImage(photo, -x * scale, -y * scale, photo.width * scale, photo.height * scale);
   await segmentation.send({ image: canvas });
+  const found = personSeen;
   if (!found) throw new Error('no mask');
   // What it gives is red where the person is, and clear elsewhere: drawn over anything it would be no mask.
   context.fillStyle = 'black';
@@ -202,8 +212,18 @@ async function mask(folder, photo, { x, y, side }) {
   return createImageBitmap(canvas);
 }
 
-addEventListener('message', async ({ data: { folder, photo, square } }) => {
+/** What is prepared, or failed to be: whoever asks waits for it. @type {Promise<void> | null} */
+let prepared = null;
+
+addEventListener('message', async ({ data: { prepare, folder, photo, square } }) => {
+  if (prepare) {
+    prepared = prepare === 'person' ? startSegmentation(folder) : start(folder);
+    // Told when it is asked.
+    prepared.catch(() => {});
+    return;
+  }
   try {
+    await prepared;
     if (square) {
       const person = await mask(folder, photo, square);
       return postMessage({ answer: person }, { transfer: [person] });

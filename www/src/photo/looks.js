@@ -1,5 +1,4 @@
 import { REST, readColouring } from '../colouring.js';
-import { smoothstep } from '../groundwork/paint.js';
 import { sliderOfLength } from '../hair/length.js';
 import { scatters } from '../hair/scattered.js';
 import { hairColour, irisColours, skinColour } from '../pigments.js';
@@ -29,7 +28,7 @@ const DARK_IRIS = 0.05;
 const HUELESS = 0.4;
 /** Of one that mirrors more, grey, and by how much the logarithms of its red and green are apart. Blue ones have 0.4. */
 const GREY_IRIS = 0.09;
-const GREY = 0.15;
+const GREY = 0.27;
 
 /** @typedef {readonly number[]} Linear red, green and blue */
 
@@ -74,19 +73,6 @@ function skinOf(colour, tone) {
   return { skin, blood };
 }
 
-/** Of linear light, how bright it is. @param {Linear} colour */
-const brightness = ([r, g, b]) => 0.3 * r + 0.55 * g + 0.15 * b;
-
-/**
- * Light of the darker half of hair, to which cropped hair is told by, where it is not cropped: that has gone through
- * more hair than usual, which makes it deeper in the same hue. In the dark it is noise and stays.
- * @param {Linear} colour
- */
-function usualOf(colour) {
-  const light = smoothstep(0.015, 0.06, brightness(colour));
-  return colour.map((value) => value + (Math.max(value, 1.06 * value ** 0.6) - value) * light);
-}
-
 /** @param {Linear} colour */
 function hairOf(colour) {
   const wanted = logarithms(colour);
@@ -124,8 +110,7 @@ function styleOf({ colour, cover, off, hangs, forehead }) {
   // What covers a forehead is long enough to.
   const length = sliderOfLength(forehead > FRINGE ? Math.max(mm, FOREHEAD * forehead) : mm);
   const comb = forehead > FRINGE ? 0.85 : hangs > AROUND_EARS ? 0.5 : 0.3;
-  const deep = off < CROPPED && length > 0;
-  return { ...hairOf(deep ? usualOf(colour) : colour), crop, length, comb };
+  return { ...hairOf(colour), crop, length, comb };
 }
 
 /**

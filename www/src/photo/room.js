@@ -9,7 +9,7 @@ import { createChoice } from './choose.js';
 import { createColours } from './colours.js';
 import { createComparison } from './compare.js';
 import { createCorrection } from './correct.js';
-import { findFaces, findPerson, stopFinding } from './faces.js';
+import { findFaces, findPerson, prepareFinding, stopFinding } from './faces.js';
 import { Cancelled, createFitter } from './fitter.js';
 import { colouringOf } from './looks.js';
 import { createPlacing } from './place.js';
@@ -306,6 +306,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   async function open(file, name) {
     const here = (visit += 1);
     stopFinding();
+    prepareFinding();
     bar.removeAttribute('value');
     say(text.photo.reading);
     show('busy');
@@ -314,6 +315,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       next = await readPhoto(file, name);
     } catch (error) {
       if (here !== visit) return;
+      stopFinding();
       // The photo before stays, whole.
       say(error instanceof Failure ? error.message : text.photo.damaged, true);
       return show(fitted ? 'ready' : photo ? 'none' : 'empty');
@@ -363,6 +365,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     }
     if (here !== visit) return;
     if (faces.length === 0) {
+      stopFinding();
       retry.hidden = true;
       say(text.photo.none, true);
       return show('none');
@@ -458,6 +461,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       say(text.photo.ready);
       show('ready');
       await follow();
+      // Whoever turns to the head next need not wait.
+      if (here === visit) void colours.prepare();
     } catch (error) {
       if (here !== visit || error instanceof Cancelled) return;
       complain(new Error(text.photo.notFitted(error instanceof Error ? error.message : String(error))), from === 'none' ? 'adjust' : from);
