@@ -112,6 +112,10 @@ const DECLARATIONS = /* glsl */ `
   }
 `;
 
+/** How bright skin in the middle of the face is over its albedo. */
+const LIT = 1.45;
+/** A photo's light up to which its hue is told by undoing a curve. */
+const BRIGHTEST = 0.72;
 const COLOUR = /* glsl */ `
   vec2 faceAt = (vRest.xy - faceFrame.xy) / faceFrame.zw;
   float front = smoothstep(faceDepth, faceDepth + 14.0, vRest.z)
@@ -155,10 +159,17 @@ const COLOUR = /* glsl */ `
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
   if (worn > 0.0) {
     vec3 seen = texture2D(wornMap, vWorn).rgb;
-#ifdef CURVED
-    // The page's tone curve makes what is bright pale, which the photo's own has done already.
-    seen *= 0.58 + 0.6 * seen * seen;
-    seen = clamp(mix(vec3(dot(seen, vec3(0.2126, 0.7152, 0.0722))), seen, 1.08), 0.0, 0.95);
+#ifdef TONE_MAPPING
+    // What ACESFilmicToneMapping shows as the photo does, where there is as much light as in the middle of the face: the
+    // photo's own curve has made bright colours pale already, and they are not made so once more.
+    vec3 shown = mat3(0.64304, 0.05927, 0.00596, 0.31119, 0.93144, 0.06393, 0.04578, 0.00929, 0.93012) * seen;
+    // Next to white a curve tells nothing of hues.
+    shown *= min(1.0, ${BRIGHTEST} / max(max(shown.r, shown.g), max(shown.b, 0.001)));
+    vec3 square = 1.0 - 0.983729 * shown;
+    vec3 linear = 0.0245786 - 0.432951 * shown;
+    vec3 lit = (sqrt(linear * linear + 4.0 * square * (0.000090537 + 0.238081 * shown)) - linear) / (2.0 * square);
+    lit = mat3(1.76474, -0.14703, -0.03634, -0.67578, 1.16025, -0.16244, -0.08896, -0.01322, 1.19877) * lit;
+    seen = max(lit * (0.6 / (${LIT} * toneMappingExposure)), 0.0);
 #else
     // A photo is exposed so that lit skin is brighter than its albedo.
     seen *= 0.8;
@@ -251,8 +262,8 @@ const OCCLUSION = /* glsl */ `
 /**
  * What the skin is painted with, for pictures of it that other programs read. The colours of a corner of the mesh
  * are found from where it is on the head at rest. Each sets variables: `DECLARATIONS` comes before main; then
- * `COLOUR` changes `diffuseColor` (for a screen with the page's tone curve where `CURVED` is defined), `ROUGHNESS` makes `roughnessFactor` of `roughness`, and `SLOPE` is how
- * far the normal at rest leans, in the head's axes.
+ * `COLOUR` changes `diffuseColor` (that of a photo for the page's tone curve, where there is one), `ROUGHNESS` makes
+ * `roughnessFactor` of `roughness`, and `SLOPE` is how far the normal at rest leans, in the head's axes.
  */
 export const SKIN_GLSL = { DECLARATIONS, COLOUR, ROUGHNESS, SLOPE };
 
@@ -367,7 +378,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       .replace('#include <lights_physical_pars_fragment>', LIGHTS)
       .replace('#include <envmap_physical_pars_fragment>', ENVIRONMENT)
       .replace('#include <lights_fragment_begin>', SHADOWS)
-      .replace('#include <color_fragment>', `#include <color_fragment>\n#define CURVED\n${COLOUR}`)
+      .replace('#include <color_fragment>', `#include <color_fragment>\n${COLOUR}`)
       .replace('#include <roughnessmap_fragment>', ROUGHNESS)
       .replace('#include <normal_fragment_maps>', NORMAL)
       .replace('#include <aomap_fragment>', OCCLUSION)
