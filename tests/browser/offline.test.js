@@ -30,7 +30,7 @@ const ready = (/** @type {import('playwright-core').Page} */ page) =>
 describe('offline', () => {
   test('after one visit the page works with the server gone, under a sub-path', async () => {
     const site = await serve({ base: '/people/ada/faces/' });
-    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    const { context, page, complaints } = await open(browser, site, { sharp: true, fine: true });
     await kept(page);
     await moveSlider(page, 'nose 1', 0.9);
     const before = await picture(page, 'offline-before');
