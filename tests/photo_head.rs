@@ -8,7 +8,7 @@ mod staged;
 use glam::{DVec2, DVec3, Vec3};
 use phiz::Face;
 use phiz::photo::raster::{NOTHING, Raster, barycentric};
-use phiz::photo::{Camera, Edit, Hair, Image, Light, Looks};
+use phiz::photo::{Camera, Edit, Hair, Image, Light, Looks, Texture};
 
 use common::person;
 use staged::{SIZE, camera, edit, stencil, window};
@@ -53,6 +53,24 @@ fn linear_picture(face: &Face, camera: &Camera, light: &Light, albedo: &[DVec3])
         picture.push(colour);
     }
     picture
+}
+
+/// How red what is worn is at the vertices of the skin that some places of the mean head are of, in order:
+/// more than `fewest` of them.
+fn reds(face: &Face, worn: &Texture, is_one: impl Fn(Vec3) -> bool, fewest: usize) -> Vec<u8> {
+    let parts = face.model().parts();
+    let last = worn.size - 1;
+    let each = parts.topology.part_vertices("skin").into_iter();
+    let each = each.filter(|&v| is_one(parts.mean[v as usize]));
+    let each = each.map(|v| {
+        let [u, w] = parts.topology.uvs[v as usize];
+        let [x, y] = [u, 1.0 - w].map(|c| ((c * worn.size as f32) as usize).min(last));
+        worn.rgba[4 * (worn.size * y + x)]
+    });
+    let mut all: Vec<u8> = each.collect();
+    all.sort_unstable();
+    assert!(all.len() > fewest, "{}", all.len());
+    all
 }
 
 #[test]
@@ -136,19 +154,7 @@ fn hair_on_a_temple_is_no_skin() {
         let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
         let edit = edit(&face, &camera, Some(light));
         let worn = edit.texture(&image, 512).unwrap();
-        let red = |is_one: &dyn Fn(Vec3) -> bool| -> Vec<u8> {
-            let each = parts.topology.part_vertices("skin").into_iter();
-            let each = each.filter(|&v| is_one(parts.mean[v as usize]));
-            let each = each.map(|v| {
-                let [u, w] = parts.topology.uvs[v as usize];
-                let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
-                worn.rgba[4 * (512 * y + x)]
-            });
-            let mut all: Vec<u8> = each.collect();
-            all.sort_unstable();
-            assert!(all.len() > 100, "{}", all.len());
-            all
-        };
+        let red = |is_one: &dyn Fn(Vec3) -> bool| reds(&face, &worn, is_one, 100);
         let near = |p: Vec3, x: f32| (p.x.abs() - x).abs() < 12.0;
         let cheek = red(&|p| p.z > corner.z && (p.y - nose.y).abs() < 10.0 && near(p, 35.0));
         let cheek = f64::from(cheek[cheek.len() / 2]);
@@ -399,20 +405,7 @@ fn a_fringe_is_no_skin() {
     let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
     let edit = edit(&face.face, &face.camera, Some(face.light));
     let worn = edit.texture(&image, 512).unwrap();
-    let parts = face.face.model().parts();
-    let red = |is_one: &dyn Fn(Vec3) -> bool| -> Vec<u8> {
-        let each = parts.topology.part_vertices("skin").into_iter();
-        let each = each.filter(|&v| is_one(parts.mean[v as usize]));
-        let each = each.map(|v| {
-            let [u, w] = parts.topology.uvs[v as usize];
-            let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
-            worn.rgba[4 * (512 * y + x)]
-        });
-        let mut all: Vec<u8> = each.collect();
-        all.sort_unstable();
-        assert!(all.len() > 40, "{}", all.len());
-        all
-    };
+    let red = |is_one: &dyn Fn(Vec3) -> bool| reds(&face.face, &worn, is_one, 40);
     let cheek =
         red(&|p| p.z > corner.z && (p.y - nose.y).abs() < 10.0 && (p.x.abs() - 35.0).abs() < 12.0);
     let cheek = f64::from(cheek[cheek.len() / 2]);

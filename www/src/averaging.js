@@ -21,12 +21,10 @@ const FINER = 2.2;
 /** @param {import('three').WebGLRenderer} renderer */
 export function createAveraging(renderer) {
   const size = new Vector2();
-  /** @type {FramebufferTexture | null} */
-  let sum = null;
-  const uniforms = { sum: { value: /** @type {FramebufferTexture | null} */ (null) } };
+  const sum = { value: /** @type {FramebufferTexture | null} */ (null) };
   // Weighted by a constant, all of it: colours are times their opacity already.
   const material = new ShaderMaterial({
-    uniforms,
+    uniforms: { sum },
     vertexShader: 'void main() { gl_Position = vec4(2.0 * position.xy, 0.0, 1.0); }',
     fragmentShader: 'uniform sampler2D sum; void main() { gl_FragColor = texelFetch(sum, ivec2(gl_FragCoord.xy), 0); }',
     blending: CustomBlending,
@@ -43,18 +41,18 @@ export function createAveraging(renderer) {
   let drawings = 1;
 
   function keep() {
-    if (sum) renderer.copyFramebufferToTexture(sum);
+    if (sum.value) renderer.copyFramebufferToTexture(sum.value);
   }
 
   return {
     /** Takes what was just drawn for the first. */
     begin() {
       renderer.getDrawingBufferSize(size);
-      if (!sum || sum.image.width !== size.x || sum.image.height !== size.y) {
-        sum?.dispose();
-        sum = new FramebufferTexture(size.x, size.y);
-        sum.minFilter = sum.magFilter = NearestFilter;
-        uniforms.sum.value = sum;
+      const { width, height } = sum.value?.image ?? {};
+      if (width !== size.x || height !== size.y) {
+        sum.value?.dispose();
+        sum.value = new FramebufferTexture(size.x, size.y);
+        sum.value.minFilter = sum.value.magFilter = NearestFilter;
       }
       drawings = 1;
       keep();
@@ -80,8 +78,8 @@ export function createAveraging(renderer) {
       return isLast;
     },
     dispose() {
-      sum?.dispose();
-      sum = null;
+      sum.value?.dispose();
+      sum.value = null;
       cover.geometry.dispose();
       material.dispose();
     },
