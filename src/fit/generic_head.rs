@@ -13,7 +13,7 @@ use super::base_mesh::{BaseMesh, Quad};
 use super::eyeball::Eyeball;
 use super::subdivide::{Origin, catmull_clark};
 use super::template::{Landmark, Part, Stencils, Template};
-use super::{FitError, FitResult, colour, region};
+use super::{FitError, FitResult, colour, layout, region};
 use crate::mesh::Topology;
 use crate::quantise::TEXTURE;
 
@@ -96,6 +96,7 @@ pub fn build(data_dir: &Path) -> FitResult<Template> {
     template.landmarks = landmarks(&template, &rest, origin)?;
     region::assign(&mut template)?;
     let mut template = renumber(&template);
+    layout::lay_out(&mut template)?;
     colour::paint(&mut template, &left)?;
     Ok(template)
 }

@@ -2,7 +2,7 @@
 //!
 //! In the order of the work:
 //! - the generic head: [`base_mesh`] and [`subdivide`] are what [`generic_head`] makes the
-//!   [`template`] from, with its [`eyeball`]s, [`region`]s and [`colour`]s;
+//!   [`template`] from, with its [`eyeball`]s, [`region`]s and [`colour`]s, and a `layout` of textures;
 //! - faces: [`population`] samples them, [`ply`] keeps them;
 //! - registration: [`scan`]s are read (OBJ by [`obj`], PLY by [`ply`]), and [`register`] fits the
 //!   generic head to their [`surface`], by a [`warp`] of its landmarks or by a [`prior`] of faces;
@@ -42,6 +42,7 @@ pub mod geodesic;
 pub mod glb;
 pub mod gram;
 pub mod ict;
+mod layout;
 pub mod learn;
 pub mod measures;
 mod mood;

@@ -267,8 +267,8 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
     const [right, left, top, bottom] = still;
     const size = (left.x - right.x) / 2 / HALF_MOUTH;
     const [x, y] = [(left.x + right.x) / 2, (top.y + bottom.y) / 2];
-    const before = behind(NAMES.length, walls[0].length) - 0.8 * size;
-    const beneath = Math.min(before - 2, behind(NAMES.length + walls[0].length, walls[1].length) - 0.8) - 0.8 * size;
+    const before = Math.min(top.z, bottom.z) - 2.6 * size;
+    const beneath = before - 2.2 * size;
     // The upper edges show a little below the line between the lips; the lower ones stand behind them.
     above.makeScale(size, size, size).setPosition(x, y - 2.6 * size, before);
     below.makeScale(size, size, size).setPosition(x, y - 1.3 * size, beneath);
