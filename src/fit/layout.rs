@@ -60,8 +60,9 @@ pub fn lay_out(template: &mut Template) -> FitResult<()> {
         let found = found.ok_or_else(|| bad("a landmark is missing"))?;
         Ok(&found.stencil)
     };
-    let middle =
-        |stencil: &[(u32, f64)]| -> DVec2 { stencil.iter().map(|&(v, w)| uvs[v as usize] * w).sum() };
+    let middle = |stencil: &[(u32, f64)]| -> DVec2 {
+        stencil.iter().map(|&(v, w)| uvs[v as usize] * w).sum()
+    };
     let [ridge, lip] = [stencil("ibug_27")?, stencil("ibug_57")?];
     let [top, bottom] = [middle(ridge), middle(lip)];
     let face = ridge[0].0 as usize;

@@ -31,6 +31,8 @@ const COVERED: (f32, f64) = (10.0, 0.6);
 /// Near hair the fill's brightness is believed rather than the photo's where they are apart by the first of these
 /// logarithms, wholly by the second: single strands are thinner than the mesh.
 const STRAND: [f64; 2] = [0.1, 0.28];
+/// So is it where skin turns from the camera and is brighter than the fill.
+const RIM: [f64; 2] = [0.05, 0.2];
 /// Of what is brighter than the skin this part counts.
 const SHINE: f64 = 0.4;
 /// A beard's tone is that of the chin, if it is darker than the skin by this logarithm.
@@ -282,22 +284,20 @@ impl<'a> Skin<'a> {
     }
 
     /// How much of what is seen at a mix of three vertices is skin, where it is filled with a colour: single hairs
-    /// fall farther than the rest.
-    pub fn strandless(
-        &self,
-        corners: [usize; 3],
-        share: [f64; 3],
-        seen: DVec3,
-        fill: DVec3,
-    ) -> f64 {
-        let near: f64 = (0..3).map(|i| share[i] * self.strands[corners[i]]).sum();
-        if !(near > 0.0) {
+    /// fall farther than the rest, and at the outline what is behind it shines in.
+    pub fn unmixed(&self, corners: [usize; 3], share: [f64; 3], seen: DVec3, fill: DVec3) -> f64 {
+        let mean =
+            |of: &dyn Fn(usize) -> f64| -> f64 { (0..3).map(|i| share[i] * of(corners[i])).sum() };
+        let near = (2.0 * mean(&|v| self.strands[v])).min(1.0);
+        let facing = mean(&|v| self.facings[v]);
+        let outer = ((INNER - facing) / (INNER - FACING[0])).clamp(0.0, 1.0);
+        if near + outer == 0.0 {
             return 1.0;
         }
         let brightness = |c: DVec3| c.dot(BRIGHTNESS).max(1e-3).ln();
         let darker = brightness(fill) - brightness(seen);
-        let off = ((darker - STRAND[0]) / (STRAND[1] - STRAND[0])).clamp(0.0, 1.0);
-        1.0 - off * (2.0 * near).min(1.0)
+        let off = |by: f64, [none, all]: [f64; 2]| ((by - none) / (all - none)).clamp(0.0, 1.0);
+        (1.0 - near * off(darker, STRAND)) * (1.0 - outer * off(-darker, RIM))
     }
 
     /// Does not believe what glasses cover, if they are worn: around the eyes all that is darker or brighter than

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::raster::{NOTHING, Raster};
 use super::skin::{Skin, median};
 use super::{Camera, Image, Light};
-use crate::srgb::byte;
+use crate::srgb::{BRIGHTNESS, byte};
 use crate::{Error, FaceModel, Result};
 
 /// An image in the model's texture coordinates.
@@ -29,6 +29,12 @@ pub struct Texture {
 const PASSES: usize = 120;
 /// How strongly an unseen vertex is drawn to the usual tone, of its neighbours' pull.
 const USUAL: f64 = 0.01;
+/// Brows are within this distance of the ten points on them, mm.
+const BROW: f32 = 11.0;
+/// What is painted darker than the skin by less than this logarithm is no brow.
+const PAINTED: f64 = 0.04;
+/// No brow is darker than so many times the model's, as logarithms.
+const DARKEST_BROW: f64 = 2.0;
 /// A chart's colours are continued so many texels beyond its border, for whoever filters the image.
 const MARGIN: usize = 6;
 /// Sides of a texture, texels.
@@ -56,14 +62,80 @@ impl Texture {
             });
         }
         let skin = Skin::new(model, camera, light, mesh, image)?;
-        Ok(bake(&skin, &tones(&skin), size))
+        Ok(bake(&skin, &fill(&skin), size))
     }
 }
 
-/// The logarithm of (albedo / model's colour) of each vertex, all over the mesh.
-fn tones(skin: &Skin) -> Vec<DVec3> {
+/// What the model's brows are painted with, as far as that is more than skin.
+struct Brows {
+    /// The logarithm of (brow / skin) of each vertex; 0 beside them.
+    paint: Vec<DVec3>,
+    /// Whether brows of people may be there, which are thinner, or higher.
+    near: Vec<bool>,
+}
+
+impl Brows {
+    fn new(skin: &Skin) -> Self {
+        let parts = skin.model.parts();
+        let arches: Vec<Vec3> = (17..=26)
+            .filter_map(|i| skin.landmark(&format!("ibug_{i:02}")))
+            .map(|l| l.position(&parts.mean))
+            .collect();
+        let away = |p: &Vec3| {
+            let each = arches.iter().map(|a| a.distance(*p));
+            each.fold(f32::INFINITY, f32::min)
+        };
+        let away: Vec<f32> = parts.mean.iter().map(away).collect();
+        let around = (0..away.len()).filter(|&v| (BROW..2.0 * BROW).contains(&away[v]));
+        let bare = median(around.map(|v| skin.painted[v]));
+        let of = |v: usize| {
+            let paint = (skin.painted[v] / bare).map(f64::ln);
+            let is_brow = away[v] < BROW && paint.dot(BRIGHTNESS) < -PAINTED;
+            if is_brow { paint } else { DVec3::ZERO }
+        };
+        Self {
+            paint: (0..away.len()).map(of).collect(),
+            near: away.iter().map(|&away| away < BROW).collect(),
+        }
+    }
+
+    /// How much of the paint the brows of the photo are, each channel, from the tones that the skin beneath them
+    /// would have.
+    fn strength(&self, skin: &Skin, bare: &[DVec3]) -> DVec3 {
+        let mut sums = [DVec3::ZERO; 2];
+        for (v, tone) in skin.seen_tones() {
+            if self.paint[v] != DVec3::ZERO && skin.trust[v] > 0.8 {
+                let own = tone + self.paint[v] - bare[v];
+                sums[0] += own * self.paint[v];
+                sums[1] += self.paint[v] * self.paint[v];
+            }
+        }
+        let [seen, painted] = sums;
+        if painted.min_element() > 0.0 {
+            (seen / painted).clamp(DVec3::ZERO, DVec3::splat(DARKEST_BROW))
+        } else {
+            DVec3::ONE
+        }
+    }
+}
+
+/// The colours of what is not seen, all over the mesh: the model's own in the tones that are seen, and brows as
+/// dark as the photo's.
+fn fill(skin: &Skin) -> Vec<DVec3> {
+    let brows = Brows::new(skin);
+    let tones = tones(skin, &brows.near);
+    let strength = brows.strength(skin, &tones);
+    let colour = |v: usize| {
+        let brow = (strength - 1.0) * brows.paint[v];
+        skin.painted[v] * (tones[v] + brow).map(f64::exp)
+    };
+    (0..tones.len()).map(colour).collect()
+}
+
+/// The logarithm of (albedo / model's colour) of each vertex, all over the mesh: that of bare skin at brows.
+fn tones(skin: &Skin, brow: &[bool]) -> Vec<DVec3> {
     let mut known = skin.seen_tones();
-    known.retain(|k| skin.trust[k.0] > 0.8);
+    known.retain(|k| skin.trust[k.0] > 0.8 && !brow[k.0]);
     let usual = median(known.iter().filter(|k| skin.beardless(k.0)).map(|k| k.1));
     let mut tones = vec![usual; skin.trust.len()];
     let mut is_known = vec![false; tones.len()];
@@ -97,7 +169,7 @@ fn tones(skin: &Skin) -> Vec<DVec3> {
     tones
 }
 
-fn bake(skin: &Skin, tones: &[DVec3], size: usize) -> Texture {
+fn bake(skin: &Skin, fill: &[DVec3], size: usize) -> Texture {
     let topology = &skin.model.parts().topology;
     let side = size as f64;
     let texel = |corner: u32| {
@@ -119,14 +191,12 @@ fn bake(skin: &Skin, tones: &[DVec3], size: usize) -> Texture {
         let here = DVec2::new((at % size) as f64, (at / size) as f64) + 0.5;
         let share =
             super::raster::barycentric(here, layout[triangle as usize].map(|c| c.truncate()));
-        let own: DVec3 = (0..3)
-            .map(|i| skin.painted[corners[i]] * tones[corners[i]].map(f64::exp) * share[i])
-            .sum();
+        let own: DVec3 = (0..3).map(|i| fill[corners[i]] * share[i]).sum();
         let (seen, trust) = skin.albedo(corners, share);
-        let trust = trust * skin.strandless(corners, share, seen, own);
+        let trust = trust * skin.unmixed(corners, share, seen, own);
         let mirrored = corners.map(|v| topology.mirror[v] as usize);
         let (other, far) = skin.albedo(mirrored, share);
-        let far = far * (1.0 - trust) * skin.strandless(mirrored, share, other, own);
+        let far = far * (1.0 - trust) * skin.unmixed(mirrored, share, other, own);
         let rest = (1.0 - trust - far).max(0.0);
         let colour = seen * trust + other * far + own * rest;
         let coded = colour.to_array().map(byte);
