@@ -695,6 +695,7 @@ mod tests {
             jaw: None,
             noise: None,
             scale: 1.0,
+            against: None,
         };
         let comparison = Comparison {
             model: &model,

@@ -37,6 +37,7 @@ mod skin;
 mod solver;
 mod start;
 mod surface;
+mod teeth;
 mod texture;
 
 use std::sync::{Arc, OnceLock};
@@ -237,7 +238,7 @@ impl Fitter {
     pub fn fit(&self, photo: &Photo) -> Result<Fit> {
         let seen = checked(photo)?;
         let observed = self.observed(&self.points, &seen);
-        let (state, _) = self.solve(photo, &observed)?;
+        let (state, _) = self.solve(photo, None, &observed)?;
         Ok(self.finish(&observed, state, &self.points.basis, None))
     }
 
@@ -266,7 +267,7 @@ impl Fitter {
         image.check_size([photo.width, photo.height])?;
         let seen = checked(photo)?;
         let observed = self.observed(&self.points, &seen);
-        let (state, terms) = self.solve(photo, &observed)?;
+        let (state, terms) = self.solve(photo, Some(image), &observed)?;
         let fit = self.finish(&observed, state.clone(), &self.points.basis, None);
         // Points that are no face's have no pixels that are.
         if fit.quality.refusal().is_some() {
@@ -327,8 +328,20 @@ impl Fitter {
         }
     }
 
-    /// What the points tell.
-    fn solve(&self, photo: &Photo, observed: &Observed) -> Result<(State, Terms)> {
+    /// The expression that opens the jaw, and how far teeth speak against it.
+    fn jaw_shut(&self, image: &Image, seen: &[DVec2]) -> Option<(usize, f64)> {
+        let all = self.expressions.as_ref()?.list();
+        let jaw = all.iter().position(|e| e.name == "jawOpen")?;
+        Some((jaw, teeth::shut(image, seen)))
+    }
+
+    /// What the points tell, and the teeth if there is an image.
+    fn solve(
+        &self,
+        photo: &Photo,
+        image: Option<&Image>,
+        observed: &Observed,
+    ) -> Result<(State, Terms)> {
         let seen = observed.seen;
         let longer = f64::from(photo.width.max(photo.height));
         let focal = match photo.focal {
@@ -345,6 +358,7 @@ impl Fitter {
             noise: photo.noise,
             jaw: photo.jaw,
             scale,
+            against: image.and_then(|image| self.jaw_shut(image, seen)),
         };
         let centre = DVec2::new(f64::from(photo.width), f64::from(photo.height)) / 2.0;
         let middle = |all: &[DVec2]| all.iter().sum::<DVec2>() / all.len() as f64;

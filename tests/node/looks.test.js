@@ -49,6 +49,13 @@ describe('looks', () => {
     assert.equal(iris([0.0586, 0.0718, 0.0793]), REST.iris);
     assert.ok(iris([0.098, 0.136, 0.131]) < 0.3);
     assert.ok(iris([0.04, 0.082, 0.085]) < 0.3);
+    // The same portrait, fitted a little otherwise: under pale skin it would be blue. A green one stays green.
+    const under = (/** @type {number} */ skin, /** @type {[number, number, number]} */ irises) =>
+      whole(colouringOf({ ...bald, skin: seen(skinColour(tone, skin, REST.blood)), irises }, tone)).iris;
+    assert.equal(under(0.56, [0.0714, 0.0961, 0.1236]), REST.iris);
+    assert.ok(under(0.1, [0.0901, 0.1243, 0.1563]) < 0.3);
+    const { inner, outer } = irisColours(0.4);
+    assert.ok(Math.abs(under(0.6, /** @type {[number, number, number]} */ (rgb(inner.lerp(outer, 0.5)))) - 0.4) < 0.13);
   });
 
   test('of hair and eyes look like them', () => {

@@ -29,6 +29,9 @@ const HUELESS = 0.4;
 /** Of one that mirrors more, grey, and by how much the logarithms of its red and green are apart. Blue ones have 0.4. */
 const GREY_IRIS = 0.09;
 const GREY = 0.27;
+/** Under brown skin nearly all irises are: from the first of these on the slider of skin on what mirrors may be brighter and bluer, from the second on by this factor. */
+const BROWN_SKIN = [0.35, 0.5];
+const BROWN_MIRRORS = 2;
 
 /** @typedef {readonly number[]} Linear red, green and blue */
 
@@ -87,13 +90,15 @@ function hairOf(colour) {
 /**
  * Irises are told by their hue: how bright they are is a matter of lids. What is dark and has no hue is most often
  * brown, as at rest, below what it mirrors.
- * @param {Linear} colour @returns {import('../colouring.js').Colouring}
+ * @param {Linear} colour @param {number} skin the slider's @returns {import('../colouring.js').Colouring}
  */
-function irisOf(colour) {
+function irisOf(colour, skin) {
   const hue = (/** @type {number[]} */ [r, g, b]) => [r - g, b - g, 0.3 * g];
   const wanted = hue(logarithms(colour));
   // No blue iris is that dark: what is, and grey or bluish, mirrors the sky.
-  const grey = colour[1] < GREY_IRIS && Math.abs(wanted[0]) < GREY;
+  const brown = Math.min(1, Math.max(0, (skin - BROWN_SKIN[0]) / (BROWN_SKIN[1] - BROWN_SKIN[0])));
+  const more = 1 + brown * (BROWN_MIRRORS - 1);
+  const grey = colour[1] < GREY_IRIS * more && Math.abs(wanted[0]) < GREY * more;
   if ((colour[1] < DARK_IRIS || grey) && wanted[1] > -HUELESS) return {};
   const [iris] = least([50], (iris) => {
     const { inner, outer } = irisColours(iris);
@@ -119,9 +124,10 @@ function styleOf({ colour, cover, off, hangs, forehead }) {
  * @param {import('three').Color} tone of the head's skin at rest
  */
 export function colouringOf({ skin, irises, beard, hair }, tone) {
+  const own = skinOf(skin, tone);
   return readColouring({
-    ...skinOf(skin, tone),
-    ...(irises && irisOf(irises)),
+    ...own,
+    ...(irises && irisOf(irises, own.skin)),
     ...(hair ? styleOf(hair) : { crop: 0, length: 0 }),
     ...(beard > BEARDS[1] ? { beard: 0.7, beardLength: 0.15 } : beard > BEARDS[0] ? { beard: 0.3 } : {}),
   });
