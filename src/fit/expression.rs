@@ -140,6 +140,7 @@ pub fn bake(
         let missing = || FitError::Input(format!("the model has no landmark {name:?}"));
         found.map(|l| l as u32).ok_or_else(missing)
     };
+    let lips = Lips::new(template, &mean)?;
     let own: Vec<(Vec<DVec3>, [DVec3; 2])> = (expressions.list.par_iter())
         .map(|expression| {
             let moved = performer.on(&mean, expression);
@@ -154,6 +155,7 @@ pub fn bake(
                 }
             });
             let mut moves: Vec<DVec3> = moved.iter().zip(&mean).map(|(p, m)| *p - *m).collect();
+            lips.draw(&expression.name, &mean, &mut moves);
             for &v in balls.iter().flatten() {
                 moves[v as usize] = DVec3::ZERO;
             }
@@ -199,6 +201,78 @@ pub fn bake(
             })
         })
         .collect()
+}
+
+/// Expressions that draw the lips against the teeth, of both sides, and by how many mm the upper and the lower lip.
+const DRAWN: [(&str, [f64; 2]); 5] = [
+    ("mouthSmile", [3.5, 3.5]),
+    ("mouthDimple", [1.2, 1.2]),
+    ("mouthStretch", [2.5, 2.5]),
+    ("mouthUpperUp", [1.5, 0.0]),
+    ("mouthLowerDown", [0.0, 1.5]),
+];
+
+/// The front teeth stand so far behind where the lips meet, mm, as the page draws them.
+const TEETH: f64 = 2.6;
+/// Skin is lip up to the first of these distances from the lips' points, mm, and not at all from the second on.
+const LIP: [f64; 2] = [4.0, 15.0];
+/// One side's muscles draw the other side's lips up to so far from the middle, mm.
+const ACROSS: f64 = 14.0;
+
+/// The lips of a head at rest, which become thinner where they are drawn against the teeth. The base mesh's
+/// expressions leave them as thick as they are, an empty pouch behind them: from the side, a smile would stand off its
+/// teeth.
+struct Lips {
+    /// How much each vertex is of them.
+    share: Vec<f64>,
+    /// Where the upper and the lower lip meet, and where teeth stand and lips end, along z.
+    line: f64,
+    depth: [f64; 2],
+}
+
+impl Lips {
+    fn new(template: &Template, mean: &[DVec3]) -> FitResult<Self> {
+        let point = |i: u32| {
+            let name = format!("ibug_{i}");
+            let found = template.landmarks.iter().position(|l| l.name == name);
+            let missing = || FitError::Input(format!("the head has no landmark {name:?}"));
+            Ok(template.landmark(found.ok_or_else(missing)?, mean))
+        };
+        let points: Vec<DVec3> = (48..68).map(point).collect::<FitResult<_>>()?;
+        // 51 and 57 are the middles of the lips' outer edges, 62 and 66 of their inner ones.
+        let [upper, lower] = [points[62 - 48], points[66 - 48]];
+        let front = points[51 - 48].z.max(points[57 - 48].z);
+        let share = mean
+            .iter()
+            .map(|p| {
+                let near = points.iter().map(|q| q.distance(*p));
+                let near = near.fold(f64::INFINITY, f64::min);
+                let t = ((LIP[1] - near) / (LIP[1] - LIP[0])).clamp(0.0, 1.0);
+                t * t * (3.0 - 2.0 * t)
+            })
+            .collect();
+        Ok(Self {
+            share,
+            line: (upper.y + lower.y) / 2.0,
+            depth: [upper.z.min(lower.z) - TEETH, front],
+        })
+    }
+
+    /// Adds to an expression's displacements of the mean head what draws its lips back.
+    fn draw(&self, name: &str, mean: &[DVec3], moves: &mut [DVec3]) {
+        let Some((_, [upper, lower])) = DRAWN.iter().find(|d| name.starts_with(d.0)) else {
+            return;
+        };
+        let side = if name.ends_with("Left") { 1.0 } else { -1.0 };
+        let [teeth, front] = self.depth;
+        for ((p, moved), share) in mean.iter().zip(moves).zip(&self.share) {
+            let own = (0.5 + side * p.x / (2.0 * ACROSS)).clamp(0.0, 1.0);
+            let by = if p.y > self.line { upper } else { lower };
+            // Thinner, not farther back: what is at the teeth stays.
+            let thick = ((p.z - teeth) / (front - teeth)).max(0.0);
+            moved.z -= share * own * by * thick;
+        }
+    }
 }
 
 /// An expression that is one target, of the same name.
