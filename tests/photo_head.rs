@@ -8,7 +8,7 @@ mod staged;
 use glam::{DVec2, DVec3, Vec3};
 use phiz::Face;
 use phiz::photo::raster::{NOTHING, Raster, barycentric};
-use phiz::photo::{Camera, Edit, Hair, Image, Light, Looks, Texture};
+use phiz::photo::{Camera, Detail, Edit, Hair, Image, Light, Looks, Texture};
 
 use common::person;
 use staged::{SIZE, camera, edit, stencil, window};
@@ -87,7 +87,7 @@ fn a_head_wears_the_photo_without_its_light() {
     let rgba = picture(&face, &camera, &light, &albedo);
     let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
     let worn = edit(&face, &camera, Some(light))
-        .texture(&image, 512)
+        .texture(&image, None, 512)
         .unwrap();
     assert_eq!(worn.rgba.len(), 4 * 512 * 512);
     let linear = |byte: u8| (f64::from(byte) / 255.0 + 0.055).powf(2.4) / 1.055_f64.powf(2.4);
@@ -128,6 +128,67 @@ fn a_head_wears_the_photo_without_its_light() {
     assert_eq!(green.count(), 0);
 }
 
+/// A face that is small in a large photo is fitted in fewer pixels than there are; what it wears has them all.
+#[test]
+fn finer_pixels_are_worn_where_there_are_some() {
+    const FEWER: usize = 4;
+    let face = person(9);
+    let parts = face.model().parts();
+    let (camera, light) = (camera([0.1, 0.0, 0.0]), window());
+    // Stripes of which the few pixels have four a period.
+    let albedo: Vec<DVec3> = (parts.mean.iter())
+        .map(|p| SKIN * (1.0 + 0.2 * f64::from(p.y / 2.0).sin()))
+        .collect();
+    let [wide, high] = SIZE.map(|side| side as usize);
+    let fine = linear_picture(&face, &camera, &light, &albedo);
+    let [few, low] = [wide / FEWER, high / FEWER];
+    let coarse: Vec<DVec3> = (0..few * low)
+        .map(|at| {
+            let first = FEWER * (at / few) * wide + FEWER * (at % few);
+            let rows = (0..FEWER).map(|y| &fine[first + y * wide..][..FEWER]);
+            rows.flatten().sum::<DVec3>() / (FEWER * FEWER) as f64
+        })
+        .collect();
+    let coarse = coded(&coarse);
+    let image = Image::new(few as u32, low as u32, &coarse).unwrap();
+    let small = Camera {
+        focal: camera.focal / FEWER as f64,
+        centre: camera.centre / FEWER as f64,
+        ..camera
+    };
+    let size = [few as u32, low as u32];
+    let (positions, normals) = (face.positions(), face.normals());
+    let edit = Edit::new(face.model(), &small, size, Some(light), positions, normals).unwrap();
+    // A part of the photo.
+    let (left, top, across, down) = (60, 40, 380, 340);
+    let rows = fine.chunks_exact(wide).skip(top).take(down);
+    let part: Vec<DVec3> = rows
+        .flat_map(|row| &row[left..left + across])
+        .copied()
+        .collect();
+    let part = coded(&part);
+    let detail = Detail {
+        image: Image::new(across as u32, down as u32, &part).unwrap(),
+        corner: DVec2::new(left as f64, top as f64) / FEWER as f64,
+        scale: FEWER as f64,
+    };
+    let nose = parts.landmarks.iter().find(|l| l.name == "ibug_30");
+    let nose = stencil(nose.expect("is there"), &parts.mean);
+    // Cheeks, whose light is even.
+    let contrast = |detail: Option<Detail>| {
+        let worn = edit.texture(&image, detail, 512).unwrap();
+        let is_cheek =
+            |p: Vec3| (p.y - nose.y).abs() < 15.0 && (25.0..45.0).contains(&p.x.abs()) && p.z > 0.0;
+        let reds = reds(&face, &worn, is_cheek, 100);
+        let [low, high] = [0.1, 0.9].map(|q| reds[(q * (reds.len() - 1) as f64) as usize]);
+        f64::from(high) / f64::from(low)
+    };
+    let [few, all] = [contrast(None), contrast(Some(detail))];
+    // 0.8 to 1.2 of linear light is 1 to 1.2 as bytes; the tenth and the ninetieth hundredth are nearly that.
+    assert!(few < 1.1, "{few}");
+    assert!(all > 1.14, "{all}");
+}
+
 /// Of a head that is turned the temple faces the camera, and the hair on it; a beard is worn.
 #[test]
 fn hair_on_a_temple_is_no_skin() {
@@ -153,7 +214,7 @@ fn hair_on_a_temple_is_no_skin() {
         let rgba = picture(&face, &camera, &light, &albedo);
         let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
         let edit = edit(&face, &camera, Some(light));
-        let worn = edit.texture(&image, 512).unwrap();
+        let worn = edit.texture(&image, None, 512).unwrap();
         let red = |is_one: &dyn Fn(Vec3) -> bool| reds(&face, &worn, is_one, 100);
         let near = |p: Vec3, x: f32| (p.x.abs() - x).abs() < 12.0;
         let cheek = red(&|p| p.z > corner.z && (p.y - nose.y).abs() < 10.0 && near(p, 35.0));
@@ -179,11 +240,11 @@ fn colours_that_nobody_knows_are_refused() {
     let face = person(1);
     let grey = vec![128; (4 * SIZE[0] * SIZE[1]) as usize];
     let image = Image::new(SIZE[0], SIZE[1], &grey).unwrap();
-    let dark = edit(&face, &camera([0.0; 3]), None).texture(&image, 512);
+    let dark = edit(&face, &camera([0.0; 3]), None).texture(&image, None, 512);
     assert!(dark.unwrap_err().to_string().contains("without the light"));
     let lit = edit(&face, &camera([0.0; 3]), Some(window()));
     for size in [0, 63, 4097] {
-        let why = lit.texture(&image, size).unwrap_err().to_string();
+        let why = lit.texture(&image, None, size).unwrap_err().to_string();
         assert!(why.contains("from 64 to 4096 texels"), "{why}");
     }
 }
@@ -404,7 +465,7 @@ fn a_fringe_is_no_skin() {
     let rgba = face.rgba();
     let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
     let edit = edit(&face.face, &face.camera, Some(face.light));
-    let worn = edit.texture(&image, 512).unwrap();
+    let worn = edit.texture(&image, None, 512).unwrap();
     let red = |is_one: &dyn Fn(Vec3) -> bool| reds(&face.face, &worn, is_one, 40);
     let cheek =
         red(&|p| p.z > corner.z && (p.y - nose.y).abs() < 10.0 && (p.x.abs() - 35.0).abs() < 12.0);
@@ -532,7 +593,7 @@ fn glasses_are_not_skin() {
         let rgba = face.rgba();
         let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
         let edit = edit(&face.face, &face.camera, Some(face.light));
-        let worn = edit.texture(&image, 512).unwrap();
+        let worn = edit.texture(&image, None, 512).unwrap();
         let parts = face.face.model().parts();
         let [right, left] = ["ibug_36", "ibug_45"].map(|name| face.at(name).0);
         let middle = (right + left) / 2.0;

@@ -126,6 +126,24 @@ impl<'a> Image<'a> {
     }
 }
 
+/// A part of a photo in more pixels than the photo's face was fitted in.
+#[derive(Debug, Clone, Copy)]
+pub struct Detail<'a> {
+    /// Its pixels, all of them the person's or in front.
+    pub image: Image<'a>,
+    /// Its upper left corner, px of the photo as it was fitted.
+    pub corner: DVec2,
+    /// So many of its px are one of those.
+    pub scale: f64,
+}
+
+impl Detail<'_> {
+    /// The linear light, 0 to 1, at a point (px of the photo as it was fitted); `None` beside it.
+    pub(super) fn at(&self, p: DVec2) -> Option<DVec3> {
+        self.image.at((p - self.corner) * self.scale)
+    }
+}
+
 /// The shading of a face by lights that are far away.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {

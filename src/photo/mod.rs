@@ -46,7 +46,7 @@ use glam::{DVec2, DVec3};
 use nalgebra::DMatrix;
 
 pub use camera::Camera;
-pub use light::{HARMONICS, Image, Light};
+pub use light::{Detail, HARMONICS, Image, Light};
 pub use looks::{Hair, Looks};
 pub use reshape::{Edit, Field};
 pub use texture::Texture;

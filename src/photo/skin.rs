@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::light::bare;
 use super::sight::Sight;
-use super::{Camera, Image, Light};
+use super::{Camera, Detail, Image, Light};
 use crate::anatomy::Landmark;
 use crate::srgb::{BRIGHTNESS, linear};
 use crate::{Error, FaceModel, Result};
@@ -75,6 +75,8 @@ pub(super) struct Skin<'a> {
     pub model: &'a FaceModel,
     pub light: &'a Light,
     pub image: &'a Image<'a>,
+    /// The same in finer pixels.
+    pub detail: Option<Detail<'a>>,
     pub normals: &'a [Vec3],
     /// Where vertices are in the photo, px.
     pub seen: Vec<DVec2>,
@@ -117,6 +119,7 @@ impl<'a> Skin<'a> {
             model,
             light,
             image,
+            detail: None,
             normals,
             seen: places.iter().map(|&p| camera.project(p)).collect(),
             beard_below: f32::NEG_INFINITY,
@@ -146,6 +149,10 @@ impl<'a> Skin<'a> {
         let Some(seen) = self.image.at(place) else {
             return (DVec3::ZERO, 0.0);
         };
+        // Pixels that are finer than the mesh are for what is.
+        let is_vertex = corners[0] == corners[1];
+        let finer = self.detail.filter(|_| !is_vertex);
+        let seen = finer.and_then(|detail| detail.at(place)).unwrap_or(seen);
         let shading = self.light.shade(normal.normalize_or_zero()) / self.usual;
         let albedo = seen * self.exposure / shading.max(DVec3::splat(DARKEST));
         (albedo, trust)

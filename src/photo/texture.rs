@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::raster::{NOTHING, Raster};
 use super::skin::{Skin, median};
-use super::{Camera, Image, Light};
+use super::{Camera, Detail, Image, Light};
 use crate::srgb::{BRIGHTNESS, byte};
 use crate::{Error, FaceModel, Result};
 
@@ -41,7 +41,8 @@ const MARGIN: usize = 6;
 const SIZES: std::ops::RangeInclusive<usize> = 64..=4096;
 
 impl Texture {
-    /// Of a face (positions in mm, unit normals) that a camera sees in an image.
+    /// Of a face (positions in mm, unit normals) that a camera sees in an image, and in finer pixels where those
+    /// are known.
     ///
     /// # Errors
     /// When the mesh is not the model's, the face is not in the photo, or the size is not from 64 to
@@ -52,6 +53,7 @@ impl Texture {
         light: &Light,
         mesh: (&[DVec3], &[Vec3]),
         image: &Image,
+        detail: Option<Detail>,
         size: usize,
     ) -> Result<Self> {
         if !SIZES.contains(&size) {
@@ -61,7 +63,8 @@ impl Texture {
                 got: size as f64,
             });
         }
-        let skin = Skin::new(model, camera, light, mesh, image)?;
+        let mut skin = Skin::new(model, camera, light, mesh, image)?;
+        skin.detail = detail;
         Ok(bake(&skin, &fill(&skin), size))
     }
 }

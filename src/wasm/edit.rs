@@ -6,7 +6,7 @@ use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
 use super::{Fitter, error};
-use crate::photo::{Camera, Edit, Field, HARMONICS, Image, Light, Looks};
+use crate::photo::{Camera, Detail, Edit, Field, HARMONICS, Image, Light, Looks};
 use crate::{Error, Expressions, Face, Performance};
 
 /// How many numbers tell a camera: the focal length, the centre, the rotation row by row, the
@@ -166,12 +166,28 @@ impl PhotoEdit {
     }
 
     /// The colours of the head in the photo, of pixels of the size that it was opened with: sRGB and
-    /// how much of it is the photo's, with a side of `size` texels.
-    pub fn texture(&self, rgba: &[u8], size: u32) -> Result<Vec<u8>, JsError> {
+    /// how much of it is the photo's, with a side of `size` texels. Finer pixels of a part of the photo come with
+    /// their width and height, where their upper left corner is in the photo, and how many of them are one of its.
+    pub fn texture(
+        &self,
+        rgba: &[u8],
+        size: u32,
+        finer: Option<Vec<u8>>,
+        place: &[f64],
+    ) -> Result<Vec<u8>, JsError> {
         let [width, height] = self.size;
         let image = Image::new(width, height, rgba).map_err(error)?;
-        let texture = self.edit.texture(&image, size as usize).map_err(error)?;
-        Ok(texture.rgba)
+        let detail = match (&finer, place) {
+            (Some(rgba), &[width, height, left, top, scale]) => Some(Detail {
+                image: Image::new(width as u32, height as u32, rgba).map_err(error)?,
+                corner: DVec2::new(left, top),
+                scale,
+            }),
+            (Some(_), _) => return Err(error("finer pixels have a size, a corner and a scale")),
+            (None, _) => None,
+        };
+        let texture = self.edit.texture(&image, detail, size as usize);
+        Ok(texture.map_err(error)?.rgba)
     }
 
     /// What the photo tells of the person beside the shape, of pixels of the size that it was opened

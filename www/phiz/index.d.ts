@@ -191,6 +191,19 @@ export interface PhotoLooks {
   readonly hair: PhotoHair | null;
 }
 
+/** A part of a photo in more pixels than it was fitted in. */
+export interface PhotoDetail {
+  /** Four bytes a pixel, row by row from the upper left corner; alpha is not asked. */
+  rgba: Uint8Array | Uint8ClampedArray;
+  width: number;
+  height: number;
+  /** Where its upper left corner is, px of the photo as it was fitted. */
+  left: number;
+  top: number;
+  /** So many of its px are one of those. */
+  scale: number;
+}
+
 /** A photo whose face can be changed. */
 export interface PhotoEdit {
   /** How the photo changes for another shape than the fitted; null when it does not. */
@@ -201,10 +214,10 @@ export interface PhotoEdit {
    * The head's colours as the photo has them, without its light: `size` x `size` texels in the model's
    * texture coordinates, row by row from v = 1, sRGB; alpha is how much of it is the photo's. What the
    * camera does not see, or glasses cover, is taken from the other side, or continued; a photo that is too dark
-   * counts as exposed as most are.
+   * counts as exposed as most are. `detail` is the face in the pixels of a larger photo, of which `rgba` has fewer.
    * @throws Error when the fit has no light (see `PhotoPoints.rgba`).
    */
-  texture(rgba: Uint8Array | Uint8ClampedArray, size?: number): Uint8ClampedArray;
+  texture(rgba: Uint8Array | Uint8ClampedArray, size?: number, detail?: PhotoDetail): Uint8ClampedArray;
   /**
    * What the photo tells of the person beside the shape; alpha as in `PhotoPoints.rgba`.
    * @throws Error when the fit has no light (see `PhotoPoints.rgba`).

@@ -435,9 +435,11 @@ class PhotoEdit {
   render({ code, expression }, rgba) {
     return new Uint8ClampedArray(this.#live.render(rgba, code, this.#weigh(expression)).buffer);
   }
-  /** @param {Uint8Array | Uint8ClampedArray} rgba */
-  texture(rgba, size = 1024) {
-    return new Uint8ClampedArray(this.#live.texture(rgba, pixels('texture', size)).buffer);
+  /** @param {Uint8Array | Uint8ClampedArray} rgba @param {number} [size] @param {import('phiz').PhotoDetail} [detail] */
+  texture(rgba, size = 1024, detail) {
+    const place = detail ? [pixels('width', detail.width), pixels('height', detail.height), detail.left, detail.top, detail.scale] : [];
+    const finer = detail && new Uint8Array(detail.rgba.buffer, detail.rgba.byteOffset, detail.rgba.byteLength);
+    return new Uint8ClampedArray(this.#live.texture(rgba, pixels('texture', size), finer, Float64Array.from(place)).buffer);
   }
   /** @param {Uint8Array | Uint8ClampedArray} rgba */
   looks(rgba) {

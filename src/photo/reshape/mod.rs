@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::light::bare;
 use super::raster::{NOTHING, Raster, barycentric};
 use super::sight::BEHIND;
-use super::{Camera, Image, Light, Looks, Texture, check_mesh};
+use super::{Camera, Detail, Image, Light, Looks, Texture, check_mesh};
 use crate::anatomy::Landmark;
 use crate::{Error, FaceModel, Result};
 use membrane::{CHANNELS, Cell, Known};
@@ -263,13 +263,15 @@ impl Edit {
         Ok(self.field_of(cells))
     }
 
-    /// The colours of the head in the photo, as its light shows them, with a side of `size` texels.
+    /// The colours of the head in the photo, as its light shows them, with a side of `size` texels: in finer
+    /// pixels where there are some.
     ///
     /// # Errors
     /// When no light is known, or the size is not from 64 to 4096.
-    pub fn texture(&self, image: &Image, size: usize) -> Result<Texture> {
+    pub fn texture(&self, image: &Image, detail: Option<Detail>, size: usize) -> Result<Texture> {
         let mesh = (&self.positions[..], &self.normals[..]);
-        Texture::of(&self.model, &self.camera, self.light()?, mesh, image, size)
+        let light = self.light()?;
+        Texture::of(&self.model, &self.camera, light, mesh, image, detail, size)
     }
 
     /// What the photo tells of the person beside the shape.

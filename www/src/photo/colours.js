@@ -12,12 +12,13 @@ const SIDE = 1024;
  *
  * @param {{
  *   fitter: import('./fitter.js').Fitter,
+ *   detail: () => import('phiz').PhotoDetail | null,
  *   allowed: () => boolean,
  *   wear: (colours: Colours | null) => void,
  *   complain: (sentence: string) => void,
- * }} parts `allowed`: there is a photo that says something of them
+ * }} parts `detail`: its face in its own pixels; `allowed`: there is a photo that says something of them
  */
-export function createColours({ fitter, allowed, wear, complain }) {
+export function createColours({ fitter, detail, allowed, wear, complain }) {
   /** What the photo says; undefined before it was asked. @type {Colours | null | undefined} */
   let found;
   /** What of that the head has on. @type {Colours | null} */
@@ -33,7 +34,7 @@ export function createColours({ fitter, allowed, wear, complain }) {
   async function find() {
     const here = (asked += 1);
     try {
-      const colours = await fitter.texture(SIDE);
+      const colours = await fitter.texture(SIDE, detail());
       if (here === asked) found = colours;
     } catch (error) {
       if (here !== asked) return;

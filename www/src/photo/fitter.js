@@ -1,7 +1,12 @@
 // The worker that fits photos, as promises. To cancel is to end it: the next photo starts another.
+import { boxOf } from './points.js';
 
 /** The worker sees a photo at most so large, px: a face has enough pixels there. */
 const LONGEST = 1024;
+/** Colours are of finer pixels where there are some, by this factor at least: of the face and so much of its size around it, at most so large, px. */
+const FINER = 1.2;
+const AROUND_FACE = 0.3;
+const FINEST = 1024;
 
 /** Thrown into whatever was waiting when the worker was ended. */
 export class Cancelled extends Error {}
@@ -86,6 +91,28 @@ export function createFitter({ modelUrl, expressionsUrl }) {
         scale: 1 / scale,
       };
     },
+    /**
+     * The face in the photo's own pixels, where `pixels` has fewer.
+     * @param {{ bitmap: ImageBitmap, width: number, height: number }} photo
+     * @param {Float64Array} points px of the photo
+     * @returns {import('phiz').PhotoDetail | null}
+     */
+    detail({ bitmap, width, height }, points) {
+      const fitted = Math.min(1, LONGEST / Math.max(width, height));
+      const [left, top, right, bottom] = boxOf(points);
+      const beside = AROUND_FACE * Math.max(right - left, bottom - top);
+      const [x, y] = [Math.max(0, Math.floor(left - beside)), Math.max(0, Math.floor(top - beside))];
+      const size = [Math.min(width, Math.ceil(right + beside)) - x, Math.min(height, Math.ceil(bottom + beside)) - y];
+      const scale = Math.min(1, FINEST / Math.max(...size));
+      if (!(Math.min(...size) > 0) || scale < FINER * fitted) return null;
+      const [wide, high] = size.map((side) => Math.max(1, Math.round(scale * side)));
+      const context = /** @type {OffscreenCanvasRenderingContext2D} */ (new OffscreenCanvas(wide, high).getContext('2d', { willReadFrequently: true }));
+      context.imageSmoothingQuality = 'high';
+      context.drawImage(bitmap, x, y, size[0], size[1], 0, 0, wide, high);
+      const { data: rgba } = context.getImageData(0, 0, wide, high);
+      for (let i = 3; i < rgba.length; i += 4) rgba[i] = 255;
+      return { rgba, width: wide, height: high, left: x * fitted, top: y * fitted, scale: scale / fitted };
+    },
     /** Loads what fits need, ahead of the first. @returns {Promise<unknown>} */
     prepare: () => ask('prepare', urls),
     /**
@@ -99,9 +126,10 @@ export function createFitter({ modelUrl, expressionsUrl }) {
     /**
      * The head's colours as the photo has them.
      * @param {number} size texels a side
+     * @param {import('phiz').PhotoDetail | null} detail
      * @returns {Promise<{ size: number, rgba: Uint8ClampedArray } | null>}
      */
-    texture: (size) => ask('texture', { size }),
+    texture: (size, detail) => ask('texture', { size, detail }),
     /** What the photo tells of the person beside the shape. @returns {Promise<import('phiz').PhotoLooks | null>} */
     looks: () => ask('looks', {}),
     /** @param {{ code: string, expression: Record<string, number> }} state */

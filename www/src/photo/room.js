@@ -92,7 +92,13 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   // Over the head, under the buttons that stand on the stage.
   stage.querySelector('canvas')?.after(view.root, sides);
 
-  const colours = createColours({ fitter, allowed: () => editable, wear, complain: (sentence) => say(sentence, true) });
+  const colours = createColours({
+    fitter,
+    detail: () => photo && fitted && fitter.detail(photo, fitted.points),
+    allowed: () => editable,
+    wear,
+    complain: (sentence) => say(sentence, true),
+  });
 
   // The panel.
   const status = element('p', { class: 'photo-status', role: 'status' });

@@ -55,8 +55,8 @@ const TASKS = {
     edit = (await (await model)?.editPhoto({ width: photo.width, height: photo.height, fit, rgba: pixels ?? undefined })) ?? null;
     return { answer: true };
   },
-  async texture({ size }) {
-    const rgba = edit && pixels && edit.texture(pixels, size);
+  async texture({ size, detail }) {
+    const rgba = edit && pixels && edit.texture(pixels, size, detail ?? undefined);
     return { answer: rgba && { size, rgba }, transfer: rgba ? [rgba.buffer] : [] };
   },
   async looks() {
