@@ -28,7 +28,7 @@ export class PhotoEdit {
   set_background(rgba: Uint8Array): void;
   field(code: string, weights: Float64Array): import('phiz').PhotoField | null;
   render(rgba: Uint8Array | Uint8ClampedArray, code: string, weights: Float64Array): Uint8Array;
-  texture(rgba: Uint8Array | Uint8ClampedArray, size: number): Uint8Array;
+  texture(rgba: Uint8Array | Uint8ClampedArray, size: number, finer: Uint8Array | undefined, place: Float64Array): Uint8Array;
   looks(rgba: Uint8Array | Uint8ClampedArray): import('phiz').PhotoLooks;
   free(): void;
 }

@@ -103,12 +103,14 @@ export function createFitter({ modelUrl, expressionsUrl }) {
       const beside = AROUND_FACE * Math.max(right - left, bottom - top);
       const [x, y] = [Math.max(0, Math.floor(left - beside)), Math.max(0, Math.floor(top - beside))];
       const size = [Math.min(width, Math.ceil(right + beside)) - x, Math.min(height, Math.ceil(bottom + beside)) - y];
-      const scale = Math.min(1, FINEST / Math.max(...size));
+      // The bitmap of a large photo has fewer than its px itself.
+      const kept = bitmap.width / width;
+      const scale = Math.min(kept, FINEST / Math.max(...size));
       if (!(Math.min(...size) > 0) || scale < FINER * fitted) return null;
       const [wide, high] = size.map((side) => Math.max(1, Math.round(scale * side)));
       const context = /** @type {OffscreenCanvasRenderingContext2D} */ (new OffscreenCanvas(wide, high).getContext('2d', { willReadFrequently: true }));
       context.imageSmoothingQuality = 'high';
-      context.drawImage(bitmap, x, y, size[0], size[1], 0, 0, wide, high);
+      context.drawImage(bitmap, kept * x, kept * y, kept * size[0], kept * size[1], 0, 0, wide, high);
       const { data: rgba } = context.getImageData(0, 0, wide, high);
       for (let i = 3; i < rgba.length; i += 4) rgba[i] = 255;
       return { rgba, width: wide, height: high, left: x * fitted, top: y * fitted, scale: scale / fitted };
