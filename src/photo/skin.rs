@@ -66,8 +66,8 @@ const LID: f32 = 5.0;
 const BROW: f32 = 6.0;
 /// The eye's surroundings that a lens covers, mm from the points on the lids.
 const SOCKET: f32 = 14.0;
-/// No tone is farther than this factor from the model's colours.
-const LARGEST_TONE: f64 = 5.0;
+/// No tone is farther than this factor from the model's colours: the darkest skin has a thirtieth of its blue.
+const LARGEST_TONE: f64 = 40.0;
 /// Light below this part of the usual is shadow, whose albedo nobody knows.
 const DARKEST: f64 = 0.15;
 /// A face with what is known of its colours.

@@ -49,6 +49,8 @@ describe('looks', () => {
     assert.equal(iris([0.0586, 0.0718, 0.0793]), REST.iris);
     assert.ok(iris([0.098, 0.136, 0.131]) < 0.3);
     assert.ok(iris([0.04, 0.082, 0.085]) < 0.3);
+    // Brown ones in the shade of brows.
+    assert.equal(iris([0.0401, 0.0348, 0.0222]), REST.iris);
     // The same portrait, fitted a little otherwise: under pale skin it would be blue. A green one stays green.
     const under = (/** @type {number} */ skin, /** @type {[number, number, number]} */ irises) =>
       whole(colouringOf({ ...bald, skin: seen(skinColour(tone, skin, REST.blood)), irises }, tone)).iris;

@@ -99,7 +99,10 @@ function irisOf(colour, skin) {
   const brown = Math.min(1, Math.max(0, (skin - BROWN_SKIN[0]) / (BROWN_SKIN[1] - BROWN_SKIN[0])));
   const more = 1 + brown * (BROWN_MIRRORS - 1);
   const grey = colour[1] < GREY_IRIS * more && Math.abs(wanted[0]) < GREY * more;
-  if ((colour[1] < DARK_IRIS || grey) && wanted[1] > -HUELESS) return {};
+  // Blue and green ones are less red than green, and who has brown ones of a clear hue is more so.
+  const faint = wanted[0] > 0 && wanted[0] < GREY;
+  const dark = colour[1] < DARK_IRIS && (wanted[1] > -HUELESS || faint);
+  if (dark || (grey && wanted[1] > -HUELESS)) return {};
   const [iris] = least([50], (iris) => {
     const { inner, outer } = irisColours(iris);
     return apart(wanted, hue(logarithms([(inner.r + outer.r) / 2, (inner.g + outer.g) / 2, (inner.b + outer.b) / 2])));
