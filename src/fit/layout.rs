@@ -16,8 +16,8 @@ const BULGE: f64 = 14.0;
 /// Charts are so far from each other and from the image's border: colours are continued into it, and images are
 /// drawn smaller.
 const GAP: f64 = 1.0 / 64.0;
-/// Coordinates are rounded to so many steps of the blob's grid, for its bytes: an eighth of a texel of 1024.
-const ROUND: i32 = 4;
+/// Coordinates are rounded to so many steps of the blob's grid, for its bytes: an eighth of a texel of 2048.
+const ROUND: i32 = 2;
 
 /// A piece of the surface that is in one piece in the image, too.
 struct Chart {
@@ -134,4 +134,51 @@ fn charts(triangles: &[[u32; 3]], uvs: &[DVec2]) -> Vec<Chart> {
     }
     let each = all.into_values();
     each.map(|corners| Chart::new(corners, uvs)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::{base_mesh_dir, generic_head};
+
+    #[test]
+    fn the_face_is_half_of_the_image_and_no_two_places_share_a_texel() {
+        const SIDE: usize = 512;
+        let Some(dir) = base_mesh_dir() else { return };
+        let head = generic_head::build(&dir).unwrap();
+        let topology = &head.topology;
+        let uv = |corner: u32| {
+            let [u, v] = topology.uvs[corner as usize].map(f64::from);
+            DVec2::new(u, v)
+        };
+        let mut count = vec![0_u8; SIDE * SIDE];
+        // The base mesh's right eye is the left one's mirror image in its image, too.
+        let skin_and_cavities: u32 = topology.parts[..3].iter().map(|p| p.count).sum();
+        for (i, t) in topology.uv_triangles.iter().enumerate() {
+            let [a, b, c] = t.map(uv);
+            let twice = (b - a).perp_dot(c - a);
+            let is_eye = i >= skin_and_cavities as usize;
+            assert!(is_eye || twice > 0.0, "{t:?} is turned over");
+            let low = (a.min(b).min(c) * SIDE as f64).floor().as_usizevec2();
+            let high = (a.max(b).max(c) * SIDE as f64).ceil().as_usizevec2();
+            for y in low.y..high.y {
+                for x in low.x..high.x {
+                    let p = (DVec2::new(x as f64, y as f64) + 0.5) / SIDE as f64;
+                    let sides = [(a, b), (b, c), (c, a)].map(|(p0, p1)| (p1 - p0).perp_dot(p - p0));
+                    count[SIDE * y + x] += u8::from(sides.iter().all(|s| *s > 0.0));
+                }
+            }
+        }
+        assert!(count.iter().all(|&c| c < 2), "two places share a texel");
+        let used = count.iter().filter(|&&c| c > 0).count() as f64 / (SIDE * SIDE) as f64;
+        assert!(used > 0.4, "{used} of the image is used");
+        let place = |name: &str| -> DVec2 {
+            let landmark = head.landmarks.iter().find(|l| l.name == name).unwrap();
+            landmark.stencil.iter().map(|&(v, w)| uv(v) * w).sum()
+        };
+        let across = place("ibug_16") - place("ibug_00");
+        assert!(across.x > 0.42 && across.y.abs() < 0.01, "{across}");
+        let down = place("ibug_27") - place("ibug_08");
+        assert!(down.y > 0.25 && down.x.abs() < 0.02, "{down}");
+    }
 }

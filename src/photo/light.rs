@@ -191,11 +191,20 @@ const FEWEST: usize = 100;
 /// The face reaches so far around its 68 points, mm: over the forehead, and not into the hair.
 const AROUND: f32 = 35.0;
 
+/// Beards are below the nose. Where the rest of the face says that chins are darker than skin by this logarithm
+/// it is one, and nobody takes it for shadow: light from above that would make it so would make all that faces down
+/// too pale.
+const BEARD: f64 = 0.4;
+/// The chin is so far below the nose's base, mm: under the mouth.
+const CHIN: f32 = 34.0;
+
 /// A point of the skin that is seen.
 struct Point {
     harmonics: SVector<f64, HARMONICS>,
     albedo: DVec3,
     seen: DVec3,
+    /// How far it is below the nose's base on the mean head, mm.
+    below: f32,
 }
 
 impl Light {
@@ -228,13 +237,33 @@ impl Light {
         if points.len() < FEWEST {
             return Err(Error::Mismatch("no face is seen in the photo".into()));
         }
+        let (low, beardless): (Vec<Point>, Vec<Point>) =
+            points.into_iter().partition(|p| p.below > 0.0);
+        if beardless.len() >= FEWEST {
+            let light = Self::robust(&beardless);
+            let mut chin: Vec<f64> = low
+                .iter()
+                .filter(|p| p.below > CHIN)
+                .map(|p| light.darker(p))
+                .collect();
+            chin.sort_unstable_by(f64::total_cmp);
+            if chin.get(chin.len() / 2).is_some_and(|&off| off > BEARD) {
+                return Ok(light);
+            }
+        }
+        let all: Vec<Point> = beardless.into_iter().chain(low).collect();
+        Ok(Self::robust(&all))
+    }
+
+    /// By weighted least squares, with weights from how far the points are off.
+    fn robust(points: &[Point]) -> Self {
         let mut weights = vec![1.0; points.len()];
         let mut light = Self {
             coefficients: [[0.0; HARMONICS]; 3],
             rms: 0.0,
         };
         for _ in 0..STEPS {
-            light.coefficients = [0, 1, 2].map(|channel| fit(&points, &weights, channel));
+            light.coefficients = [0, 1, 2].map(|channel| fit(points, &weights, channel));
             let off: Vec<f64> = points.iter().map(|p| light.off(p)).collect();
             let mut sorted = off.clone();
             sorted.sort_unstable_by(f64::total_cmp);
@@ -247,7 +276,7 @@ impl Light {
             let square: f64 = off.iter().zip(&weights).map(|(o, w)| w * o * o).sum();
             light.rms = (square / weights.iter().sum::<f64>().max(1.0)).sqrt();
         }
-        Ok(light)
+        light
     }
 
     /// The shading of a surface with this unit normal in the head's frame: what it sends to the camera
@@ -259,6 +288,16 @@ impl Light {
             terms.map(|(c, h)| c * h).sum::<f64>().max(0.0)
         });
         DVec3::from_array(each)
+    }
+
+    /// The logarithm of how much darker a point is than it should be.
+    fn darker(&self, point: &Point) -> f64 {
+        let shading = self.coefficients.map(|c| {
+            let c = SVector::<f64, HARMONICS>::from(c);
+            c.dot(&point.harmonics)
+        });
+        let expected = (DVec3::from_array(shading) * point.albedo).dot(BRIGHTNESS);
+        (expected.max(0.02) / point.seen.dot(BRIGHTNESS).max(0.002)).ln()
     }
 
     /// How far a point is off, as a part of what it should send: the root mean square of its channels.
@@ -299,7 +338,11 @@ fn points(
     camera: &Camera,
     image: &Image,
 ) -> Vec<Point> {
-    let topology = &model.parts().topology;
+    let parts = model.parts();
+    let topology = &parts.topology;
+    // Without the landmark nothing is below it.
+    let nose = parts.landmarks.iter().find(|l| l.name == "ibug_33");
+    let nose = nose.map_or(f32::NEG_INFINITY, |l| l.position(&parts.mean).y);
     let positions: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
     let Some(sight) = Sight::new(camera, &positions, &topology.triangles()) else {
         return Vec::new();
@@ -319,6 +362,7 @@ fn points(
                 harmonics: harmonics(normal).into(),
                 albedo: linear(topology.colours[v]),
                 seen: light,
+                below: nose - parts.mean[v].y,
             })
         })
         .collect()
