@@ -157,8 +157,12 @@ const COLOUR = /* glsl */ `
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
   tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
+  // How much of what is worn the photo shows.
+  float photographed = 0.0;
   if (worn > 0.0) {
-    vec3 seen = texture2D(wornMap, vWorn).rgb;
+    vec4 photo = texture2D(wornMap, vWorn);
+    vec3 seen = photo.rgb;
+    photographed = worn * photo.a;
 #ifdef TONE_MAPPING
     // What ACESFilmicToneMapping shows as the photo does, where there is as much light as in the middle of the face: the
     // photo's own curve has made bright colours pale already, and they are not made so once more.
@@ -195,9 +199,9 @@ const COLOUR = /* glsl */ `
     tone = mix(tone, hair * 0.7, underHair * 0.95);
     hairs = clamp(thick * (0.05 + 0.5 * thick + 1.1 * strand.r), 0.0, 0.95);
     tone = mix(tone, hair * (0.35 + 1.3 * strand.g) * (1.0 - 0.2 * covered.x), hairs);
-    // A photo that is worn has its own beard. One that is thin is single hairs, on skin that is greyer for
+    // A photo that is worn has its own beard, as far as it shows the skin. One that is thin is single hairs, on skin that is greyer for
     // their roots.
-    float beard = grown.y * (1.0 - smoothSkin) * (1.0 - worn);
+    float beard = grown.y * (1.0 - smoothSkin) * (1.0 - photographed);
     float rank = 1.7 * strand.g - 0.45;
     float whisker = smoothstep(-0.25, 0.25, 1.25 * beard - rank) * min(1.0, 5.0 * beard) * (0.5 + 0.45 * beard);
     tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), browColour, 0.75 * beard), beard * (0.45 + 0.45 * beard));

@@ -11,7 +11,7 @@ import { createTresses } from './tresses.js';
  * @param {{ positions: Float32Array, normals: Float32Array, triangles: Uint32Array, landmarks: import('../groundwork/paint.js').Points }} rest
  *   the skin's vertices, mm
  * @param {ReturnType<typeof import('./growth.js').growth>} grows where
- * @param {Parameters<typeof createTresses>[1]} uniforms of the skin; hair on the head shows whatever is worn
+ * @param {Parameters<typeof createTresses>[1]} uniforms of the skin
  * @param {readonly [number, number]} fade heights between which the neck runs out, mm
  */
 export function growHair({ positions, normals, triangles, landmarks }, grows, uniforms, fade) {
@@ -29,7 +29,7 @@ export function growHair({ positions, normals, triangles, landmarks }, grows, un
   return [
     createTresses(
       { name: 'hair', rest: positions, grow: () => on((hull) => scalpGround(grows.scalp, landmarks, hull)), style: (paints) => paints.style, long: hairLength, half: 1.35, stride: ({ curl }) => (curl > 0.3 ? 2 : 3) },
-      { ...uniforms, worn: { value: 0 } },
+      uniforms,
       // Before the neck does, which would cover it.
       fade.map((y) => y + 18),
     ),

@@ -30,10 +30,9 @@ const PLACE = /* glsl */ `
   uniform highp sampler2D lockShifts;
   uniform float halfWidth; // mm
   uniform float heatStrength;
-  uniform float worn;
   vec3 strandAt() { return position + texelFetch(lockShifts, ivec2(int(strand.x), 0), 0).xyz; }
-  // What is measured is the head, and a photo that is worn has its own beard.
-  bool strandHidden() { return heatStrength > 0.5 || worn > 0.5; }
+  // What is measured is the head.
+  bool strandHidden() { return heatStrength > 0.5; }
   // Half its width, mm: roots are close, and tips thin.
   float ribbon() { return halfWidth * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.95 * outward.w * outward.w); }
 `;
@@ -124,10 +123,10 @@ const FRAGMENT = /* glsl */ `
  *   style: (colours: Pigments) => S, long: (style: S) => number, half: number, stride: (style: S) => number,
  * }} kind `grow` is asked when there first is any; `half` of a ribbon's width, mm; of the points of a strand every `stride`th
  *   is in files, in which each is once more for every slider
- * @param {{ heatStrength: { value: number }, worn: { value: number } }} uniforms of the skin
+ * @param {{ heatStrength: { value: number } }} uniforms of the skin
  * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
-export function createTresses({ name: kindName, rest, grow, style: styleOf, long, half, stride }, { heatStrength, worn }, fade) {
+export function createTresses({ name: kindName, rest, grow, style: styleOf, long, half, stride }, { heatStrength }, fade) {
   /** Made when there first is hair. @type {import('./strands.js').Hair<S> | null} */
   let hair = null;
   const geometry = new BufferGeometry();
@@ -137,7 +136,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
   const gloss = { value: 1 };
   const drawn = share();
   const broad = half / drawn ** 0.7;
-  const shared = { halfWidth: { value: broad }, lockShifts: { value: shifts }, heatStrength, worn };
+  const shared = { halfWidth: { value: broad }, lockShifts: { value: shifts }, heatStrength };
   const material = new ShaderMaterial({
     uniforms: {
       ...UniformsUtils.clone(UniformsLib.lights),

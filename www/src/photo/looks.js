@@ -132,6 +132,6 @@ export function colouringOf({ skin, irises, beard, hair }, tone) {
     ...own,
     ...(irises && irisOf(irises, own.skin)),
     ...(hair ? styleOf(hair) : { crop: 0, length: 0 }),
-    ...(beard > BEARDS[1] ? { beard: 0.7, beardLength: 0.15 } : beard > BEARDS[0] ? { beard: 0.3 } : {}),
+    ...(beard > BEARDS[1] ? { beard: 0.7, beardLength: 0.08 } : beard > BEARDS[0] ? { beard: 0.3 } : {}),
   });
 }
