@@ -203,6 +203,51 @@ fn brows_are_as_dark_as_the_photos() {
     assert!(usual < 0.75, "of dark brows most are {usual} of the skin");
 }
 
+/// A lamp that a cheek mirrors is not worn: it would turn with the head. What is paler for a beard's sake is.
+#[test]
+fn shine_is_no_skin() {
+    let face = person(9);
+    let parts = face.model().parts();
+    let nose = parts.landmarks.iter().find(|l| l.name == "ibug_33");
+    let nose = stencil(nose.expect("is there"), &parts.mean);
+    let (camera, light) = (camera([0.0; 3]), window());
+    let albedo = vec![SKIN; parts.mean.len()];
+    let mut picture = linear_picture(&face, &camera, &light, &albedo);
+    let near = |x: f32, y: f32| move |p: Vec3| (p.x - x).hypot(p.y - nose.y - y) < 5.0 && p.z > 0.0;
+    let [cheek, chin] = [near(36.0, 14.0), near(4.0, -40.0)];
+    let skin = parts.topology.part_vertices("skin");
+    for is_one in [&cheek as &dyn Fn(Vec3) -> bool, &chin] {
+        for &v in skin.iter().filter(|&&v| is_one(parts.mean[v as usize])) {
+            let at = camera.project(face.positions()[v as usize].as_dvec3());
+            for (i, light) in picture.iter_mut().enumerate() {
+                let pixel =
+                    DVec2::new((i % SIZE[0] as usize) as f64, (i / SIZE[0] as usize) as f64);
+                // Once, however many vertices are near.
+                if (pixel + 0.5).distance(at) < 3.0 && light.z < 0.4 {
+                    *light += 0.3;
+                }
+            }
+        }
+    }
+    let rgba = coded(&picture);
+    let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+    let worn = edit(&face, &camera, Some(light))
+        .texture(&image, None, 512)
+        .unwrap();
+    let red = |is_one: &dyn Fn(Vec3) -> bool| {
+        let all = reds(&face, &worn, is_one, 5);
+        f64::from(all[all.len() / 2])
+    };
+    let usual = red(&|p| p.z > 0.0 && (p.y - nose.y - 14.0).abs() < 8.0 && p.x < -20.0);
+    // The lamp is 0.3 of white on 0.5 of red: a fifth more as bytes.
+    let [cheek, chin] = [red(&cheek), red(&chin)].map(|red| red / usual);
+    assert!(
+        (cheek - 1.0).abs() < 0.05,
+        "a cheek with a lamp is {cheek} of the skin"
+    );
+    assert!(chin > 1.1, "a pale chin is {chin} of the skin");
+}
+
 /// A beard is no shadow: the light is that of the face above it.
 #[test]
 fn a_beard_does_not_come_from_light_above() {

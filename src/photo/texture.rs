@@ -35,6 +35,8 @@ const BROW: f32 = 11.0;
 const PAINTED: f64 = 0.04;
 /// No brow is darker than so many times the model's, as logarithms.
 const DARKEST_BROW: f64 = 2.0;
+/// Skin mirrors lights from so far above the nose's base on, mm, wholly from the second on.
+const SHINY: [f32; 2] = [-2.0, 4.0];
 /// A chart's colours are continued so many texels beyond its border, for whoever filters the image.
 const MARGIN: usize = 6;
 /// Sides of a texture, texels.
@@ -65,7 +67,8 @@ impl Texture {
         }
         let mut skin = Skin::new(model, camera, light, mesh, image)?;
         skin.detail = detail;
-        Ok(bake(&skin, &fill(&skin), size))
+        let (fill, shine) = fill(&skin);
+        Ok(bake(&skin, &fill, &shine, size))
     }
 }
 
@@ -122,21 +125,71 @@ impl Brows {
     }
 }
 
+/// The lights that skin mirrors in a photo: they would turn with the head.
+struct Shine {
+    /// The skin without any, each vertex.
+    matte: Vec<DVec3>,
+    /// Where what is paler than skin is shine: above beards, and not at brows, which may be white.
+    share: Vec<f64>,
+}
+
+impl Shine {
+    /// Of skin that usually has this tone.
+    fn new(skin: &Skin, usual: DVec3, brow: &[bool]) -> Self {
+        let parts = skin.model.parts();
+        // Without the landmark there is none.
+        let nose = skin.landmark("ibug_33");
+        let nose = nose.map_or(f32::INFINITY, |l| l.position(&parts.mean).y);
+        let share = |v: usize| {
+            let above = (parts.mean[v].y - nose - SHINY[0]) / (SHINY[1] - SHINY[0]);
+            if brow[v] {
+                0.0
+            } else {
+                f64::from(above.clamp(0.0, 1.0))
+            }
+        };
+        Self {
+            matte: skin
+                .painted
+                .iter()
+                .map(|&p| p * usual.map(f64::exp))
+                .collect(),
+            share: (0..brow.len()).map(share).collect(),
+        }
+    }
+
+    /// A colour at a mix of three vertices without it: what is added to skin is white, so as much is taken off as
+    /// gives it the skin's hue, but no more than is brighter (Shafer 1985, the dichromatic model).
+    fn without(&self, corners: [usize; 3], share: [f64; 3], seen: DVec3) -> DVec3 {
+        let matte: DVec3 = (0..3).map(|i| self.matte[corners[i]] * share[i]).sum();
+        let much: f64 = (0..3).map(|i| self.share[corners[i]] * share[i]).sum();
+        let brighter = (seen - matte).dot(BRIGHTNESS);
+        let red = matte.x - matte.z;
+        if brighter <= 0.0 || red <= 0.0 {
+            return seen;
+        }
+        let white = (seen.z * matte.x - seen.x * matte.z) / red;
+        seen - much * white.clamp(0.0, brighter)
+    }
+}
+
 /// The colours of what is not seen, all over the mesh: the model's own in the tones that are seen, and brows as
-/// dark as the photo's.
-fn fill(skin: &Skin) -> Vec<DVec3> {
+/// dark as the photo's; and what skin mirrors.
+fn fill(skin: &Skin) -> (Vec<DVec3>, Shine) {
     let brows = Brows::new(skin);
-    let tones = tones(skin, &brows.near);
+    let (tones, usual) = tones(skin, &brows.near);
+    let shine = Shine::new(skin, usual, &brows.near);
     let strength = brows.strength(skin, &tones);
     let colour = |v: usize| {
         let brow = (strength - 1.0) * brows.paint[v];
         skin.painted[v] * (tones[v] + brow).map(f64::exp)
     };
-    (0..tones.len()).map(colour).collect()
+    ((0..tones.len()).map(colour).collect(), shine)
 }
 
-/// The logarithm of (albedo / model's colour) of each vertex, all over the mesh: that of bare skin at brows.
-fn tones(skin: &Skin, brow: &[bool]) -> Vec<DVec3> {
+/// The logarithm of (albedo / model's colour) of each vertex, all over the mesh: that of bare skin at brows. And the
+/// usual one.
+fn tones(skin: &Skin, brow: &[bool]) -> (Vec<DVec3>, DVec3) {
     let mut known = skin.seen_tones();
     known.retain(|k| skin.trust[k.0] > 0.8 && !brow[k.0]);
     let usual = median(known.iter().filter(|k| skin.beardless(k.0)).map(|k| k.1));
@@ -169,10 +222,10 @@ fn tones(skin: &Skin, brow: &[bool]) -> Vec<DVec3> {
             tones[v] = (sum / count + usual * USUAL) / (1.0 + USUAL);
         }
     }
-    tones
+    (tones, usual)
 }
 
-fn bake(skin: &Skin, fill: &[DVec3], size: usize) -> Texture {
+fn bake(skin: &Skin, fill: &[DVec3], shine: &Shine, size: usize) -> Texture {
     let topology = &skin.model.parts().topology;
     let side = size as f64;
     let texel = |corner: u32| {
@@ -201,6 +254,8 @@ fn bake(skin: &Skin, fill: &[DVec3], size: usize) -> Texture {
         let (other, far) = skin.albedo(mirrored, share);
         let far = far * (1.0 - trust) * skin.unmixed(mirrored, share, other, own);
         let rest = (1.0 - trust - far).max(0.0);
+        let [seen, other, own] = [(corners, seen), (mirrored, other), (corners, own)]
+            .map(|(corners, colour)| shine.without(corners, share, colour));
         let colour = seen * trust + other * far + own * rest;
         let coded = colour.to_array().map(byte);
         pixel[..3].copy_from_slice(&coded);
