@@ -273,7 +273,8 @@ fn a_beard_does_not_come_from_light_above() {
             let normal = DVec3::from_array(normal);
             let of = |light: &Light| light.shade(normal) / light.shade(front);
             let off = (of(&light) / of(&truth) - 1.0).abs().max_element();
-            // The model's painted colours, which this skin has none of, are worth a part of that. assert!(off < 0.12, "{off} at {normal} with a beard of {dark}");
+            // As measured 0.012; with the beard in the fit it is 0.3.
+            assert!(off < 0.05, "{off} at {normal} with a beard of {dark}");
         }
     }
 }
