@@ -168,6 +168,11 @@ pub struct Appearance {
     pub patches: usize,
 }
 
+/// A face goes so much of the way from what the points tell of it to what the pixels do. What shading tells wrongly is
+/// not independent from pixel to pixel, and its energy believes it too much: of 100 people of ICT-FaceKit (seeds from
+/// 9050) five become worse with all of the way and three with this, whose mean error is the same to 0.3 %.
+const BELIEVED: f64 = 0.8;
+
 /// Weights of expressions below this are not shown: no vertex moves by a tenth of a mm.
 const SHOWN: f64 = 2e-3;
 
@@ -290,9 +295,13 @@ impl Fitter {
             basis: &self.whole.basis,
             expressions: self.expressions.as_ref().map_or(&[], |e| e.list()),
         };
-        let Some(refined) = comparison.refine(image, &start, told) else {
+        let Some(mut refined) = comparison.refine(image, &start, told) else {
             return Ok(fit);
         };
+        let coefficients = refined.state.unknowns[..terms.coefficients].iter_mut();
+        for (pixels, &points) in coefficients.zip(&start.unknowns) {
+            *pixels = points + BELIEVED * (*pixels - points);
+        }
         let appearance = Appearance {
             rms: refined.rms,
             patches: refined.patches,
