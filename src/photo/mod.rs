@@ -170,7 +170,7 @@ pub struct Appearance {
 
 /// A face goes so much of the way from what the points tell of it to what the pixels do. What shading tells wrongly is
 /// not independent from pixel to pixel, and its energy believes it too much: of 100 people of ICT-FaceKit (seeds from
-/// 9050) five become worse with all of the way and three with this, whose mean error is the same to 0.3 %.
+/// 9050) five become worse with all of the way and three with this, whose mean error is the same to 0.6 %.
 const BELIEVED: f64 = 0.8;
 
 /// Weights of expressions below this are not shown: no vertex moves by a tenth of a mm.
