@@ -326,7 +326,7 @@ fn finer_pixels_are_worn_where_there_are_some() {
     let nose = parts.landmarks.iter().find(|l| l.name == "ibug_30");
     let nose = stencil(nose.expect("is there"), &parts.mean);
     // Cheeks, whose light is even.
-    let contrast = |detail: Option<Detail>| {
+    let contrast = |detail: Option<&Detail>| {
         let worn = edit.texture(&image, detail, 512).unwrap();
         let is_cheek =
             |p: Vec3| (p.y - nose.y).abs() < 15.0 && (25.0..45.0).contains(&p.x.abs()) && p.z > 0.0;
@@ -334,7 +334,7 @@ fn finer_pixels_are_worn_where_there_are_some() {
         let [low, high] = [0.1, 0.9].map(|q| reds[(q * (reds.len() - 1) as f64) as usize]);
         f64::from(high) / f64::from(low)
     };
-    let [few, all] = [contrast(None), contrast(Some(detail))];
+    let [few, all] = [contrast(None), contrast(Some(&detail))];
     // 0.8 to 1.2 of linear light is 1 to 1.2 as bytes; the tenth and the ninetieth hundredth are nearly that.
     assert!(few < 1.1, "{few}");
     assert!(all > 1.14, "{all}");

@@ -196,7 +196,7 @@ const AROUND: f32 = 35.0;
 /// too pale.
 const BEARD: f64 = 0.4;
 /// The chin is so far below the nose's base, mm: under the mouth.
-const CHIN: f32 = 34.0;
+pub(super) const CHIN: f32 = 34.0;
 
 /// A point of the skin that is seen.
 struct Point {
@@ -290,23 +290,24 @@ impl Light {
         DVec3::from_array(each)
     }
 
-    /// The logarithm of how much darker a point is than it should be.
-    fn darker(&self, point: &Point) -> f64 {
+    /// What a point should send.
+    fn expected(&self, point: &Point) -> DVec3 {
         let shading = self.coefficients.map(|c| {
             let c = SVector::<f64, HARMONICS>::from(c);
             c.dot(&point.harmonics)
         });
-        let expected = (DVec3::from_array(shading) * point.albedo).dot(BRIGHTNESS);
+        DVec3::from_array(shading) * point.albedo
+    }
+
+    /// The logarithm of how much darker a point is than it should be.
+    fn darker(&self, point: &Point) -> f64 {
+        let expected = self.expected(point).dot(BRIGHTNESS);
         (expected.max(0.02) / point.seen.dot(BRIGHTNESS).max(0.002)).ln()
     }
 
     /// How far a point is off, as a part of what it should send: the root mean square of its channels.
     fn off(&self, point: &Point) -> f64 {
-        let shading = self.coefficients.map(|c| {
-            let c = SVector::<f64, HARMONICS>::from(c);
-            c.dot(&point.harmonics)
-        });
-        let expected = DVec3::from_array(shading) * point.albedo;
+        let expected = self.expected(point);
         // In deep shadow noise is no part of the light; a fiftieth of white stands for it.
         let scale = expected.max(DVec3::splat(0.02));
         ((point.seen - expected) / scale).length() / 3_f64.sqrt()

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::light::bare;
+use super::light::{CHIN, bare};
 use super::sight::Sight;
 use super::{Camera, Detail, Image, Light};
 use crate::anatomy::Landmark;
@@ -37,8 +37,6 @@ const RIM: [f64; 2] = [0.05, 0.2];
 const SHINE: f64 = 0.4;
 /// A beard's tone is that of the chin, if it is darker than the skin by this logarithm.
 const BEARDED: f64 = 0.2;
-/// The chin is so far below the nose's base, mm: under the mouth.
-const CHIN: f32 = 34.0;
 /// The logarithms of tones that are another: none of the first is, all of the second are.
 const OTHER: [f64; 2] = [0.2, 0.42];
 /// The photo is worn within this distance of the 68 points, mm, wholly within the second.
@@ -75,8 +73,6 @@ pub(super) struct Skin<'a> {
     pub model: &'a FaceModel,
     pub light: &'a Light,
     pub image: &'a Image<'a>,
-    /// The same in finer pixels.
-    pub detail: Option<Detail<'a>>,
     pub normals: &'a [Vec3],
     /// Where vertices are in the photo, px.
     pub seen: Vec<DVec2>,
@@ -119,7 +115,6 @@ impl<'a> Skin<'a> {
             model,
             light,
             image,
-            detail: None,
             normals,
             seen: places.iter().map(|&p| camera.project(p)).collect(),
             beard_below: f32::NEG_INFINITY,
@@ -136,8 +131,13 @@ impl<'a> Skin<'a> {
         Ok(skin)
     }
 
-    /// The albedo at a mix of three vertices, and how much it is believed.
-    pub fn albedo(&self, corners: [usize; 3], share: [f64; 3]) -> (DVec3, f64) {
+    /// The albedo at a mix of three vertices, of finer pixels where there are some, and how much it is believed.
+    pub fn albedo(
+        &self,
+        corners: [usize; 3],
+        share: [f64; 3],
+        detail: Option<&Detail>,
+    ) -> (DVec3, f64) {
         let trust: f64 = (0..3).map(|i| share[i] * self.trust[corners[i]]).sum();
         if !(trust > 0.0) {
             return (DVec3::ZERO, 0.0);
@@ -149,10 +149,7 @@ impl<'a> Skin<'a> {
         let Some(seen) = self.image.at(place) else {
             return (DVec3::ZERO, 0.0);
         };
-        // Pixels that are finer than the mesh are for what is.
-        let is_vertex = corners[0] == corners[1];
-        let finer = self.detail.filter(|_| !is_vertex);
-        let seen = finer.and_then(|detail| detail.at(place)).unwrap_or(seen);
+        let seen = detail.and_then(|d| d.at(place)).unwrap_or(seen);
         let shading = self.light.shade(normal.normalize_or_zero()) / self.usual;
         let albedo = seen * self.exposure / shading.max(DVec3::splat(DARKEST));
         (albedo, trust)
@@ -160,7 +157,7 @@ impl<'a> Skin<'a> {
 
     /// The albedo of a vertex that is seen.
     pub fn vertex(&self, v: usize) -> Option<DVec3> {
-        let (albedo, trust) = self.albedo([v; 3], [1.0, 0.0, 0.0]);
+        let (albedo, trust) = self.albedo([v; 3], [1.0, 0.0, 0.0], None);
         (trust > 0.0).then_some(albedo)
     }
 
@@ -179,9 +176,9 @@ impl<'a> Skin<'a> {
     pub fn seen_tones(&self) -> Vec<(usize, DVec3)> {
         let limit = DVec3::splat(LARGEST_TONE.ln());
         let each = (0..self.trust.len()).filter_map(|v| {
-            let (albedo, trust) = self.albedo([v; 3], [1.0, 0.0, 0.0]);
+            let albedo = self.vertex(v)?;
             let tone = (albedo.max(DVec3::splat(1e-3)) / self.painted[v]).map(f64::ln);
-            (trust > 0.0).then(|| (v, tone.clamp(-limit, limit)))
+            Some((v, tone.clamp(-limit, limit)))
         });
         each.collect()
     }

@@ -55,7 +55,7 @@ impl Texture {
         light: &Light,
         mesh: (&[DVec3], &[Vec3]),
         image: &Image,
-        detail: Option<Detail>,
+        detail: Option<&Detail>,
         size: usize,
     ) -> Result<Self> {
         if !SIZES.contains(&size) {
@@ -65,10 +65,9 @@ impl Texture {
                 got: size as f64,
             });
         }
-        let mut skin = Skin::new(model, camera, light, mesh, image)?;
-        skin.detail = detail;
+        let skin = Skin::new(model, camera, light, mesh, image)?;
         let (fill, shine) = fill(&skin);
-        Ok(bake(&skin, &fill, &shine, size))
+        Ok(bake(&skin, &fill, &shine, detail, size))
     }
 }
 
@@ -225,7 +224,13 @@ fn tones(skin: &Skin, brow: &[bool]) -> (Vec<DVec3>, DVec3) {
     (tones, usual)
 }
 
-fn bake(skin: &Skin, fill: &[DVec3], shine: &Shine, size: usize) -> Texture {
+fn bake(
+    skin: &Skin,
+    fill: &[DVec3],
+    shine: &Shine,
+    detail: Option<&Detail>,
+    size: usize,
+) -> Texture {
     let topology = &skin.model.parts().topology;
     let side = size as f64;
     let texel = |corner: u32| {
@@ -248,10 +253,10 @@ fn bake(skin: &Skin, fill: &[DVec3], shine: &Shine, size: usize) -> Texture {
         let share =
             super::raster::barycentric(here, layout[triangle as usize].map(|c| c.truncate()));
         let own: DVec3 = (0..3).map(|i| fill[corners[i]] * share[i]).sum();
-        let (seen, trust) = skin.albedo(corners, share);
+        let (seen, trust) = skin.albedo(corners, share, detail);
         let trust = trust * skin.unmixed(corners, share, seen, own);
         let mirrored = corners.map(|v| topology.mirror[v] as usize);
-        let (other, far) = skin.albedo(mirrored, share);
+        let (other, far) = skin.albedo(mirrored, share, detail);
         let far = far * (1.0 - trust) * skin.unmixed(mirrored, share, other, own);
         let rest = (1.0 - trust - far).max(0.0);
         let [seen, other, own] = [(corners, seen), (mirrored, other), (corners, own)]

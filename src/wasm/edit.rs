@@ -186,7 +186,7 @@ impl PhotoEdit {
             (Some(_), _) => return Err(error("finer pixels have a size, a corner and a scale")),
             (None, _) => None,
         };
-        let texture = self.edit.texture(&image, detail, size as usize);
+        let texture = self.edit.texture(&image, detail.as_ref(), size as usize);
         Ok(texture.map_err(error)?.rgba)
     }
 

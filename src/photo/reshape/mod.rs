@@ -268,7 +268,7 @@ impl Edit {
     ///
     /// # Errors
     /// When no light is known, or the size is not from 64 to 4096.
-    pub fn texture(&self, image: &Image, detail: Option<Detail>, size: usize) -> Result<Texture> {
+    pub fn texture(&self, image: &Image, detail: Option<&Detail>, size: usize) -> Result<Texture> {
         let mesh = (&self.positions[..], &self.normals[..]);
         let light = self.light()?;
         Texture::of(&self.model, &self.camera, light, mesh, image, detail, size)
