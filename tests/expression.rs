@@ -259,6 +259,22 @@ fn broad_mouths_smile_broadly() {
     assert!(correlation > 0.3);
 }
 
+/// From the side a smile does not stand off its teeth: lips grow thinner, and where they meet stays before them.
+#[test]
+fn lips_that_smile_lie_closer_to_the_teeth() {
+    for seed in 0..20 {
+        let face = person(seed);
+        let rest = face.positions().to_vec();
+        let smile = performed(&face, &[("mouthSmileLeft", 1.0), ("mouthSmileRight", 1.0)]);
+        // The upper lip's edges, outer and inner.
+        let back = ["ibug_51", "ibug_62"].map(|name| at(&rest, name).z - at(&smile, name).z);
+        assert!(back[0] > 1.0, "seed {seed}: {back:?} mm");
+        assert!(back[1] < 2.6, "seed {seed}: {back:?} mm, into the teeth");
+        let thick = |p: &[Vec3]| at(p, "ibug_51").z - at(p, "ibug_62").z;
+        assert!(thick(&smile) < thick(&rest) - 0.8, "seed {seed}");
+    }
+}
+
 #[test]
 fn weights_are_refused_by_name_and_range() {
     let mut performance = Performance::new(&EXPRESSIONS);
