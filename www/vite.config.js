@@ -37,7 +37,7 @@ function firstModules(bundle) {
     names.add(name);
     for (const other of chunks.find(({ fileName }) => fileName === name)?.imports ?? []) add(other);
   };
-  for (const path of [/\/src\/stage\.js$/, /\/pkg\/simd\/phiz\.js$/]) {
+  for (const path of [/\/src\/stage\/stage\.js$/, /\/pkg\/simd\/phiz\.js$/]) {
     const found = chunks.find(({ moduleIds }) => moduleIds.some((id) => path.test(id)));
     if (!found) throw new Error(`no chunk has ${path}`);
     add(found.fileName);

@@ -17,7 +17,7 @@ const { STLLoader } = await import(new URL('STLLoader.js', loaders));
 const { GLTFLoader } = await import(new URL('GLTFLoader.js', loaders));
 const { Vector3 } = await import('../../www/node_modules/three/build/three.module.js');
 const validator = require('gltf-validator');
-const { fitSphere } = await import('../../www/src/eyes.js');
+const { fitSphere } = await import('../../www/src/head/eyes.js');
 
 /** What a text file with four decimals and a binary one with f32 must keep, mm. */
 const KEPT = 0.01;

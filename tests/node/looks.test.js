@@ -1,10 +1,10 @@
 // From what a photo tells of a person's looks to the page's sliders, and back.
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { REST, whole } from '../../www/src/colouring.js';
+import { REST, whole } from '../../www/src/head/colouring.js';
 import { scatters } from '../../www/src/hair/scattered.js';
 import { colouringOf, HAIR_SHOWN } from '../../www/src/photo/looks.js';
-import { hairColour, irisColours, skinColour } from '../../www/src/pigments.js';
+import { hairColour, irisColours, skinColour } from '../../www/src/head/pigments.js';
 import { Color } from '../../www/node_modules/three/build/three.module.js';
 
 const tone = new Color('#d9a88c');

@@ -2,15 +2,15 @@
 
 import { load } from 'phiz';
 import { layGroundwork } from '../src/groundwork/lay.js';
-import { backdropUniforms, paintBackdrop } from '../src/backdrop.js';
-import { COLOURS, readColouring } from '../src/colouring.js';
-import { element } from '../src/element.js';
-import { measureTurns } from '../src/eyeturns.js';
+import { backdropUniforms, paintBackdrop } from '../src/stage/backdrop.js';
+import { COLOURS, readColouring } from '../src/head/colouring.js';
+import { element } from '../src/frame/element.js';
+import { measureTurns } from '../src/head/eyeturns.js';
 import { growHair } from '../src/hair/onhead.js';
-import { portrait } from '../src/portrait.js';
-import { measureShifts } from '../src/shifts.js';
+import { portrait } from '../src/stage/portrait.js';
+import { measureShifts } from '../src/head/shifts.js';
 import { ordinal, spoken, text } from '../src/text.js';
-import { createView } from '../src/view.js';
+import { createView } from '../src/stage/view.js';
 import css from './phiz-designer.css?inline';
 
 // Sheets that are made here pass a content security policy that forbids inline styles.
@@ -73,7 +73,7 @@ function chosenControls(model, asked) {
 
 /**
  * @param {Readonly<Record<string, number>>} colours
- * @returns {import('../src/colouring.js').Colouring}
+ * @returns {import('../src/head/colouring.js').Colouring}
  * @throws with a sentence that names what is none
  */
 function checkedColours(colours) {

@@ -1,40 +1,40 @@
-import { createAbout } from './about.js';
-import { createAddress } from './address.js';
-import { decodeColouring, decodeExpression, encodeColouring, splitHash } from './addresscode.js';
-import { createAutosave } from './autosave.js';
-import { createBare } from './bare.js';
-import { createColours } from './colours.js';
-import { createCompare } from './compare.js';
-import { createDisplay } from './display.js';
-import { createDistributions } from './distribution.js';
-import { createEditor } from './editor.js';
-import { element } from './element.js';
-import { createExports } from './exports.js';
-import { createExpressions } from './expressions.js';
-import { measureTurns } from './eyeturns.js';
-import { createExplanation } from './explain.js';
-import { createFeatures, featuresOf } from './features.js';
-import { createGlow } from './glow.js';
+import { createAbout } from './frame/about.js';
+import { createAddress } from './keep/address.js';
+import { decodeColouring, decodeExpression, encodeColouring, splitHash } from './keep/addresscode.js';
+import { createAutosave } from './keep/autosave.js';
+import { createBare } from './stage/bare.js';
+import { createColours } from './panel/colours.js';
+import { createCompare } from './faces/compare.js';
+import { createDisplay } from './stage/display.js';
+import { createDistributions } from './panel/distribution.js';
+import { createEditor } from './editing/editor.js';
+import { element } from './frame/element.js';
+import { createExports } from './keep/exports.js';
+import { createExpressions } from './panel/expressions.js';
+import { measureTurns } from './head/eyeturns.js';
+import { createExplanation } from './frame/explain.js';
+import { createFeatures, featuresOf } from './panel/features.js';
+import { createGlow } from './stage/glow.js';
 import { growHair } from './hair/onhead.js';
-import { createLibrary } from './library.js';
-import { createLimits } from './limits.js';
-import { createExpressionFile } from './loading.js';
-import { createMeanings } from './meanings.js';
-import { createMix } from './mix.js';
-import { keepOffline } from './offline.js';
-import { createPanel } from './panel.js';
+import { createLibrary } from './keep/library.js';
+import { createLimits } from './panel/limits.js';
+import { createExpressionFile } from './frame/loading.js';
+import { createMeanings } from './panel/meanings.js';
+import { createMix } from './faces/mix.js';
+import { keepOffline } from './keep/offline.js';
+import { createPanel } from './panel/panel.js';
 import { createPhotoTab } from './photo/tab.js';
-import { createPicking } from './picking.js';
-import { createPortraits } from './portraits.js';
-import { createRandom } from './random.js';
-import { createSaved } from './saved.js';
-import { createShaping } from './shaping.js';
-import { measureShifts } from './shifts.js';
+import { createPicking } from './stage/picking.js';
+import { createPortraits } from './stage/portraits.js';
+import { createRandom } from './panel/random.js';
+import { createSaved } from './keep/saved.js';
+import { createShaping } from './editing/shaping.js';
+import { measureShifts } from './head/shifts.js';
 import { tapping, text, titleOf } from './text.js';
-import { createToast } from './toast.js';
-import { createToolbar } from './toolbar.js';
-import { createTour } from './tour.js';
-import { createViewpoint } from './viewpoint.js';
+import { createToast } from './frame/toast.js';
+import { createToolbar } from './frame/toolbar.js';
+import { createTour } from './frame/tour.js';
+import { createViewpoint } from './stage/viewpoint.js';
 
 /**
  * The face to begin with: the link's, or the last visit's, or the median.
@@ -78,8 +78,8 @@ function lastColours({ colouring }) {
  * Everything that shapes the face, around the stage that shows it.
  *
  * @param {import('phiz').FaceModel} model
- * @param {import('./stage.js').Stage} stage
- * @param {ReturnType<typeof import('./models.js').chosenModel>} chosen
+ * @param {import('./stage/stage.js').Stage} stage
+ * @param {ReturnType<typeof import('./frame/models.js').chosenModel>} chosen
  */
 export async function createDesigner(model, stage, chosen) {
   const { canvas, head, scene, theme } = stage;

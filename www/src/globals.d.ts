@@ -8,7 +8,7 @@ interface Window {
     /** The face on the page. Whoever changes it must not expect the page to notice. */
     readonly face: import('phiz').Face;
     /** The colours of skin, lips, brows and eyes that are not the model's own. */
-    readonly colouring: import('./colouring.js').Colouring;
+    readonly colouring: import('./head/colouring.js').Colouring;
     /** Frames drawn so far: an idle page draws none. */
     readonly frames: number;
     /** Whether the picture has come to rest, with smooth edges. */

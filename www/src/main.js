@@ -1,8 +1,8 @@
 import { layGroundwork } from './groundwork/lay.js';
-import { Failure, showFailure } from './failure.js';
+import { Failure, showFailure } from './frame/failure.js';
 import { prepare } from 'phiz';
-import { checkBrowser, loadHead, loadModel, showLoading } from './loading.js';
-import { chosenModel } from './models.js';
+import { checkBrowser, loadHead, loadModel, showLoading } from './frame/loading.js';
+import { chosenModel } from './frame/models.js';
 
 const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
 
@@ -11,7 +11,7 @@ async function start() {
   const chosen = chosenModel();
   const progress = showLoading();
   // three.js and the module come in and are compiled while the head does and is.
-  const drawing = import('./stage.js');
+  const drawing = import('./stage/stage.js');
   prepare().catch(() => {}); // What loads a model says why it cannot.
   const groundwork = layGroundwork();
   const head = chosen.head && (await loadHead(chosen.head));

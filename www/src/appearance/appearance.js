@@ -3,8 +3,8 @@
 
 import { Color, Matrix3, Vector3 } from 'three';
 import { expressionTargets, morphTargets, toGlb } from 'phiz/export';
-import { weighted } from '../head.js';
-import { OPEN } from '../teeth.js';
+import { weighted } from '../head/head.js';
+import { OPEN } from '../head/teeth.js';
 import { text } from '../text.js';
 import { EYE_REACH, eyeMap, skinMaps } from './maps.js';
 
@@ -28,7 +28,7 @@ const COLUMNS = 4;
 /**
  * A face as a GLB that looks like the page.
  * @param {import('three').WebGLRenderer} renderer
- * @param {ReturnType<typeof import('../head.js').createHead>} head
+ * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  * @param {import('phiz').Face} face as it is now: it may become another while pictures are made
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  * @throws where nothing can be drawn, or kept of what was
@@ -59,7 +59,7 @@ export async function glbAsShown(renderer, head, face) {
 
 /**
  * What is drawn that the model does not have, with what expressions and sliders do to it.
- * @param {ReturnType<typeof import('../head.js').createHead>} head @param {import('phiz').Face} face
+ * @param {ReturnType<typeof import('../head/head.js').createHead>} head @param {import('phiz').Face} face
  * @returns {import('phiz/export').Part[]}
  */
 function beside(head, face) {
@@ -106,7 +106,7 @@ const together = (rest, expression) => (expression ? rest.map((value, i) => valu
 
 /**
  * The lashes, which go with the lids.
- * @param {ReturnType<typeof import('../head.js').createHead>} head @param {Float32Array} rest
+ * @param {ReturnType<typeof import('../head/head.js').createHead>} head @param {Float32Array} rest
  * @returns {Follower}
  */
 function lashes(head, rest) {
@@ -124,7 +124,7 @@ function lashes(head, rest) {
 
 /**
  * Hair that is longer than a crop, which goes as its roots do.
- * @param {ReturnType<typeof import('../head.js').createHead>['tresses'][number]} tresses @param {Float32Array} rest
+ * @param {ReturnType<typeof import('../head/head.js').createHead>['tresses'][number]} tresses @param {Float32Array} rest
  * @returns {Follower[]}
  */
 function hair(tresses, rest) {
@@ -144,7 +144,7 @@ function hair(tresses, rest) {
 
 /**
  * Both rows: the upper one stands still in an expression, the lower one goes with the jaw.
- * @param {NonNullable<ReturnType<typeof import('../teeth.js').createTeeth>>} teeth @param {Float32Array} rest
+ * @param {NonNullable<ReturnType<typeof import('../head/teeth.js').createTeeth>>} teeth @param {Float32Array} rest
  * @returns {Follower[]}
  */
 function teeth(teeth, rest) {

@@ -2,8 +2,8 @@
 // pixel of the screen, at each pixel of a picture instead.
 
 import { Color, PlaneGeometry, ShaderMaterial } from 'three';
-import { EYE_GLSL } from '../eyes.js';
-import { SKIN_GLSL } from '../skin.js';
+import { EYE_GLSL } from '../head/eyes.js';
+import { SKIN_GLSL } from '../head/skin.js';
 import { fill, jpeg, paint } from './raster.js';
 
 /** Pixels a side. The skin has a quarter of its picture: 5.6 pixels a millimetre of it. */
@@ -68,7 +68,7 @@ const MAPS = {
 
 /**
  * @param {import('three').WebGLRenderer} renderer
- * @param {ReturnType<typeof import('../head.js').createHead>} head
+ * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  */
 export async function skinMaps(renderer, { skin, look }) {
   const tone = look.material.color;
@@ -109,7 +109,7 @@ export async function skinMaps(renderer, { skin, look }) {
 /**
  * An eyeball around its gaze, which is in the middle: away from there by the angle, `EYE_REACH` at the edge.
  * @param {import('three').WebGLRenderer} renderer
- * @param {ReturnType<typeof import('../head.js').createHead>} head
+ * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  */
 export async function eyeMap(renderer, { eyeLook }) {
   const material = new ShaderMaterial({

@@ -2,10 +2,10 @@ import {
   BufferAttribute, BufferGeometry, Color, DataTexture, DoubleSide, DynamicDrawUsage, FloatType, Mesh, MeshDepthMaterial, NearestFilter, RGBAFormat,
   ShaderMaterial, UniformsLib, UniformsUtils, Vector2, Vector3,
 } from 'three';
-import { fineness } from '../averaging.js';
-import { backdropUniforms } from '../backdrop.js';
-import { STUDIO_GLSL, studioUniforms } from '../environment.js';
-import { drawnByProcessor } from '../graphics.js';
+import { fineness } from '../stage/averaging.js';
+import { backdropUniforms } from '../stage/backdrop.js';
+import { STUDIO_GLSL, studioUniforms } from '../stage/environment.js';
+import { drawnByProcessor } from '../stage/graphics.js';
 import { smoothstep } from '../groundwork/paint.js';
 import { SCATTERED } from './scattered.js';
 import { growOn, POINTS } from './strands.js';
@@ -14,7 +14,7 @@ import { growOn, POINTS } from './strands.js';
 
 /** How many of the strands are drawn: where a processor draws, fewer, which are broader. */
 const share = () => (drawnByProcessor() ? 0.6 : 1);
-/** @typedef {ReturnType<typeof import('../pigments.js').pigments>} Pigments */
+/** @typedef {ReturnType<typeof import('../head/pigments.js').pigments>} Pigments */
 
 /** Of the points of a strand those that are drawn where it hardly bends; hair is that short, mm. */
 const SHORT = [0, 3, 6, 9, 12, 15, 18, 21, POINTS - 1];

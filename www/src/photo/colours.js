@@ -1,4 +1,4 @@
-import { element } from '../element.js';
+import { element } from '../frame/element.js';
 import { text } from '../text.js';
 import { Cancelled } from './fitter.js';
 

@@ -1,6 +1,6 @@
-import { element } from '../element.js';
-import { createHold } from '../hold.js';
-import { createSlider } from '../slider.js';
+import { element } from '../frame/element.js';
+import { createHold } from '../frame/hold.js';
+import { createSlider } from '../panel/slider.js';
 import { text } from '../text.js';
 
 /**

@@ -1,7 +1,7 @@
-import { REST, readColouring } from '../colouring.js';
+import { REST, readColouring } from '../head/colouring.js';
 import { sliderOfLength } from '../hair/length.js';
 import { scatters } from '../hair/scattered.js';
-import { hairColour, irisColours, skinColour } from '../pigments.js';
+import { hairColour, irisColours, skinColour } from '../head/pigments.js';
 
 // From what a photo tells of a person's colours and hair to the sliders that look like it.
 
@@ -90,7 +90,7 @@ function hairOf(colour) {
 /**
  * Irises are told by their hue: how bright they are is a matter of lids. What is dark and has no hue is most often
  * brown, as at rest, below what it mirrors.
- * @param {Linear} colour @param {number} skin the slider's @returns {import('../colouring.js').Colouring}
+ * @param {Linear} colour @param {number} skin the slider's @returns {import('../head/colouring.js').Colouring}
  */
 function irisOf(colour, skin) {
   const hue = (/** @type {number[]} */ [r, g, b]) => [r - g, b - g, 0.3 * g];
@@ -110,7 +110,7 @@ function irisOf(colour, skin) {
   return { iris };
 }
 
-/** @param {import('phiz').PhotoHair} hair @returns {import('../colouring.js').Colouring} */
+/** @param {import('phiz').PhotoHair} hair @returns {import('../head/colouring.js').Colouring} */
 function styleOf({ colour, cover, off, hangs, forehead }) {
   const crop = cover > 0.6 ? 0.9 : 0.58;
   const short = off < CROPPED ? 0 : Math.min(66, Math.max(20, 3 * off));

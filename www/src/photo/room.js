@@ -1,9 +1,9 @@
 import './photo.css';
-import { element } from '../element.js';
-import { Failure } from '../failure.js';
-import { drawnByProcessor } from '../graphics.js';
-import { sameWeights } from '../history.js';
-import { icon } from '../icons.js';
+import { element } from '../frame/element.js';
+import { Failure } from '../frame/failure.js';
+import { drawnByProcessor } from '../stage/graphics.js';
+import { sameWeights } from '../editing/history.js';
+import { icon } from '../frame/icons.js';
 import { text } from '../text.js';
 import { createChoice } from './choose.js';
 import { createColours } from './colours.js';
@@ -33,7 +33,7 @@ const EXAMPLE = 'astronaut.jpg';
  * The room for photos: a portrait becomes a face, and whatever is done to the face happens to the
  * portrait. Nothing of it leaves the page.
  *
- * @param {import('../editor.js').Editor} editor
+ * @param {import('../editing/editor.js').Editor} editor
  * @param {{
  *   panel: HTMLElement,
  *   stage: HTMLElement,

@@ -1,4 +1,4 @@
-import { save } from '../save.js';
+import { save } from '../keep/save.js';
 import { text } from '../text.js';
 import { decodeAgain } from './read.js';
 import { withXmp, xmpPacket } from './xmp.js';

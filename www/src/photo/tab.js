@@ -1,11 +1,11 @@
-import { element } from '../element.js';
+import { element } from '../frame/element.js';
 import { text } from '../text.js';
 
 /**
  * The panel's section for photos. What it takes comes when it is first wanted: who designs faces only
  * loads none of it.
  *
- * @param {import('../editor.js').Editor} editor
+ * @param {import('../editing/editor.js').Editor} editor
  * @param {Omit<Parameters<typeof import('./room.js').createRoom>[1], 'panel'> & { choose: () => void }} parts
  *   `choose` brings the section to the front
  */

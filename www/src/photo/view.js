@@ -1,5 +1,5 @@
-import { element } from '../element.js';
-import { icon } from '../icons.js';
+import { element } from '../frame/element.js';
+import { icon } from '../frame/icons.js';
 import { text } from '../text.js';
 
 /** How much closer than whole, at most: then a pixel of the photo is at least so many on the screen. */

@@ -1,0 +1,282 @@
+import { readColouring } from '../head/colouring.js';
+import { createHistory, restore, stateOf } from './history.js';
+
+/**
+ * Expressions are shown in whole per cents, which is what an address keeps of them.
+ * @param {Record<string, number>} weights
+ */
+function wholePercents(weights) {
+  return Object.fromEntries(Object.entries(weights).map(([name, weight]) => [name, Math.round(100 * Math.min(1, Math.max(0, weight))) / 100]));
+}
+
+/**
+ * What can be done to the face. Whatever the way in (slider, key, button, link), a change ends
+ * here: history is kept, and everybody who shows the face is told.
+ *
+ * @param {import('phiz').FaceModel} model
+ * @param {import('phiz').Face} face
+ * @param {import('../head/colouring.js').Colouring} colouring that it has
+ */
+export function createEditor(model, face, colouring) {
+  /** @type {import('./history.js').Subject} */
+  const subject = { face, colouring };
+  const history = createHistory(subject);
+  /** @type {Set<(range: readonly [number, number] | undefined) => void>} */
+  const shapeListeners = new Set();
+  /** @type {Set<() => void>} */
+  const stepListeners = new Set();
+  /** @type {Set<(why: string) => void>} */
+  const refusalListeners = new Set();
+  /** @type {Set<() => void>} */
+  const colourListeners = new Set();
+  let painted = subject.colouring;
+  let steps = 0;
+
+  function coloursChanged() {
+    if (painted === subject.colouring) return;
+    painted = subject.colouring;
+    for (const listener of colourListeners) listener();
+  }
+  /** @param {readonly [number, number]} [range] */
+  function shapeChanged(range) {
+    coloursChanged();
+    for (const listener of shapeListeners) listener(range);
+  }
+  /** @param {string} what */
+  function finish(what) {
+    history.commit(what);
+    for (const listener of stepListeners) listener();
+  }
+
+  /**
+   * One whole step.
+   * @template T
+   * @param {string} what
+   * @param {() => T} change
+   */
+  function step(what, change) {
+    history.begin();
+    try {
+      return change();
+    } finally {
+      shapeChanged();
+      finish(what);
+    }
+  }
+  /**
+   * A change that what is locked may make impossible: then the face stays, and everybody who asked
+   * is told why.
+   * @template T
+   * @param {() => T} change
+   * @returns {T | undefined}
+   */
+  function attempt(change) {
+    try {
+      return change();
+    } catch (error) {
+      const why = error instanceof Error ? error.message : String(error);
+      for (const listener of refusalListeners) listener(why);
+      return undefined;
+    }
+  }
+  /** What is locked stays as it looks. @param {import('../head/colouring.js').Colouring} colours */
+  function dress(colours) {
+    if (face.locked.length === 0) subject.colouring = colours;
+  }
+  /** The name of a step that never becomes one with the step before. @param {string} what */
+  const alone = (what) => `${what} (${(steps += 1)})`;
+
+  return {
+    model,
+    face,
+    /** @param {(range: readonly [number, number] | undefined) => void} listener */
+    onShape: (listener) => void shapeListeners.add(listener),
+    /** @param {() => void} listener called before those of the shape */
+    onColours: (listener) => void colourListeners.add(listener),
+    /** @param {() => void} listener */
+    onStep: (listener) => void stepListeners.add(listener),
+    /** @param {(why: string) => void} listener */
+    onRefusal: (listener) => void refusalListeners.add(listener),
+    /** How the face is coloured. */
+    get colouring() {
+      return subject.colouring;
+    },
+    /** What is kept of a face. @returns {import('../keep/library.js').Likeness} */
+    get likeness() {
+      return { code: face.code, expression: face.expression, colouring: subject.colouring };
+    },
+    get state() {
+      return stateOf(subject);
+    },
+    get canUndo() {
+      return history.canUndo;
+    },
+    get canRedo() {
+      return history.canRedo;
+    },
+    /**
+     * Part of a gesture that `finish` ends.
+     * @param {string} control @param {number} value
+     */
+    move(control, value) {
+      history.begin();
+      attempt(() => face.set(control, value));
+      shapeChanged(face.changed);
+    },
+    /**
+     * Part of a gesture that the controls have no words for.
+     * @param {(face: import('phiz').Face) => void} change
+     */
+    moveBy(change) {
+      history.begin();
+      attempt(() => change(face));
+      shapeChanged();
+    },
+    /** @param {number} mm */
+    moveAlpha(mm) {
+      history.begin();
+      face.alpha = mm;
+      shapeChanged();
+    },
+    /**
+     * Part of a gesture that counts from a state: an amount that goes up and down again ends
+     * where it began.
+     * @param {import('./history.js').State} state
+     * @param {(face: import('phiz').Face) => void} change
+     * @param {import('../head/colouring.js').Colouring} [colours] that it then has, unless something is locked
+     */
+    moveFrom(state, change, colours = state.colouring) {
+      history.begin();
+      restore(subject, state);
+      attempt(() => {
+        change(face);
+        dress(colours);
+      });
+      shapeChanged();
+    },
+    finish,
+    /** @param {string} control @param {number} value */
+    set(control, value) {
+      step(alone(`set ${control}`), () => attempt(() => face.set(control, value)));
+    },
+    /** @param {string} measure @param {number} mm */
+    setMeasure(measure, mm) {
+      step(alone(`set ${measure}`), () => attempt(() => face.setMeasure(measure, mm)));
+    },
+    /** @param {string} control of the meanings: what it changed is undone, the rest stays */
+    clear(control) {
+      step(alone(`clear ${control}`), () => attempt(() => face.clear(control)));
+    },
+    /** @param {string} [region] all of the face, with its expression and colours, when absent */
+    reset(region) {
+      step('reset', () =>
+        attempt(() => {
+          face.reset(region);
+          if (region !== undefined) return;
+          face.expression = {};
+          subject.colouring = {};
+        }),
+      );
+    },
+    /**
+     * Part of a gesture: some expressions change, the others stay.
+     * @param {Record<string, number>} weights 0 to 1
+     */
+    moveExpression(weights) {
+      history.begin();
+      face.expression = wholePercents({ ...face.expression, ...weights });
+      shapeChanged(face.changed);
+    },
+    /** One step: these expressions and no others. @param {Record<string, number>} weights 0 to 1 */
+    express(weights) {
+      step(alone('express'), () => {
+        face.expression = wholePercents(weights);
+      });
+    },
+    /** Part of a gesture: some colours change, the others stay. @param {import('../head/colouring.js').Colouring} colours */
+    moveColours(colours) {
+      history.begin();
+      subject.colouring = readColouring({ ...subject.colouring, ...colours });
+      coloursChanged();
+    },
+    /** One step: this colouring and no other. @param {import('../head/colouring.js').Colouring} colours */
+    paint(colours) {
+      history.begin();
+      subject.colouring = readColouring(colours);
+      coloursChanged();
+      finish(alone('paint'));
+    },
+    /**
+     * @param {Chance} options
+     * @param {(seed: number) => import('../head/colouring.js').Colouring} [colours] that it then has, unless something is locked
+     * @returns {number | undefined} the seed, unless the change was refused
+     */
+    randomise(options, colours) {
+      return step(alone('random'), () =>
+        attempt(() => {
+          const seed = face.randomize(options);
+          if (colours) dress(colours(seed));
+          return seed;
+        }),
+      );
+    },
+    /**
+     * @param {import('phiz').Face} other
+     * @param {{ regions?: string[], colours?: import('../head/colouring.js').Colouring }} options all regions when absent;
+     *   the colours that it then has unless something is locked, its own when absent
+     */
+    become(other, { regions, colours }) {
+      step(alone('blend'), () =>
+        attempt(() => {
+          face.blend(other, 1, regions && { regions });
+          if (colours) dress(colours);
+        }),
+      );
+    },
+    /**
+     * Becomes another face; what is locked stays locked, and changes all the same: it was asked for
+     * by name. What the likeness does not say stays as it is.
+     * @param {import('../keep/library.js').Likeness} likeness
+     */
+    take({ code, expression, colouring }) {
+      step(alone('take'), () => {
+        face.code = code;
+        if (expression) face.expression = expression;
+        if (colouring) subject.colouring = colouring;
+      });
+    },
+    undo() {
+      const did = history.undo();
+      if (did) {
+        shapeChanged();
+        finish('');
+      }
+      return did;
+    },
+    redo() {
+      const did = history.redo();
+      if (did) {
+        shapeChanged();
+        finish('');
+      }
+      return did;
+    },
+    /** @param {string} region */
+    toggleLock(region) {
+      step(alone('lock'), () => {
+        if (face.locked.includes(region)) face.unlock(region);
+        else face.lock(region);
+      });
+    },
+    /** @param {string} measure */
+    toggleMeasureLock(measure) {
+      step(alone('lock'), () => {
+        if (face.lockedMeasures.includes(measure)) face.unlockMeasure(measure);
+        else face.lockMeasure(measure);
+      });
+    },
+  };
+}
+
+/** @typedef {ReturnType<typeof createEditor>} Editor */
+/** @typedef {NonNullable<Parameters<import('phiz').Face['randomize']>[0]>} Chance */

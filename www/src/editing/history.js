@@ -1,0 +1,113 @@
+// Undo and redo. What can be undone is the whole of a face: its code, what is locked, the expression on it
+// and its colours. A step is two such states; one step a gesture, however many events it had. There
+// is no limit: a step is half a kilobyte.
+
+/** @typedef {import('../head/colouring.js').Colouring} Colouring */
+/** A face and how it is coloured, of which its module knows nothing. @typedef {{ face: import('phiz').Face, colouring: Colouring }} Subject */
+/** @typedef {{ code: string, locked: string[], held: string[], expression: Record<string, number>, colouring: Colouring }} State */
+/** @typedef {{ before: State, after: State, what: string, at: number }} Step */
+
+/** Presses of an arrow key closer than this (ms) are one gesture. */
+const TOGETHER = 700;
+
+/** @param {Subject} subject @returns {State} */
+export function stateOf({ face, colouring }) {
+  return {
+    code: face.code,
+    locked: [...face.locked],
+    held: [...(face.lockedMeasures ?? [])],
+    expression: face.expression,
+    colouring,
+  };
+}
+
+/** @param {readonly string[]} a @param {readonly string[]} b */
+function sameNames(a, b) {
+  return a.length === b.length && a.every((name) => b.includes(name));
+}
+
+/** Of expressions or colourings. @param {Readonly<Record<string, number>>} a @param {Readonly<Record<string, number>>} b */
+export function sameWeights(a, b) {
+  return sameNames(Object.keys(a), Object.keys(b)) && Object.entries(a).every(([name, weight]) => b[name] === weight);
+}
+
+/** @param {State} a @param {State} b */
+export function sameState(a, b) {
+  return (
+    a.code === b.code &&
+    sameNames(a.locked, b.locked) &&
+    sameNames(a.held, b.held) &&
+    sameWeights(a.expression, b.expression) &&
+    sameWeights(a.colouring, b.colouring)
+  );
+}
+
+/** @param {Subject} subject @param {State} state */
+export function restore(subject, state) {
+  const { face } = subject;
+  subject.colouring = state.colouring;
+  if (!sameWeights(face.expression, state.expression)) face.expression = state.expression;
+  for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
+  for (const region of state.locked) face.lock(region);
+  // A held measure would bend what is set; it is held again at the length that the face then has.
+  for (const name of [...(face.lockedMeasures ?? [])]) face.unlockMeasure(name);
+  face.code = state.code;
+  for (const name of state.held) face.lockMeasure(name);
+}
+
+/** @param {Subject} subject */
+export function createHistory(subject) {
+  /** @type {Step[]} */
+  const done = [];
+  /** @type {Step[]} */
+  const undone = [];
+  /** @type {State | null} */
+  let before = null;
+
+  return {
+    get canUndo() {
+      return done.length > 0;
+    },
+    get canRedo() {
+      return undone.length > 0;
+    },
+    /** A gesture starts; later calls within the same gesture do nothing. */
+    begin() {
+      before ??= stateOf(subject);
+    },
+    /**
+     * The gesture is over.
+     * @param {string} what steps of the same name that follow each other quickly become one
+     */
+    commit(what) {
+      if (!before) return;
+      const step = { before, after: stateOf(subject), what, at: performance.now() };
+      before = null;
+      if (sameState(step.before, step.after)) return;
+      undone.length = 0;
+      const last = done.at(-1);
+      if (last && last.what === what && step.at - last.at < TOGETHER) {
+        last.after = step.after;
+        last.at = step.at;
+        return;
+      }
+      done.push(step);
+    },
+    /** @returns {boolean} whether there was something to undo */
+    undo() {
+      const step = done.pop();
+      if (!step) return false;
+      undone.push(step);
+      restore(subject, step.before);
+      return true;
+    },
+    /** @returns {boolean} whether there was something to redo */
+    redo() {
+      const step = undone.pop();
+      if (!step) return false;
+      done.push(step);
+      restore(subject, step.after);
+      return true;
+    },
+  };
+}

@@ -1,0 +1,163 @@
+import { Plane, Raycaster, Vector2, Vector3 } from 'three';
+import { element } from '../frame/element.js';
+
+/** How far a pointer goes before it means to drag, px. */
+const REACH = { mouse: 3, pen: 4, touch: 6 };
+/**
+ * A vertex and its mirror image are dragged one after the other, which moves the first again; after
+ * two rounds both are where they should be to a few micrometres, as people are nearly symmetric.
+ */
+const ROUNDS = 2;
+
+/**
+ * The surface under the pointer follows it, within the selected feature: the face becomes the most
+ * probable one in which that point is there. Both sides do the same unless Alt is down.
+ *
+ * @param {import('./editor.js').Editor} editor
+ * @param {{
+ *   canvas: HTMLCanvasElement,
+ *   scene: ReturnType<typeof import('../stage/scene.js').createScene>,
+ *   head: ReturnType<typeof import('../head/head.js').createHead>,
+ *   selected: () => string | null,
+ *   dragged: () => void,
+ * }} parts `dragged` is called when the surface was let go
+ */
+export function createShaping(editor, { canvas, scene, head, selected, dragged }) {
+  const { model, face } = editor;
+  const { camera, controls } = scene;
+  const raycaster = new Raycaster();
+  const pointer = new Vector2();
+  /**
+   * @typedef {object} Grip
+   * @property {number} pointer
+   * @property {number} reach
+   * @property {{ x: number, y: number }} from
+   * @property {number} vertex
+   * @property {Vector3} start where the vertex was
+   * @property {Vector3} mirrorStart where its mirror image was
+   * @property {Plane} plane through the vertex, facing the camera
+   * @property {Vector3} offset from where the plane was hit to the vertex
+   * @property {import('./history.js').State | null} base once it is dragged
+   */
+  /** @type {Grip | null} */
+  let grip = null;
+  /** @type {PointerEvent | null} */
+  let waiting = null;
+  let steps = 0;
+
+  const marks = [0, 1].map(() => element('div', { class: 'grip', hidden: true, 'aria-hidden': 'true' }));
+
+  /** @param {PointerEvent} event */
+  function aim(event) {
+    const box = canvas.getBoundingClientRect();
+    pointer.set(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2);
+    raycaster.setFromCamera(pointer, camera);
+  }
+  /** The vertex of the selected feature that is under the pointer. @param {PointerEvent} event */
+  function vertexUnder(event) {
+    const group = selected();
+    if (!group) return null;
+    aim(event);
+    const [hit] = raycaster.intersectObjects(head.group.children);
+    if (hit?.object !== head.skin || !hit.face || head.groupAt(hit.face.a) !== group) return null;
+    const near = [hit.face.a, hit.face.b, hit.face.c].map((corner) => model.uvVertices[corner]);
+    return near.reduce((best, vertex) => (head.vertex(vertex).distanceTo(hit.point) < head.vertex(best).distanceTo(hit.point) ? vertex : best));
+  }
+
+  function mark() {
+    const shown = grip?.base ? [grip.vertex, model.mirror[grip.vertex]] : [];
+    marks.forEach((dot, i) => {
+      dot.hidden = shown[i] === undefined || (i === 1 && shown[1] === shown[0]);
+      if (dot.hidden) return;
+      const at = scene.onScreen(head.vertex(shown[i]));
+      const box = canvas.getBoundingClientRect();
+      dot.style.translate = `${at.x - box.left}px ${at.y - box.top}px`;
+    });
+  }
+
+  /** @param {PointerEvent} event */
+  function pull(event) {
+    if (!grip) return;
+    aim(event);
+    const target = raycaster.ray.intersectPlane(grip.plane, new Vector3());
+    if (!target) return;
+    grip.base ??= editor.state;
+    const { vertex, start, mirrorStart } = grip;
+    target.add(grip.offset);
+    const mirror = model.mirror[vertex];
+    const both = !event.altKey;
+    // In the middle of the face both sides go the same way only if it stays there.
+    if (both && mirror === vertex) target.x = start.x;
+    const away = target.clone().sub(start);
+    const mirrored = new Vector3(-away.x, away.y, away.z).add(mirrorStart);
+    editor.moveFrom(grip.base, (present) => {
+      for (let round = 0; round < ROUNDS; round++) {
+        present.drag(vertex, target.toArray());
+        if (!both || mirror === vertex) break;
+        present.drag(mirror, mirrored.toArray());
+      }
+    });
+    mark();
+  }
+
+  // Before the camera's controls, which turn the head by the same gesture elsewhere.
+  canvas.addEventListener(
+    'pointerdown',
+    (event) => {
+      if (event.button !== 0 || grip || !event.isPrimary) return;
+      const vertex = vertexUnder(event);
+      if (vertex === null) return;
+      const start = head.vertex(vertex);
+      const plane = new Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(new Vector3()), start);
+      const hit = raycaster.ray.intersectPlane(plane, new Vector3());
+      if (!hit) return;
+      grip = {
+        pointer: event.pointerId,
+        reach: REACH[/** @type {keyof typeof REACH} */ (event.pointerType)] ?? REACH.mouse,
+        from: { x: event.clientX, y: event.clientY },
+        vertex,
+        start,
+        mirrorStart: head.vertex(model.mirror[vertex]),
+        plane,
+        offset: start.clone().sub(hit),
+        base: null,
+      };
+      controls.enabled = false;
+      canvas.setPointerCapture(event.pointerId);
+    },
+    { capture: true },
+  );
+  canvas.addEventListener('pointermove', (event) => {
+    if (grip?.pointer !== event.pointerId) return;
+    if (!grip.base && Math.hypot(event.clientX - grip.from.x, event.clientY - grip.from.y) < grip.reach) return;
+    // One change a frame, however many events.
+    if (!waiting) {
+      requestAnimationFrame(() => {
+        if (waiting) pull(waiting);
+        waiting = null;
+      });
+    }
+    waiting = event;
+  });
+  /** @param {PointerEvent} event */
+  function letGo(event) {
+    if (grip?.pointer !== event.pointerId) return;
+    if (waiting) pull(waiting);
+    waiting = null;
+    const moved = grip.base !== null;
+    grip = null;
+    controls.enabled = true;
+    mark();
+    if (!moved) return;
+    editor.finish(`surface (${(steps += 1)})`);
+    dragged();
+  }
+  canvas.addEventListener('pointerup', letGo);
+  canvas.addEventListener('pointercancel', letGo);
+
+  return {
+    marks,
+    /** Whether a drag from there would move the surface. @param {PointerEvent} event */
+    grips: (event) => vertexUnder(event) !== null,
+  };
+}

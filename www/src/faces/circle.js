@@ -1,0 +1,171 @@
+import { mixture } from '../head/colouring.js';
+import { element } from '../frame/element.js';
+import { tapping, text } from '../text.js';
+
+const MOST = 6;
+
+/**
+ * The share of each face at a place: by the inverse square of the distance (Shepard 1968), so that
+ * on a face it is that face alone, and in the middle all have the same.
+ * @param {readonly (readonly [number, number])[]} faces @param {readonly [number, number]} at
+ */
+export function shares(faces, at) {
+  const weights = faces.map(([x, y]) => 1 / Math.max(1e-9, (x - at[0]) ** 2 + (y - at[1]) ** 2));
+  const sum = weights.reduce((total, weight) => total + weight, 0);
+  return weights.map((weight) => weight / sum);
+}
+
+/** @param {number} count @returns {[number, number][]} on the unit circle, the first on top */
+function places(count) {
+  return Array.from({ length: count }, (_, i) => {
+    const turn = (2 * Math.PI * i) / count;
+    return [Math.sin(turn), -Math.cos(turn)];
+  });
+}
+
+/**
+ * Up to six faces in a circle and a puck between them: the face is the mixture where the puck is.
+ *
+ * @param {import('../editing/editor.js').Editor} editor
+ * @param {{ portraits: import('../stage/portraits.js').Portraits, say: (sentence: string) => void }} parts
+ */
+export function createCircle(editor, { portraits, say }) {
+  const { model, face } = editor;
+  const mixed = model.face();
+  /** @type {{ entry: import('../keep/library.js').Entry, coefficients: Float32Array }[]} */
+  let members = [];
+  /** @type {[number, number]} */
+  let at = [0, 0];
+  /** What is locked stays as it was. @type {import('../editing/history.js').State | null} */
+  let base = null;
+  let ownStep = false;
+  editor.onStep(() => {
+    if (!ownStep) base = null;
+  });
+
+  function finish() {
+    ownStep = true;
+    editor.finish('mixing circle');
+    ownStep = false;
+  }
+  /** @param {number} x @param {number} y */
+  function moveTo(x, y) {
+    const length = Math.max(1, Math.hypot(x, y));
+    at = [x / length, y / length];
+    const weights = shares(places(members.length), at);
+    const coefficients = new Float32Array(face.coefficients.length);
+    members.forEach((member, i) => {
+      for (let c = 0; c < coefficients.length; c++) coefficients[c] += weights[i] * member.coefficients[c];
+    });
+    mixed.coefficients = coefficients;
+    base ??= editor.state;
+    const own = base.colouring;
+    const colours = mixture(members.map(({ entry }, i) => [entry.colouring ?? own, weights[i]]));
+    editor.moveFrom(base, (present) => present.blend(mixed, 1), colours);
+    refresh();
+  }
+  function refresh() {
+    puck.style.setProperty('--x', String(at[0]));
+    puck.style.setProperty('--y', String(at[1]));
+    const weights = shares(places(members.length), at);
+    const words = members.map(({ entry }, i) => [entry.name, Math.round(100 * weights[i])]);
+    puck.setAttribute('aria-valuetext', words.map(([name, share]) => `${name} ${share}%`).join(', '));
+    puck.setAttribute('aria-valuenow', String(Math.round(100 * Math.max(0, ...weights))));
+    ring.querySelectorAll('.share').forEach((label, i) => (label.textContent = text.percent(100 * weights[i])));
+  }
+
+  const puck = element('div', {
+    class: 'puck',
+    role: 'slider',
+    tabindex: 0,
+    'aria-label': text.puck,
+    'aria-valuemin': 0,
+    'aria-valuemax': 100,
+    onkeydown: (/** @type {KeyboardEvent} */ event) => {
+      const step = event.shiftKey ? 0.25 : 0.05;
+      /** @type {Record<string, [number, number]>} */
+      const to = {
+        ArrowLeft: [at[0] - step, at[1]],
+        ArrowRight: [at[0] + step, at[1]],
+        ArrowUp: [at[0], at[1] - step],
+        ArrowDown: [at[0], at[1] + step],
+        Home: [0, 0],
+      };
+      if (!(event.key in to)) return;
+      event.preventDefault();
+      moveTo(...to[event.key]);
+      finish();
+    },
+  });
+  const ring = element('div', { class: 'ring' });
+  let held = false;
+  /** @param {PointerEvent} event */
+  function follow(event) {
+    const box = ring.getBoundingClientRect();
+    // The faces stand on a circle of 38 % of the box.
+    moveTo((event.clientX - box.left - box.width / 2) / (0.38 * box.width), (event.clientY - box.top - box.height / 2) / (0.38 * box.height));
+  }
+  ring.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0 || !(event.target instanceof Element) || event.target.closest('button')) return;
+    event.preventDefault();
+    puck.focus({ preventScroll: true });
+    ring.setPointerCapture(event.pointerId);
+    held = true;
+    follow(event);
+  });
+  ring.addEventListener('pointermove', (event) => held && follow(event));
+  for (const end of ['pointerup', 'pointercancel']) {
+    ring.addEventListener(end, () => {
+      if (held) finish();
+      held = false;
+    });
+  }
+
+  function build() {
+    const on = places(members.length);
+    ring.replaceChildren(
+      ...members.map(({ entry }, i) => {
+        const node = element(
+          'button',
+          {
+            type: 'button',
+            'aria-label': text.outOfCircle(entry.name),
+            title: text.outOfCircle(entry.name),
+            onclick: () => {
+              members = members.filter((member) => member.entry !== entry);
+              at = [0, 0];
+              build();
+            },
+          },
+          portraits.of(entry),
+        );
+        const place = element('div', { class: 'member' }, node, element('span', { class: 'share', 'aria-hidden': 'true' }));
+        place.style.setProperty('--x', String(on[i][0]));
+        place.style.setProperty('--y', String(on[i][1]));
+        return place;
+      }),
+      ...(members.length > 1 ? [puck] : []),
+    );
+    ring.hidden = members.length === 0;
+    about.textContent = members.length === 0 ? text.circleEmpty : members.length === 1 ? text.circleOne : tapping(text.circleAbout);
+    refresh();
+  }
+  const about = element('p', { class: 'note' });
+  const root = element('section', { class: 'part circle', 'aria-label': text.circle }, element('h3', {}, text.circle), about, ring);
+  build();
+
+  return {
+    root,
+    /** @param {import('../keep/library.js').Entry} entry */
+    add(entry) {
+      if (members.some((member) => member.entry.id === entry.id)) return say(text.inCircle(entry.name));
+      if (members.length === MOST) return say(tapping(text.circleFull));
+      mixed.code = entry.code;
+      members = [...members, { entry, coefficients: mixed.coefficients }];
+      at = [0, 0];
+      build();
+      root.scrollIntoView({ block: 'nearest' });
+      say(text.circled(entry.name, members.length));
+    },
+  };
+}

@@ -1,0 +1,249 @@
+import { element } from '../frame/element.js';
+import { createFaceList } from './facelist.js';
+import { gradient } from '../stage/heat.js';
+import { createHold } from '../frame/hold.js';
+import { icon } from '../frame/icons.js';
+import { decimal, spoken, text } from '../text.js';
+
+/**
+ * The face beside another: held for a moment, split by a line, as distances in colour, as numbers.
+ *
+ * @param {import('../editing/editor.js').Editor} editor
+ * @param {{
+ *   library: import('../keep/library.js').Library,
+ *   display: import('../stage/display.js').Display,
+ *   stage: HTMLElement,
+ *   wears: () => boolean,
+ * }} parts `wears` tells whether the face wears a photo
+ */
+export function createCompare(editor, { library, display, stage, wears }) {
+  const { model, face } = editor;
+  const reference = model.face();
+  const average = model.face();
+  average.coefficients = new Float32Array(average.coefficients.length);
+  /** The face that was there first, or that was made the start. */
+  const present = () => ({ code: face.code, looks: { colours: editor.colouring, worn: wears() } });
+  let start = present();
+  /** How the reference looks. @type {import('../stage/display.js').Looks} */
+  let looks = {};
+  let visible = false;
+  let line = 0.5;
+
+  const list = createFaceList(library, {
+    id: 'compare-with',
+    label: text.compareWith,
+    first: [
+      { id: 'start', name: text.startFace },
+      { id: 'average', name: text.averageFace },
+    ],
+    onchange: changed,
+  });
+  const startNow = element(
+    'button',
+    {
+      type: 'button',
+      class: 'link',
+      onclick: () => {
+        start = present();
+        list.select.value = 'start';
+        changed();
+      },
+    },
+    text.startNow,
+  );
+
+  // Held: the other face for as long as the button is down.
+  const { button: hold } = createHold(text.hold, {
+    changed(down) {
+      stage.classList.toggle('shows-other', down);
+      display.show(down ? reference : null, down ? { ...looks, uncoloured: true } : {});
+    },
+  });
+
+  const split = element('input', { type: 'checkbox', id: 'compare-split', onchange: applySplit });
+  const heat = element('input', { type: 'checkbox', id: 'compare-heat', onchange: applyHeat });
+
+  const leftName = element('span', { class: 'side left' });
+  const rightName = element('span', { class: 'side right' }, text.thisFace);
+  const divider = element(
+    'div',
+    {
+      class: 'divider',
+      role: 'slider',
+      tabindex: 0,
+      hidden: true,
+      'aria-label': text.divider,
+      'aria-orientation': 'horizontal',
+      'aria-valuemin': 0,
+      'aria-valuemax': 100,
+      onkeydown: (/** @type {KeyboardEvent} */ event) => {
+        /** @type {Record<string, number>} */
+        const to = { ArrowLeft: line - 0.02, ArrowRight: line + 0.02, Home: 0, End: 1 };
+        if (!(event.key in to)) return;
+        event.preventDefault();
+        moveLine(to[event.key]);
+      },
+    },
+    leftName,
+    rightName,
+  );
+  // Faces stay side by side while another section changes one of them: what ends that is where they are.
+  const endSplit = element(
+    'button',
+    {
+      type: 'button',
+      class: 'tool small split-end',
+      hidden: true,
+      'aria-label': text.endSplit,
+      title: text.endSplit,
+      onclick: () => {
+        split.checked = false;
+        applySplit();
+        stage.querySelector('canvas')?.focus();
+      },
+    },
+    icon('close'),
+  );
+  /** @param {number} to */
+  function moveLine(to) {
+    line = Math.min(0.98, Math.max(0.02, to));
+    applySplit();
+  }
+  divider.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0) return;
+    event.preventDefault();
+    divider.focus();
+    divider.setPointerCapture(event.pointerId);
+  });
+  divider.addEventListener('pointermove', (event) => {
+    if (!divider.hasPointerCapture(event.pointerId)) return;
+    const box = stage.getBoundingClientRect();
+    moveLine((event.clientX - box.left) / box.width);
+  });
+
+  const scale = element('span', { class: 'scale' });
+  scale.style.background = gradient;
+  const scaleEnd = element('span', { class: 'most' });
+  const bar = element(
+    'figure',
+    { class: 'colour-bar', hidden: true },
+    element('figcaption', {}),
+    scale,
+    element('span', { class: 'least' }, '0'),
+    scaleEnd,
+    element(
+      'button',
+      {
+        type: 'button',
+        class: 'tool small',
+        'aria-label': text.closeHeat,
+        title: text.closeHeat,
+        onclick: () => {
+          heat.checked = false;
+          applyHeat();
+        },
+      },
+      icon('close'),
+    ),
+  );
+  // Under the buttons that stand on the stage.
+  stage.querySelector('canvas')?.after(divider, endSplit, bar);
+
+  const body = element('tbody', {});
+  const table = element(
+    'table',
+    { class: 'lengths' },
+    element('caption', {}, text.lengths),
+    element(
+      'thead',
+      {},
+      element(
+        'tr',
+        {},
+        element('th', { scope: 'col' }, text.measure),
+        element('th', { scope: 'col' }, text.thisShort),
+        element('th', { scope: 'col' }, text.otherShort),
+        element('th', { scope: 'col' }, text.difference),
+      ),
+    ),
+    body,
+  );
+  const rows = model.measures.map(({ name, description }) => {
+    const cells = [0, 1, 2].map(() => element('td', {}));
+    body.append(element('tr', { title: description }, element('th', { scope: 'row' }, spoken(name)), ...cells));
+    return { name, cells };
+  });
+
+  function refresh() {
+    if (!visible) return;
+    for (const { name, cells } of rows) {
+      const [here, there] = [face.measure(name), reference.measure(name)];
+      cells[0].textContent = decimal(here);
+      cells[1].textContent = decimal(there);
+      const apart = here - there;
+      cells[2].textContent = Math.abs(apart) < 0.05 ? '0.0' : text.change(apart);
+      cells[2].classList.toggle('differs', Math.abs(apart) >= 0.05);
+    }
+  }
+  function nameOf() {
+    return list.select.selectedOptions[0]?.textContent ?? '';
+  }
+  function load() {
+    const { value } = list.select;
+    const kept = library.find(value);
+    // The average has no colours of its own, as what was saved before those were kept.
+    looks = kept ? { colours: kept.colouring, worn: false } : value === 'start' ? start.looks : {};
+    if (value === 'average') reference.coefficients = average.coefficients;
+    else reference.code = kept?.code ?? start.code;
+  }
+  function applySplit() {
+    const on = split.checked;
+    divider.hidden = endSplit.hidden = !on;
+    for (const part of [divider, endSplit]) part.style.setProperty('--at', String(line));
+    divider.setAttribute('aria-valuenow', String(Math.round(100 * line)));
+    leftName.textContent = nameOf();
+    stage.classList.toggle('is-split', on);
+    display.split(on ? reference : null, line, looks);
+  }
+  function applyHeat() {
+    bar.hidden = !heat.checked;
+    bar.firstElementChild?.replaceChildren(text.distanceFrom(nameOf()));
+    display.heat(heat.checked ? reference : null);
+  }
+  function changed() {
+    load();
+    if (split.checked) applySplit();
+    if (heat.checked) applyHeat();
+    refresh();
+  }
+  load();
+  editor.onShape(refresh);
+
+  const root = element(
+    'div',
+    {},
+    element(
+      'div',
+      { class: 'scroll' },
+      list.root,
+      element('p', { class: 'note' }, startNow),
+      hold,
+      element('label', { class: 'check' }, split, text.split),
+      element('label', { class: 'check' }, heat, text.heat),
+      element('p', { class: 'note' }, text.heatAbout),
+      table,
+    ),
+  );
+  return {
+    root,
+    /** @param {number} millimetres */
+    setScale(millimetres) {
+      scaleEnd.textContent = `≥ ${millimetres} mm`;
+    },
+    /** @param {boolean} now */
+    shown(now) {
+      visible = now;
+      refresh();
+    },
+  };
+}

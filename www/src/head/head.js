@@ -1,0 +1,447 @@
+import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
+import { paintBrows } from './brows.js';
+import { createEyes, fitSphere } from './eyes.js';
+import { growth } from '../hair/growth.js';
+import { createLashes } from './lashes.js';
+import { foldingOf } from './lines.js';
+import { smoothed } from '../groundwork/occlusion.js';
+import { pigments } from './pigments.js';
+import { createSkin } from './skin.js';
+import { createTeeth } from './teeth.js';
+import { createMap, createTile } from './textures.js';
+
+/**
+ * The vertices on edges that only one triangle has.
+ * @param {Uint32Array} triangles
+ */
+function openEdge(triangles) {
+  /** @type {Map<number, number>} */
+  const uses = new Map();
+  const key = (/** @type {number} */ a, /** @type {number} */ b) =>
+    Math.min(a, b) * 0x100000 + Math.max(a, b);
+  for (let t = 0; t < triangles.length; t++) {
+    const pair = key(triangles[t], triangles[t % 3 === 2 ? t - 2 : t + 1]);
+    uses.set(pair, (uses.get(pair) ?? 0) + 1);
+  }
+  /** @type {Set<number>} */
+  const vertices = new Set();
+  for (const [pair, count] of uses) {
+    if (count === 1) vertices.add(Math.floor(pair / 0x100000)).add(pair % 0x100000);
+  }
+  return [...vertices];
+}
+
+/**
+ * What a portrait shows, from the fading neck to the crown, and where the neck runs out, mm.
+ * @param {import('phiz').FaceModel} model @param {ArrayLike<number>} rest
+ */
+export function framing(model, rest) {
+  const bounds = new Box3();
+  const point = new Vector3();
+  for (const part of model.parts) {
+    if (/eyeball/.test(part.name)) continue;
+    for (const corner of model.triangles.subarray(3 * part.first, 3 * (part.first + part.count))) {
+      bounds.expandByPoint(point.fromArray(rest, 3 * model.uvVertices[corner]));
+    }
+  }
+  const stencil = model.landmarks.find(({ name }) => name === 'ibug_08')?.stencil;
+  const chin = stencil ? stencil.reduce((y, [vertex, weight]) => y + weight * rest[3 * vertex + 1], 0) : bounds.min.y;
+  const top = bounds.max.y;
+  return {
+    bounds,
+    subject: {
+      centre: new Vector3(0, (top + chin - 26) / 2, bounds.getCenter(new Vector3()).z * 0.6),
+      height: (top - chin + 26) * 1.2,
+    },
+    /** The neck is not seen below the first of these heights, and wholly above the second. */
+    fade: /** @type {[number, number]} */ ([Math.max(bounds.min.y + 4, chin - 66), chin - 14]),
+  };
+}
+
+/**
+ * What a head is drawn from, copied: views on the module's memory die with the next call.
+ * @param {import('phiz').FaceModel} model
+ * @param {import('phiz').Face} face
+ * @returns {import('../groundwork/groundwork.js').Rest}
+ */
+export function atRest(model, face) {
+  const positions = face.positions.slice();
+  const corners = model.uvVertices;
+  /** @type {import('../groundwork/paint.js').Points} */
+  const landmarks = new Map();
+  for (const { name, stencil } of model.landmarks) {
+    const point = weighted(positions, stencil, new Vector3());
+    landmarks.set(name, [point.x, point.y, point.z]);
+  }
+  return { positions, normals: face.normals.slice(), triangles: model.triangles.map((corner) => corners[corner]), landmarks };
+}
+
+/**
+ * @param {ArrayLike<number>} positions @param {readonly (readonly [number, number])[]} stencil
+ * @param {Vector3} out
+ */
+export function weighted(positions, stencil, out) {
+  out.set(0, 0, 0);
+  for (const [vertex, weight] of stencil) {
+    out.x += weight * positions[3 * vertex];
+    out.y += weight * positions[3 * vertex + 1];
+    out.z += weight * positions[3 * vertex + 2];
+  }
+  return out;
+}
+
+/**
+ * The head: geometry from the model's topology and a face's vertices.
+ *
+ * @param {import('phiz').FaceModel} model
+ * @param {import('../groundwork/groundwork.js').Rest} face at rest
+ * @param {import('../groundwork/groundwork.js').Groundwork} groundwork of it
+ */
+export function createHead(model, { positions: rest, normals: restNormals, landmarks: at }, groundwork) {
+  const vertexCount = model.vertexCount;
+  const corners = model.uvVertices;
+  const regionOf = model.regionOf;
+  const cornerCount = corners.length;
+
+  const eyeball = (/** @type {{ name: string }} */ part) => /eyeball/.test(part.name);
+  const indices = [];
+  /** @type {number[][]} */
+  const eyeVertices = [];
+  for (const part of model.parts) {
+    const range = model.triangles.subarray(3 * part.first, 3 * (part.first + part.count));
+    if (eyeball(part)) {
+      eyeVertices.push([...new Set(Array.from(range, (corner) => corners[corner]))]);
+    } else indices.push(...range);
+  }
+  const index = Uint32Array.from(indices);
+  const skinTriangles = index.map((corner) => corners[corner]);
+
+  /** @type {Map<string, readonly (readonly [number, number])[]>} */
+  const stencils = new Map(model.landmarks.map((landmark) => [landmark.name, landmark.stencil]));
+  /**
+   * @param {ArrayLike<number>} positions @param {string} name @param {Vector3} out
+   */
+  function landmark(positions, name, out) {
+    const stencil = stencils.get(name);
+    return stencil ? weighted(positions, stencil, out) : null;
+  }
+
+  const { bounds, fade } = framing(model, rest);
+
+  const geometry = new BufferGeometry();
+  geometry.setIndex(new BufferAttribute(index, 1));
+  /** @param {Float32Array} values three a vertex */
+  const perCorner = (values) => {
+    const array = new Float32Array(3 * cornerCount);
+    for (let i = 0; i < cornerCount; i++) {
+      const o = 3 * corners[i];
+      array[3 * i] = values[o];
+      array[3 * i + 1] = values[o + 1];
+      array[3 * i + 2] = values[o + 2];
+    }
+    return new BufferAttribute(array, 3);
+  };
+  const position = perCorner(rest);
+  const normal = perCorner(restNormals);
+  const mark = new BufferAttribute(new Float32Array(2 * cornerCount), 2);
+  for (const live of [position, normal, mark]) live.setUsage(DynamicDrawUsage);
+  geometry.setAttribute('position', position);
+  geometry.setAttribute('normal', normal);
+  geometry.setAttribute('mark', mark);
+  geometry.setAttribute('uv', new BufferAttribute(model.uvs.slice(), 2));
+  const heat = new BufferAttribute(new Float32Array(3 * cornerCount), 3).setUsage(DynamicDrawUsage);
+  geometry.setAttribute('heat', heat);
+  geometry.setAttribute('rest', perCorner(rest));
+  geometry.setAttribute('restNormal', perCorner(restNormals));
+
+  const chin = at.get('ibug_08') ?? [0, bounds.min.y, 0];
+  const nose = at.get('ibug_30') ?? [0, 0, bounds.max.z];
+  const earX = 0.83 * bounds.max.x;
+  const brow = at.get('ibug_19') ?? [0, chin[1] + 120, 0];
+  const [fadeEnd, fadeStart] = fade;
+  // The neck runs out into the backdrop before its cut edge, wherever that is.
+  const edge = openEdge(skinTriangles).filter((v) => rest[3 * v + 1] < chin[1] + 30);
+  const shade = new Float32Array(3 * vertexCount);
+  for (let v = 0; v < vertexCount; v++) {
+    const [x, y, z] = [rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]];
+    shade[3 * v] = groundwork.open[v];
+    if (z < nose[2] - 70) {
+      const height = Math.max(0, 1 - Math.abs(y - (brow[1] + nose[1]) / 2 + 4) / 48);
+      const beside = Math.min(1, Math.max(0, (Math.abs(x) - earX * 0.92) / 8));
+      shade[3 * v + 1] = Math.min(1, height * 2.2) * beside;
+    }
+    const t = Math.min(1, Math.max(0, (y - fadeEnd) / (fadeStart - fadeEnd)));
+    let nearest = Infinity;
+    if (y < chin[1] + 40) {
+      for (const e of edge) {
+        const d = (rest[3 * e] - x) ** 2 + (rest[3 * e + 1] - y) ** 2 + (rest[3 * e + 2] - z) ** 2;
+        if (d < nearest) nearest = d;
+      }
+    }
+    const s = Math.min(1, Math.max(0, (Math.sqrt(nearest) - 3) / 36));
+    shade[3 * v + 2] = t * t * (3 - 2 * t) * s * s * (3 - 2 * s);
+  }
+  geometry.setAttribute('shade', perCorner(shade));
+  /** @param {RegExp} name of parts */
+  const verticesOf = (name) =>
+    model.parts
+      .filter((part) => name.test(part.name))
+      .flatMap(({ first, count }) => [...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => corners[corner]))]);
+  const grows = growth(rest, at, verticesOf(/cavit/), skinTriangles);
+  geometry.setAttribute('growth', new BufferAttribute(Float32Array.from({ length: 2 * cornerCount }, (_, i) => (i % 2 ? grows.beard : grows.scalp)[corners[i >> 1]]), 2));
+  const folding = foldingOf(rest, at);
+  geometry.setAttribute('folding', new BufferAttribute(Int8Array.from({ length: 4 * cornerCount }, (_, i) => 127 * folding[4 * corners[i >> 2] + (i & 3)]), 4, true));
+  geometry.boundingSphere = new Sphere(
+    bounds.getCenter(new Vector3()),
+    0.6 * bounds.getSize(new Vector3()).length(),
+  );
+
+  // The skin's own colour is the median of the prescribed ones: lips, brows and cavities are few.
+  const colours = model.colours;
+  const part = model.parts.find(({ name }) => name === 'skin') ?? model.parts[0];
+  const onSkin = model.triangles.subarray(3 * part.first, 3 * (part.first + part.count));
+  const [red, green, blue] = [0, 1, 2].map((channel) => {
+    const values = Uint8Array.from(onSkin, (corner) => colours[3 * model.uvVertices[corner] + channel]);
+    return values.sort()[values.length >> 1] / 255;
+  });
+  const tone = new Color().setRGB(red, green, blue, SRGBColorSpace);
+
+  const pores = createTile(groundwork.pores);
+  const skin = createSkin({
+    pores,
+    face: { map: createMap(groundwork.paint.map), frame: groundwork.paint.frame },
+    brows: paintBrows(at),
+    depth: nose[2] - 82,
+    landmarks: at,
+  });
+  /** @type {ReturnType<typeof import('../hair/onhead.js').growHair>} */
+  let tresses = [];
+  const mesh = new Mesh(geometry, skin.material);
+  mesh.castShadow = true;
+  mesh.receiveShadow = true;
+  mesh.name = 'skin';
+
+  eyeVertices.sort((a, b) => rest[3 * a[0]] - rest[3 * b[0]]);
+  let present = rest;
+  const eyes = createEyes(
+    eyeVertices.map((vertices) => ({
+      vertices,
+      landmark: (name, out) => landmark(present, name, out),
+    })),
+    pores,
+  );
+  const vertexOf = (/** @type {string} */ name) => {
+    const stencil = stencils.get(name) ?? [[0, 1]];
+    return stencil.reduce((best, entry) => (entry[1] > best[1] ? entry : best))[0];
+  };
+  const lashes = createLashes(skinTriangles, rest, vertexOf);
+  const teeth = createTeeth(rest, at, verticesOf(/^mouth cavity$/), vertexOf);
+  eyes.update(rest);
+  lashes.update(rest, eyes.centres);
+
+  const group = new Group();
+  group.add(mesh, ...eyes.meshes, lashes.mesh, ...(teeth?.meshes ?? []));
+
+  /** @type {number[]} */
+  const duplicates = [];
+  for (let i = vertexCount; i < cornerCount; i++) duplicates.push(i);
+
+  const still = [new Vector3(), new Vector3()];
+  /** @type {(expression: Record<string, number>) => Vector3[]} */
+  let turnsOf = () => still;
+  const unmoved = new Float32Array(3 * (teeth?.anchors.length ?? 0));
+  /** @type {(expression: Record<string, number>) => Float32Array} */
+  let shiftsOf = () => unmoved;
+  teeth?.update(rest, unmoved);
+
+  /**
+   * Takes over a range of the face's vertices.
+   * @param {import('phiz').Face} from
+   * @param {readonly [number, number]} [range]
+   */
+  function update(from, [first, end] = [0, vertexCount]) {
+    if (end <= first) return;
+    for (const [attribute, key] of /** @type {const} */ ([[position, 'positions'], [normal, 'normals']])) {
+      const array = attribute.array;
+      array.set(from[key].subarray(3 * first, 3 * end), 3 * first);
+      for (const i of duplicates) {
+        const o = 3 * corners[i];
+        array[3 * i] = array[o];
+        array[3 * i + 1] = array[o + 1];
+        array[3 * i + 2] = array[o + 2];
+      }
+      attribute.addUpdateRange(3 * first, 3 * (end - first));
+      if (duplicates.length) attribute.addUpdateRange(3 * vertexCount, 3 * duplicates.length);
+      attribute.needsUpdate = true;
+    }
+    present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
+    const { expression } = from;
+    skin.fold(expression);
+    eyes.turn(turnsOf(expression), Object.keys(expression).length > 0);
+    eyes.update(present);
+    lashes.update(present, eyes.centres);
+    for (const one of tresses) one.update(present);
+    teeth?.update(present, shiftsOf(expression));
+  }
+
+  /** The feature of each region. @type {readonly string[]} */
+  let groups = model.regionNames.map(() => 'head');
+  /** @type {Map<string, Float32Array>} */
+  const soft = new Map();
+  /** @param {string} group */
+  function softRegion(group) {
+    let weights = soft.get(group);
+    if (!weights) {
+      const inside = groups.map((name) => name === group);
+      weights = smoothed(
+        Float32Array.from(regionOf, (region) => (inside[region] ? 1 : 0)),
+        skinTriangles,
+        4,
+      );
+      soft.set(group, weights);
+    }
+    return weights;
+  }
+
+  /**
+   * Shows a feature: slot 0 is what the pointer is on, slot 1 what was just picked.
+   * @param {0 | 1} slot @param {string | null} group
+   */
+  function highlight(slot, group) {
+    const array = mark.array;
+    const weights = group === null ? null : softRegion(group);
+    for (let i = 0; i < cornerCount; i++) array[2 * i + slot] = weights ? weights[corners[i]] : 0;
+    mark.needsUpdate = true;
+  }
+
+  /**
+   * Paints the skin with a colour a vertex in place of its own; null takes it off.
+   * @param {Float32Array | null} colours sRGB in 0 to 1, three a vertex
+   */
+  function paintHeat(colours) {
+    skin.uniforms.heatStrength.value = colours ? 1 : 0;
+    if (!colours) return;
+    for (let i = 0; i < cornerCount; i++) {
+      for (let k = 0; k < 3; k++) heat.array[3 * i + k] = colours[3 * corners[i] + k];
+    }
+    heat.needsUpdate = true;
+  }
+
+  /** @type {import('three').DataTexture | null} */
+  let worn = null;
+  /**
+   * Shows a person's own colours in place of the skin's; null takes them off.
+   * @param {{ size: number, rgba: Uint8ClampedArray } | null} texture as `PhotoEdit.texture` has it
+   */
+  function wear(texture) {
+    worn?.dispose();
+    worn = null;
+    skin.uniforms.worn.value = texture ? 1 : 0;
+    if (!texture) return;
+    worn = createMap(texture);
+    worn.colorSpace = SRGBColorSpace;
+    worn.flipY = true;
+    skin.uniforms.wornMap.value = worn;
+  }
+
+  /** @type {import('./colouring.js').Colouring} */
+  let colouring = {};
+  /** @param {import('./colouring.js').Colouring} now */
+  function paint(now) {
+    colouring = now;
+    const paints = pigments(tone, now);
+    for (const part of [skin, lashes, eyes, ...tresses]) part.paint(paints);
+  }
+  paint(colouring);
+
+  /**
+   * Lets longer hair grow, which the head that shows first does without.
+   * @param {typeof import('../hair/onhead.js').growHair} grow
+   */
+  function adorn(grow) {
+    tresses = grow({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, grows, skin.uniforms, fade);
+    for (const one of tresses) {
+      group.add(one.mesh);
+      one.update(present);
+      one.paint(pigments(tone, colouring));
+    }
+  }
+
+  /**
+   * Tells features apart, which takes a model that has them: the head may be drawn from one that is
+   * a face and no more.
+   * @param {import('phiz').FaceModel} whole of the same mesh
+   */
+  function divide(whole) {
+    // What belongs to no feature's block is the head's.
+    groups = whole.regionGroups.map((g) => (g === null ? 'head' : whole.regions[g]));
+    soft.clear();
+  }
+
+  /** @param {number} corner */
+  function groupAt(corner) {
+    return groups[regionOf[corners[corner]]];
+  }
+
+  return {
+    group,
+    skin: mesh,
+    /** What the skin's shader, the eyes' and the teeth are made of, for pictures and files of them. */
+    look: { material: skin.material, uniforms: skin.uniforms },
+    eyeLook: eyes.look,
+    /** What the lashes are on a face of the model. @param {Float32Array} positions */
+    lashesOn(positions) {
+      const centres = eyeVertices.map((vertices) => new Vector3().fromArray(positions, 3 * vertices[0]));
+      centres.forEach((centre, i) => fitSphere(positions, eyeVertices[i], centre));
+      return { ...lashes.bodies(positions, centres), colour: lashes.colour };
+    },
+    /** Longer hair and a beard. */
+    get tresses() {
+      return tresses;
+    },
+    adorn,
+    teeth,
+    update,
+    highlight,
+    paintHeat,
+    /** What colours it would have. @param {import('./colouring.js').Colouring} then */
+    pigments: (then) => pigments(tone, then),
+    /** Of the skin at rest, linear. */
+    tone,
+    /** What it is painted in. */
+    get colouring() {
+      return colouring;
+    },
+    paint,
+    wear,
+    groupAt,
+    divide,
+    /** The vertices whose shifts the teeth go by. */
+    anchors: teeth?.anchors ?? [],
+    /**
+     * @param {typeof turnsOf} turns how far expressions turn the eyes
+     * @param {typeof shiftsOf} shifts how far they move the anchors
+     */
+    expressBy(turns, shifts) {
+      turnsOf = turns;
+      shiftsOf = shifts;
+    },
+    /** @param {number} index of a vertex, on the face as it is now */
+    vertex: (index) => new Vector3().fromArray(present, 3 * index),
+    /** @param {string} name of a landmark, on the face as it is now */
+    landmark(name) {
+      const found = landmark(present, name, new Vector3());
+      if (!found) throw new Error(`no landmark is called "${name}"`);
+      return found;
+    },
+    /** Whether the skin shows heat, 0 or 1. */
+    heatStrength: skin.uniforms.heatStrength,
+    /** Whether a person's own colours are worn, and how much of them shows. */
+    get wears() {
+      return worn !== null;
+    },
+    wornStrength: skin.uniforms.worn,
+    /** How strongly the two highlights show, 0 to 1. */
+    markStrength: skin.uniforms.markStrength.value,
+  };
+}

@@ -1,0 +1,243 @@
+import { BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Mesh, ShaderMaterial, Vector3 } from 'three';
+import { backdropUniforms } from '../stage/backdrop.js';
+import { chance } from '../chance.js';
+
+// A lash is thinner than a pixel from where a face is usually seen. It is drawn at least a pixel
+// wide and so much fainter instead, or it would break up into dots.
+const VERTEX = /* glsl */ `
+  attribute vec3 along;
+  attribute vec2 edge; // side, half the width in mm
+  uniform vec2 backdropSize;
+  varying float vFaint;
+  void main() {
+    vec4 at = modelViewMatrix * vec4(position, 1.0);
+    vec2 way = (modelViewMatrix * vec4(along, 0.0)).xy;
+    vec2 across = normalize(vec2(-way.y, way.x) + 1e-6);
+    float pixel = -2.0 * at.z / (projectionMatrix[1][1] * backdropSize.y);
+    float width = max(edge.y, 0.62 * pixel);
+    vFaint = edge.y / width;
+    at.xy += across * edge.x * width;
+    gl_Position = projectionMatrix * at;
+  }
+`;
+const FRAGMENT = /* glsl */ `
+  uniform vec3 colour;
+  varying float vFaint;
+  void main() { gl_FragColor = vec4(colour, 0.92 * vFaint); }
+`;
+
+const SEGMENTS = 4;
+/** Half of a lash's width on its way from root (0) to tip (1), mm. */
+const thickness = (/** @type {number} */ t) => 0.075 * (1 - 0.8 * t);
+/** Around a lash that is a body. */
+const SIDES = 3;
+
+/**
+ * The shortest way along edges from each vertex to the next.
+ * @param {Uint32Array} triangles @param {Float32Array} positions @param {number[]} stops
+ */
+function edgePath(triangles, positions, stops) {
+  /** @type {Map<number, Set<number>>} */
+  const near = new Map();
+  const [x, y, z] = [0, 1, 2].map((k) => positions[3 * stops[0] + k]);
+  for (let t = 0; t < triangles.length; t += 3) {
+    const o = 3 * triangles[t];
+    // A lid is no longer than this (mm); the rest of the head need not be searched.
+    if (Math.hypot(positions[o] - x, positions[o + 1] - y, positions[o + 2] - z) > 60) continue;
+    for (let k = 0; k < 3; k++) {
+      const [a, b] = [triangles[t + k], triangles[t + ((k + 1) % 3)]];
+      if (!near.has(a)) near.set(a, new Set());
+      if (!near.has(b)) near.set(b, new Set());
+      near.get(a)?.add(b);
+      near.get(b)?.add(a);
+    }
+  }
+  const length = (/** @type {number} */ a, /** @type {number} */ b) =>
+    Math.hypot(
+      positions[3 * a] - positions[3 * b],
+      positions[3 * a + 1] - positions[3 * b + 1],
+      positions[3 * a + 2] - positions[3 * b + 2],
+    );
+  const path = [stops[0]];
+  for (let s = 1; s < stops.length; s++) {
+    const [from, to] = [stops[s - 1], stops[s]];
+    const distance = new Map([[from, 0]]);
+    const before = new Map();
+    const open = new Set([from]);
+    while (open.size) {
+      let here = -1;
+      for (const v of open) if (here < 0 || (distance.get(v) ?? 0) < (distance.get(here) ?? 0)) here = v;
+      if (here === to) break;
+      open.delete(here);
+      for (const next of near.get(here) ?? []) {
+        const d = (distance.get(here) ?? 0) + length(here, next);
+        if (d < (distance.get(next) ?? Infinity)) {
+          distance.set(next, d);
+          before.set(next, here);
+          open.add(next);
+        }
+      }
+    }
+    const leg = [];
+    for (let v = to; v !== from && v !== undefined; v = before.get(v)) leg.push(v);
+    path.push(...leg.reverse());
+  }
+  return path;
+}
+
+/**
+ * Eyelashes: thin tapering ribbons rooted on the edges of the lids.
+ *
+ * @param {Uint32Array} triangles vertices of the skin
+ * @param {Float32Array} rest
+ * @param {(name: string) => number} vertexOf the vertex nearest a landmark
+ */
+export function createLashes(triangles, rest, vertexOf) {
+  const name = (/** @type {number} */ i) => vertexOf(`ibug_${i}`);
+  const lids = [
+    { path: [36, 37, 38, 39], length: 6.6, count: 120, rise: 1, outer: 0 },
+    { path: [36, 41, 40, 39], length: 2.8, count: 50, rise: -0.6, outer: 0 },
+    { path: [42, 43, 44, 45], length: 6.6, count: 120, rise: 1, outer: 1 },
+    { path: [42, 47, 46, 45], length: 2.8, count: 50, rise: -0.6, outer: 1 },
+  ].map((lid) => ({ ...lid, path: edgePath(triangles, rest, lid.path.map(name)) }));
+
+  const random = chance(5);
+  const lashes = lids.flatMap((lid) =>
+    Array.from({ length: lid.count }, (_, i) => ({
+      lid,
+      at: 0.05 + (0.92 * (i + 2.2 * (random() - 0.5))) / lid.count,
+      length: lid.length * (0.5 + 0.6 * random()),
+      lean: (random() - 0.5) * 0.9,
+      curl: 0.75 + 0.4 * random(),
+    })),
+  );
+  const perLash = 2 * (SEGMENTS + 1);
+  const array = new Float32Array(lashes.length * perLash * 3);
+  const index = [];
+  for (let n = 0; n < lashes.length; n++) {
+    for (let s = 0; s < SEGMENTS; s++) {
+      const o = n * perLash + 2 * s;
+      index.push(o, o + 1, o + 2, o + 1, o + 3, o + 2);
+    }
+  }
+  const geometry = new BufferGeometry();
+  const position = new BufferAttribute(array, 3).setUsage(DynamicDrawUsage);
+  geometry.setIndex(index);
+  geometry.setAttribute('position', position);
+  const course = new Float32Array(array.length);
+  const along = new BufferAttribute(course, 3).setUsage(DynamicDrawUsage);
+  geometry.setAttribute('along', along);
+  const edges = new Float32Array(lashes.length * perLash * 2);
+  for (let i = 0; i < edges.length / 2; i++) {
+    const t = Math.floor((i % perLash) / 2) / SEGMENTS;
+    edges.set([i % 2 ? 1 : -1, thickness(t)], 2 * i);
+  }
+  geometry.setAttribute('edge', new BufferAttribute(edges, 2));
+  const colour = { value: new Color() };
+  const mesh = new Mesh(
+    geometry,
+    new ShaderMaterial({
+      uniforms: { backdropSize: backdropUniforms.backdropSize, colour },
+      vertexShader: VERTEX,
+      fragmentShader: FRAGMENT,
+      side: DoubleSide,
+      transparent: true,
+      depthWrite: false,
+      toneMapped: false,
+    }),
+  );
+  mesh.frustumCulled = false;
+  mesh.name = 'lashes';
+  mesh.raycast = () => {};
+
+  const root = new Vector3();
+  const next = new Vector3();
+  const out = new Vector3();
+  const point = new Vector3();
+  const before = new Vector3();
+  /**
+   * Follows each lash from its root to its tip.
+   * @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
+   * @param {(point: Vector3, course: Vector3, t: number) => void} pass where it is, and where from
+   */
+  function trace(positions, eyes, pass) {
+    for (const { lid, at, length, lean, curl } of lashes) {
+      const where = at * (lid.path.length - 1);
+      const i = Math.min(lid.path.length - 2, Math.floor(where));
+      root.fromArray(positions, 3 * lid.path[i]);
+      next.fromArray(positions, 3 * lid.path[i + 1]);
+      root.lerp(next, where - i);
+      const centre = eyes[lid.outer];
+      out.subVectors(root, centre).normalize();
+      // Lashes fan out: sideways with their place on the lid, always forward.
+      const fan = out.x * 1.25;
+      out.set(fan + lean * 0.5, lid.rise * 0.12, Math.max(0.75, out.z)).normalize();
+      // Longest at the outer third, short at the inner corner.
+      const outward = lid.outer === 1 ? at : 1 - at;
+      const reach = length * (0.45 + 0.75 * outward * (1 - 0.55 * outward) * 1.6);
+      for (let s = 0; s <= SEGMENTS; s++) {
+        const t = s / SEGMENTS;
+        point
+          .copy(root)
+          .addScaledVector(out, reach * (t - 0.22 * t * t))
+          .setComponent(1, root.y + out.y * reach * t + lid.rise * reach * (0.42 * curl * t * t - 0.3 * t * (1 - t)));
+        if (s === 0) before.copy(point).sub(out);
+        before.subVectors(point, before);
+        pass(point, before, t);
+        before.copy(point);
+      }
+    }
+  }
+  /** @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first */
+  function update(positions, eyes) {
+    let o = 0;
+    trace(positions, eyes, (at, way) => {
+      for (let side = 0; side < 2; side++, o += 3) {
+        at.toArray(array, o);
+        way.toArray(course, o);
+      }
+    });
+    position.needsUpdate = along.needsUpdate = true;
+  }
+  /**
+   * The same lashes as bodies, which are seen from every side, on any face of the model.
+   * @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
+   */
+  function bodies(positions, eyes) {
+    const rings = SEGMENTS + 1;
+    const points = new Float32Array(lashes.length * rings * SIDES * 3);
+    const normals = new Float32Array(points.length);
+    const triangles = [];
+    const [across, up, outward] = [new Vector3(), new Vector3(), new Vector3()];
+    let o = 0;
+    trace(positions, eyes, (at, way, t) => {
+      across.set(1, 0, 0).cross(way).normalize();
+      up.crossVectors(across, way).normalize();
+      for (let side = 0; side < SIDES; side++, o += 3) {
+        const angle = (2 * Math.PI * side) / SIDES;
+        outward.copy(across).multiplyScalar(Math.cos(angle)).addScaledVector(up, Math.sin(angle));
+        outward.toArray(normals, o);
+        outward.multiplyScalar(thickness(t)).add(at).toArray(points, o);
+      }
+    });
+    for (let ring = 0; ring < lashes.length * rings; ring++) {
+      if (ring % rings === SEGMENTS) continue;
+      for (let side = 0; side < SIDES; side++) {
+        const [a, b] = [SIDES * ring + side, SIDES * ring + ((side + 1) % SIDES)];
+        triangles.push(a, a + SIDES, b, b, a + SIDES, b + SIDES);
+      }
+    }
+    return { positions: points, normals, triangles: Uint32Array.from(triangles) };
+  }
+  return {
+    mesh,
+    update,
+    bodies,
+    /** As the screen shows it, sRGB. */
+    get colour() {
+      return colour.value;
+    },
+    /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
+    paint: ({ lashes }) => void colour.value.copy(lashes),
+  };
+}

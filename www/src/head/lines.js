@@ -1,0 +1,270 @@
+import { chance } from '../chance.js';
+import { between, points, smoothstep } from '../groundwork/paint.js';
+
+// The lines that faces get with the years and for a moment with expressions, and freckles: a relief over the front of the
+// face at rest, from landmarks.
+
+/** Texels a side, of which a line has two to four across. */
+const SIZE = 512;
+/** What a step of the slopes' bytes is: slopes go from -1 to 1. */
+const STEEP = 127;
+
+/**
+ * A line: points (mm), half its width and its depth (mm); its ends run out, the first by less when it begins in a fold.
+ * @typedef {{ through: number[][], half: number, deep: number, blunt?: boolean }} Line
+ */
+
+/** Points on a smooth way through some. @param {number[][]} through @param {number} steps between two */
+function smoothWay(through, steps = 5) {
+  const way = [];
+  for (let i = 0; i + 1 < through.length; i++) {
+    const [a, b, c, d] = [-1, 0, 1, 2].map((k) => through[Math.min(through.length - 1, Math.max(0, i + k))]);
+    for (let s = 0; s < steps; s++) way.push(between(a, b, c, d, s / steps));
+  }
+  way.push(through[through.length - 1]);
+  return way;
+}
+
+/**
+ * Where faces fold, on both sides.
+ * @param {import('../groundwork/paint.js').Points} at landmarks of the face at rest, mm
+ * @returns {Line[]}
+ */
+function linesOf(at) {
+  const random = chance(83);
+  const some = (/** @type {number} */ size) => size * (2 * random() - 1);
+  const p = (/** @type {number} */ i) => points(at, i, i)[0];
+  const trichion = at.get('trichion') ?? [0, p(27)[1] + 62, 0];
+  /** @type {Line[]} */
+  const lines = [];
+  // Across the forehead, lower in the middle, from above the brows to below the hairline.
+  const bottom = (p(19)[1] + p(24)[1]) / 2 + 11;
+  const reach = 0.82 * Math.abs(p(17)[0]);
+  const rows = 5;
+  for (let n = 0; n < rows; n++) {
+    const y = bottom + ((trichion[1] - 9 - bottom) * n) / (rows - 1);
+    const wide = reach * (0.72 + 0.28 * Math.sin((Math.PI * (n + 1)) / rows)) + some(3);
+    const through = Array.from({ length: 9 }, (_, i) => {
+      const t = i / 4 - 1;
+      return [wide * t + some(1), y - 2.4 * Math.exp(-((t / 0.3) ** 2)) - 3 * t * t + some(1.1)];
+    });
+    lines.push({ through, half: 0.85, deep: 0.32 + some(0.07) });
+  }
+  for (const [side, eye, brow, wing, lid, upper, lower] of /** @type {const} */ ([
+    [-1, 36, 21, 31, [36, 41, 40, 39], [48, 49, 50, 51], [48, 59, 58, 57]],
+    [1, 45, 22, 35, [45, 46, 47, 42], [54, 53, 52, 51], [54, 55, 56, 57]],
+  ])) {
+    // Between the brows.
+    const inner = p(brow);
+    lines.push({
+      through: [[inner[0] * 0.62 + some(0.6), inner[1] - 5], [inner[0] * 0.5 + some(0.6), inner[1] + 3], [inner[0] * 0.6 + some(0.8), inner[1] + 12 + some(2)]],
+      half: 0.8,
+      deep: 0.34,
+    });
+    // Beside the eyes.
+    const outer = p(eye);
+    for (const angle of [42, 17, -9, -34]) {
+      const turn = ((angle + some(4)) * Math.PI) / 180;
+      const [from, to] = [6 + random() * 2, 19 + random() * 5];
+      const bend = angle > 0 ? 0.12 : -0.12;
+      const ray = (/** @type {number} */ r) => {
+        const a = turn + bend * ((r - from) / 10);
+        return [outer[0] + side * r * Math.cos(a) * 0.78, outer[1] - 1 + r * Math.sin(a)];
+      };
+      lines.push({ through: [ray(from), ray((2 * from + to) / 3), ray((from + 2 * to) / 3), ray(to)], half: 0.6, deep: 0.26 });
+    }
+    // Below the lids: the fold of the lid, and the bag's lower edge.
+    const under = lid.map(p);
+    for (const [below, deep] of [[5.5, 0.16], [10.5, 0.26]]) {
+      lines.push({
+        through: under.map(([x, y], i) => [x - side * (i === 3 ? 1.5 : 0), y - below * [0.45, 1, 1.05, 0.62][i] + some(0.4)]),
+        half: below > 8 ? 1.3 : 0.7,
+        deep,
+      });
+    }
+    // From the wing of the nose around the mouth, and from its corner down.
+    const [nose, mouth] = [p(wing), p(upper[0])];
+    const chin = p(8);
+    lines.push({
+      through: [
+        [nose[0] + side * 4.5, nose[1] + 7],
+        [nose[0] + side * 9.5, nose[1] - 2],
+        [mouth[0] + side * 6.5, mouth[1] + 7],
+        [mouth[0] + side * 9, mouth[1] - 4],
+      ],
+      half: 1.7,
+      deep: 0.85,
+      blunt: true,
+    });
+    lines.push({
+      through: [
+        [mouth[0] + side * 1.5, mouth[1] - 2.5],
+        [mouth[0] + side * 4.5, mouth[1] - 9],
+        [mouth[0] + side * 7.5, mouth[1] + 0.45 * (chin[1] - mouth[1])],
+      ],
+      half: 1.7,
+      deep: 0.36,
+    });
+    // Up and down from the lips.
+    for (const [edge, way, many] of /** @type {const} */ ([[upper, 1, 4], [lower, -1, 3]])) {
+      const border = smoothWay(edge.map(p));
+      for (let n = 0; n < many; n++) {
+        const [x, y] = border[Math.round(((n + 0.9 + some(0.25)) / (many + 0.6)) * (border.length - 1))];
+        lines.push({
+          through: [[x, y - way * 0.6], [x + some(0.5), y + way * 3], [x + side * 0.8 + some(0.6), y + way * (5 + 2.5 * random())]],
+          half: 0.45,
+          deep: 0.13,
+          blunt: true,
+        });
+      }
+    }
+  }
+  // Below the lower lip.
+  const [lip, chin] = [p(57), p(8)];
+  lines.push({
+    through: [-1, -0.5, 0, 0.5, 1].map((t) => [15 * t, lip[1] - 0.3 * (lip[1] - chin[1]) - 2.5 * t * t + some(0.5)]),
+    half: 1.5,
+    deep: 0.4,
+  });
+  return lines;
+}
+
+/** Which lines an expression folds: across the forehead, between the brows, about the eyes, from the nose around the mouth. */
+const FOLDS = [
+  { browInnerUp: 0.9, browOuterUp: 0.8 },
+  { browDown: 1, noseSneer: 0.4 },
+  { cheekSquint: 0.8, eyeSquint: 0.6, mouthSmile: 0.7, noseSneer: 0.3 },
+  { mouthSmile: 0.6, noseSneer: 0.8, mouthUpperUp: 0.5, mouthDimple: 0.5, mouthStretch: 0.4 },
+];
+/** A smile smooths what hangs below the corners of the mouth. */
+const SMOOTHS = 'mouthSmile';
+
+/**
+ * How much an expression folds a side of the face, as `FOLDS` has it, and how much it smooths below the mouth.
+ * @param {Readonly<Record<string, number>>} expression weights by ARKit's names
+ * @param {'Left' | 'Right'} side the subject's
+ */
+export function foldsOf(expression, side) {
+  const weight = (/** @type {string} */ name) => Math.min(1, expression[name] ?? expression[name + side] ?? 0);
+  return {
+    folds: FOLDS.map((by) => Object.entries(by).reduce((most, [name, part]) => Math.max(most, part * weight(name)), 0)),
+    smooths: weight(SMOOTHS),
+  };
+}
+
+/**
+ * How much of each vertex is where each of `FOLDS` is, 0 to 1; less than nothing of the last is below the mouth.
+ * @param {Float32Array} rest 3 a vertex, mm
+ * @param {import('../groundwork/paint.js').Points} at landmarks
+ */
+export function foldingOf(rest, at) {
+  const p = (/** @type {number} */ i) => points(at, i, i)[0];
+  const folding = new Float32Array((4 * rest.length) / 3);
+  if (![8, 19, 31, 36, 39, 48].every(p)) return folding;
+  const [brow, eye, wing, corner, inner] = [p(19)[1], (p(36)[1] + p(39)[1]) / 2, p(31)[1], p(48)[1], Math.abs(p(39)[0])];
+  const within = (/** @type {number} */ x, /** @type {number} */ low, /** @type {number} */ high, /** @type {number} */ soft) => smoothstep(low - soft, low + soft, x) * (1 - smoothstep(high - soft, high + soft, x));
+  for (let v = 0; v < rest.length / 3; v++) {
+    const [x, y] = [Math.abs(rest[3 * v]), rest[3 * v + 1]];
+    const frown = (1 - smoothstep(9, 17, x)) * within(y, brow - 10, brow + 13, 4);
+    folding.set([smoothstep(brow + 3, brow + 11, y) * (1 - frown), frown, smoothstep(inner - 6, inner, x) * within(y, eye - 26, eye + 11, 5), (1 - smoothstep(wing + 7, wing + 13, y)) * smoothstep(corner - 3, corner + 4, y) - (1 - smoothstep(corner - 6, corner, y))], 4 * v);
+  }
+  return folding;
+}
+
+/**
+ * Red and green: how the relief rises to the right and up, from -1 to 1 as 0 to 255. Blue: how deep in a line it is.
+ * Alpha: freckles.
+ *
+ * @param {import('../groundwork/paint.js').Points} at landmarks of the face at rest, mm
+ * @returns {{ map: import('./textures.js').Pixels, frame: [number, number, number, number] }} `frame` is the lower left
+ *   corner and the size of the map, mm
+ */
+export function paintLines(at) {
+  const [chin] = points(at, 8, 8);
+  const frame = /** @type {[number, number, number, number]} */ ([-100, chin[1] - 12, 200, 200]);
+  const texel = frame[2] / SIZE;
+  const height = new Float32Array(SIZE * SIZE);
+  const groove = new Float32Array(SIZE * SIZE);
+  for (const { through, half, deep, blunt } of linesOf(at)) {
+    const way = smoothWay(through);
+    const flat = Float64Array.from(way.flat());
+    const far = 4.5 * half;
+    const [left, right, low, high] = [0, 1].flatMap((k) => {
+      const all = way.map((point) => point[k]);
+      const to = (/** @type {number} */ value) => Math.min(SIZE - 1, Math.max(0, Math.round((value - frame[k]) / texel)));
+      return [to(Math.min(...all) - far), to(Math.max(...all) + far)];
+    });
+    for (let j = low; j <= high; j++) {
+      for (let i = left; i <= right; i++) {
+        const x = frame[0] + (i + 0.5) * texel;
+        const y = frame[1] + (j + 0.5) * texel;
+        let nearest = Infinity;
+        let place = 0;
+        for (let s = 0; s + 1 < way.length; s++) {
+          const ax = x - flat[2 * s];
+          const ay = y - flat[2 * s + 1];
+          const ex = flat[2 * s + 2] - flat[2 * s];
+          const ey = flat[2 * s + 3] - flat[2 * s + 1];
+          const t = Math.min(1, Math.max(0, (ax * ex + ay * ey) / (ex * ex + ey * ey)));
+          const away = (ax - ex * t) * (ax - ex * t) + (ay - ey * t) * (ay - ey * t);
+          if (away < nearest) {
+            nearest = away;
+            place = (s + t) / (way.length - 1);
+          }
+        }
+        // It runs out at its ends.
+        const full = Math.min(1, (blunt ? 12 : 3.5) * place + (blunt ? 0.3 : 0), 3 * (1 - place));
+        if (full <= 0 || nearest > far * far) continue;
+        const across = nearest / (half * half);
+        const down = Math.exp(-across);
+        // Skin that a line takes in stands beside it.
+        height[j * SIZE + i] += full * deep * (0.3 * Math.exp(-across / 6) - down);
+        groove[j * SIZE + i] = Math.max(groove[j * SIZE + i], full * Math.min(1, deep / 0.4) * down);
+      }
+    }
+  }
+  const freckles = paintFreckles(at, frame);
+  const rgba = new Uint8Array(4 * SIZE * SIZE);
+  const byte = (/** @type {number} */ slope) => Math.min(255, Math.max(0, Math.round(127.5 + STEEP * slope)));
+  for (let j = 0; j < SIZE; j++) {
+    for (let i = 0; i < SIZE; i++) {
+      const o = j * SIZE + i;
+      const beside = (/** @type {number} */ step, /** @type {boolean} */ inside) => (inside ? height[o + step] : height[o]);
+      rgba[4 * o] = byte((beside(1, i < SIZE - 1) - beside(-1, i > 0)) / (2 * texel));
+      rgba[4 * o + 1] = byte((beside(SIZE, j < SIZE - 1) - beside(-SIZE, j > 0)) / (2 * texel));
+      rgba[4 * o + 2] = 255 * groove[o];
+      rgba[4 * o + 3] = 255 * freckles[o];
+    }
+  }
+  return { map: { size: SIZE, rgba }, frame };
+}
+
+/**
+ * Most are on the nose and below the eyes.
+ * @param {import('../groundwork/paint.js').Points} at @param {number[]} frame
+ */
+function paintFreckles(at, [left, low, size]) {
+  const random = chance(91);
+  const spots = new Float32Array(SIZE * SIZE);
+  const texel = size / SIZE;
+  const [tip] = points(at, 30, 30);
+  const eyes = [points(at, 36, 41), points(at, 42, 47)].map((eye) => [0, 1].map((k) => eye.reduce((sum, point) => sum + point[k], 0) / eye.length));
+  const cheeks = eyes.map(([x, y]) => [x * 1.15, 0.45 * y + 0.55 * tip[1]]);
+  for (let n = 0; n < 3600; n++) {
+    const [x, y] = [left + size * random(), low + size * random()];
+    const near = (/** @type {number[]} */ [cx, cy], /** @type {number} */ rx, /** @type {number} */ ry) => Math.exp(-(((x - cx) / rx) ** 2) - ((y - cy) / ry) ** 2);
+    const likely = 0.07 + 0.9 * Math.min(1, near([0, tip[1] + 9], 14, 17) + cheeks.reduce((sum, cheek) => sum + near(cheek, 22, 14), 0));
+    const [wide, round, dark, turn] = [0.35 + 0.55 * random() ** 2, 0.7 + 0.6 * random(), 0.35 + 0.65 * random(), Math.PI * random()];
+    if (random() > likely) continue;
+    const [i0, j0] = [(x - left) / texel, (y - low) / texel];
+    const far = Math.ceil((2.2 * wide * 1.3) / texel);
+    for (let j = Math.max(0, Math.floor(j0) - far); j <= Math.min(SIZE - 1, j0 + far); j++) {
+      for (let i = Math.max(0, Math.floor(i0) - far); i <= Math.min(SIZE - 1, i0 + far); i++) {
+        const [dx, dy] = [(i + 0.5 - i0) * texel, (j + 0.5 - j0) * texel];
+        const [u, v] = [(dx * Math.cos(turn) + dy * Math.sin(turn)) / wide, (dy * Math.cos(turn) - dx * Math.sin(turn)) / (wide * round)];
+        spots[j * SIZE + i] = Math.max(spots[j * SIZE + i], dark * Math.exp(-((u * u + v * v) ** 1.5)));
+      }
+    }
+  }
+  return spots;
+}

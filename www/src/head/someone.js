@@ -1,0 +1,74 @@
+import { chance } from '../chance.js';
+import { readColouring } from './colouring.js';
+
+/** How deep skin is, where a model tells the shares of a shape by these names. */
+const TONES = /** @type {const} */ ({ african: 0.85, asian: 0.4, caucasian: 0.22 });
+
+/**
+ * What a model's labels say of a face, each from 0 to 1; what it has no labels for is absent.
+ * @param {import('phiz').Face} face
+ */
+function told(face) {
+  const { attributes } = face.model;
+  /** @param {string} name */
+  function part(name) {
+    const attribute = attributes.find((one) => one.name === name);
+    if (!attribute) return undefined;
+    const [least, most] = attribute.limits;
+    return Math.min(1, Math.max(0, (face.attribute(name) - least) / (most - least)));
+  }
+  const shares = Object.entries(TONES).map(([name, tone]) => ({ name, tone, share: part(name) ?? 0 }));
+  const sum = shares.reduce((total, { share }) => total + share, 0);
+  return {
+    sex: part('sex'),
+    age: part('age'),
+    tone: sum > 0 ? shares.reduce((total, { tone, share }) => total + tone * share, 0) / sum : undefined,
+    caucasian: sum > 0 ? shares[2].share / sum : undefined,
+    african: sum > 0 ? shares[0].share / sum : undefined,
+  };
+}
+
+/**
+ * Colours that someone of a face may have, the same for a seed: brown eyes and black hair are the most of the
+ * world's, and fair hair, red hair and light eyes go with fair skin. What the model's labels say of the face
+ * is kept to loosely: people of any shape have many colours.
+ *
+ * @param {import('phiz').Face} face
+ * @param {number} seed
+ * @returns {import('./colouring.js').Colouring}
+ */
+export function someone(face, seed) {
+  const random = chance(seed);
+  const { sex = 0.5, age = 0.5, tone, caucasian = 1, african = 0.15 } = told(face);
+  const skin = tone === undefined ? random() ** 0.8 : Math.min(1, Math.max(0, tone + 0.35 * (random() + random() - 1)));
+  const fair = Math.max(0, 1 - skin / 0.55) * Math.min(1, 2 * caucasian);
+  const dark = () => 0.8 + 0.2 * random();
+  const light = random() < fair;
+  const manly = Math.min(1, Math.max(0, (sex - 0.35) / 0.3));
+  const colours = {
+    skin,
+    blood: 0.15 + 0.35 * random(),
+    lips: 0.25 + 0.35 * random(),
+    brows: 0.3 + 0.5 * random(),
+    hair: light ? 0.1 + 0.8 * random() : dark(),
+    red: random() < 0.2 * fair ? random() : 0,
+    grey: random() < 0.7 * Math.max(0, 2 * age - 1) ? random() : 0,
+    iris: random() < fair ? 0.9 * random() : dark(),
+    crop: random() < 0.85 ? 0.3 + 0.7 * random() : 0,
+    beard: random() < 0.4 * manly ? 0.15 + 0.6 * random() : 0,
+    lines: Math.max(0, 1.5 * age - 0.65 + 0.4 * random()),
+    freckles: random() < 0.5 * fair ? random() : 0,
+  };
+  const beardLength = colours.beard > 0.3 && random() < 0.6 ? 0.15 + 0.45 * random() ** 2 : 0;
+  if (colours.crop === 0) return readColouring({ ...colours, beardLength });
+  const long = random() < 0.9 - 0.8 * manly;
+  const coiled = random() < 1.4 * african - 0.2;
+  return readColouring({
+    ...colours,
+    beardLength,
+    length: long ? 0.5 + 0.5 * random() : random() < 0.75 ? 0.12 + 0.24 * random() : 0,
+    comb: 0.75 * random(),
+    parting: 0.25 + 0.5 * random(),
+    curl: coiled ? 0.7 + 0.3 * random() : 0.6 * random() ** 2,
+  });
+}

@@ -1,0 +1,53 @@
+import { COLOURS, readColouring } from '../head/colouring.js';
+
+// What the page's address has after the #: a face's code and, after tildes, its expression and its colours. Of
+// those it has for each that is not at rest its place in a list and its value in per cent, a byte each, as
+// base64url.
+
+/** @param {readonly string[]} names @param {(name: string) => number | undefined} value 0 to 1, of what is kept */
+function encode(names, value) {
+  const bytes = names.flatMap((name, i) => {
+    const percent = value(name);
+    return percent === undefined ? [] : [i, Math.round(100 * percent)];
+  });
+  return btoa(String.fromCharCode(...bytes)).replaceAll('+', '-').replaceAll('/', '_').replace(/=+$/, '');
+}
+
+/**
+ * @param {readonly string[]} names @param {string} code @param {string} what it has, in words
+ * @returns {Record<string, number>}
+ * @throws when it is no such code
+ */
+function decode(names, code, what) {
+  const bytes = atob(code.replaceAll('-', '+').replaceAll('_', '/'));
+  if (bytes.length % 2) throw new Error('it is cut short');
+  /** @type {Record<string, number>} */
+  const values = {};
+  for (let at = 0; at < bytes.length; at += 2) {
+    const [i, percent] = [bytes.charCodeAt(at), bytes.charCodeAt(at + 1)];
+    if (i >= names.length || percent > 100) throw new Error(`it has ${what} that is not there`);
+    values[names[i]] = percent / 100;
+  }
+  return values;
+}
+
+/** @param {readonly string[]} names @param {Record<string, number>} expression @returns {string} empty at rest */
+export const encodeExpression = (names, expression) => encode(names, (name) => (expression[name] >= 0.005 ? expression[name] : undefined));
+
+/** @param {readonly string[]} names @param {string} code @throws when it is no expression */
+export const decodeExpression = (names, code) => decode(names, code, 'an expression');
+
+/** @param {import('../head/colouring.js').Colouring} colouring @returns {string} empty at rest */
+export const encodeColouring = (colouring) => encode(COLOURS, (name) => colouring[name]);
+
+/** @param {string} code @throws when it is no colouring */
+export const decodeColouring = (code) => readColouring(decode(COLOURS, code, 'a colour'));
+
+/** @param {string} hash */
+export function splitHash(hash) {
+  const [code, expression = '', colouring = ''] = hash.replace(/^#/, '').split('~');
+  return { code, expression, colouring };
+}
+
+/** @param {{ code: string, expression: string, colouring: string }} parts encoded */
+export const joinHash = ({ code, expression, colouring }) => [code, expression, colouring].join('~').replace(/~+$/, '');

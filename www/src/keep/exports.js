@@ -1,0 +1,111 @@
+import './exports.css';
+import { element } from '../frame/element.js';
+import { icon } from '../frame/icons.js';
+import { portrait } from '../stage/portrait.js';
+import { save } from './save.js';
+import { text } from '../text.js';
+
+/** Media types by ending. */
+const MESHES = { glb: 'model/gltf-binary', obj: 'model/obj', ply: 'model/ply', stl: 'model/stl' };
+/** The largest picture that is offered; most graphics cards draw it. */
+const LARGEST = 8192;
+
+/**
+ * The dialog from which a face leaves the page, as a mesh or a picture.
+ *
+ * @param {import('phiz').Face} face
+ * @param {Parameters<typeof portrait>[0]} view
+ * @param {ReturnType<typeof import('../head/head.js').createHead>} head
+ * @param {{ any: boolean, load: () => Promise<void> }} expressions
+ */
+export function createExports(face, view, head, expressions) {
+  const status = element('p', { class: 'note', role: 'status' });
+
+  /**
+   * @param {string} ending
+   * @param {() => Promise<Blob>} make
+   */
+  async function offer(ending, make) {
+    status.textContent = text.exporting;
+    // The sentence shows before the work begins, which for a GLB takes a second or two.
+    await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
+    try {
+      const blob = await make();
+      save(blob, `face.${ending}`);
+      status.textContent = text.exported(`face.${ending}`, blob.size);
+    } catch (error) {
+      status.textContent = text.notExported(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  /** @param {keyof typeof MESHES} ending */
+  async function mesh(ending) {
+    // Who exports nothing does not wait for the writers.
+    if (ending === 'glb') {
+      // What moves in the file is what the model knows of by then.
+      if (expressions.any) await expressions.load();
+      const { glbAsShown } = await import('../appearance/appearance.js');
+      return new Blob([await glbAsShown(view.renderer, head, face)], { type: MESHES.glb });
+    }
+    const writers = await import('phiz/export');
+    const write = { obj: writers.toObj, ply: writers.toPly, stl: writers.toStl }[ending];
+    return new Blob([write(face)], { type: MESHES[ending] });
+  }
+
+  /** @param {string} label @param {number} value */
+  const side = (label, value) =>
+    element('input', { type: 'number', 'aria-label': label, min: 16, max: LARGEST, step: 1, value, required: true });
+  const width = side(text.width, 1600);
+  const height = side(text.height, 2000);
+  const transparent = element('input', { type: 'checkbox' });
+
+  const dialog = element(
+    'dialog',
+    {
+      class: 'about-page',
+      'aria-labelledby': 'exports-title',
+      onclick: (/** @type {MouseEvent} */ event) => event.target === dialog && dialog.close(),
+    },
+    element(
+      'div',
+      { class: 'about-text' },
+      element(
+        'header',
+        {},
+        element('h2', { id: 'exports-title' }, text.exportTitle),
+        element('button', { type: 'button', class: 'tool', 'aria-label': text.close, onclick: () => dialog.close() }, icon('close')),
+      ),
+      element('h3', {}, text.exportMesh),
+      element(
+        'ul',
+        { class: 'formats' },
+        .../** @type {(keyof typeof MESHES)[]} */ (Object.keys(MESHES)).map((ending) =>
+          element(
+            'li',
+            {},
+            element('button', { type: 'button', class: 'button', onclick: () => offer(ending, () => mesh(ending)) }, ending.toUpperCase()),
+            ' ',
+            text.exportFormats[ending],
+          ),
+        ),
+      ),
+      element('h3', {}, text.exportPicture),
+      element(
+        'form',
+        {
+          class: 'picture',
+          onsubmit: (/** @type {Event} */ event) => {
+            event.preventDefault();
+            const size = { width: width.valueAsNumber, height: height.valueAsNumber };
+            offer('png', () => portrait(view, { ...size, transparent: transparent.checked }));
+          },
+        },
+        element('span', { class: 'size' }, width, '×', height, text.pixels),
+        element('label', {}, transparent, ' ', text.transparent),
+        element('button', { type: 'submit', class: 'button' }, 'PNG'),
+      ),
+      status,
+    ),
+  );
+  return dialog;
+}

@@ -1,0 +1,116 @@
+import { readKept } from '../head/colouring.js';
+import { sameWeights } from '../editing/history.js';
+import { readExpression } from './savedexpression.js';
+import { someone } from '../head/someone.js';
+import { keep, recall } from './store.js';
+import { text } from '../text.js';
+
+/** The seeds of the faces that everybody finds in the tray. */
+const SEEDS = [3, 7, 12, 19, 24, 31, 42, 58, 63, 77, 85, 96];
+
+/**
+ * A face, with its expression and its colours unless it was saved before those were kept.
+ * @typedef {{
+ *   code: string,
+ *   expression?: import('./savedexpression.js').Shown,
+ *   colouring?: import('../head/colouring.js').Colouring,
+ * }} Likeness
+ * @typedef {Likeness & { id: string, name: string, own: boolean }} Entry
+ */
+
+/**
+ * The faces to choose from: a dozen sampled from the model, and the person's own, which the
+ * browser keeps.
+ *
+ * @param {import('phiz').FaceModel} model
+ * @param {string} modelName
+ */
+export function createLibrary(model, modelName) {
+  const key = `phiz-faces-${modelName}`;
+  const sampled = model.face();
+  /** @type {Entry[]} */
+  const presets = SEEDS.map((seed, i) => {
+    sampled.reset();
+    sampled.randomize({ seed });
+    return { id: `preset-${i + 1}`, name: text.preset(i + 1), code: sampled.code, expression: {}, colouring: someone(sampled, seed), own: false };
+  });
+  sampled.free();
+
+  /** @param {unknown} code */
+  function isFace(code) {
+    try {
+      model.fromCode(String(code)).free();
+      return true;
+    } catch {
+      return false;
+    }
+  }
+  /** @returns {Entry[]} what is kept and can be read */
+  function read() {
+    const kept = recall(key);
+    if (!Array.isArray(kept)) return [];
+    return kept
+      .filter((entry) => entry && typeof entry.name === 'string' && isFace(entry.code))
+      .map(({ id, name, code, expression, colouring }) => ({
+        id: String(id),
+        name,
+        code,
+        expression: readExpression(expression),
+        colouring: readKept(colouring),
+        own: true,
+      }));
+  }
+  let own = read();
+  /** @type {Set<() => void>} */
+  const listeners = new Set();
+
+  /** @param {Entry[]} entries @returns {boolean} whether the browser keeps them */
+  function write(entries) {
+    own = entries;
+    const kept = keep(key, own.map(({ id, name, code, expression, colouring }) => ({ id, name, code, expression, colouring })));
+    for (const listener of listeners) listener();
+    return kept;
+  }
+  // Another tab of the same page may save, too.
+  window.addEventListener('storage', (event) => {
+    if (event.key !== key) return;
+    own = read();
+    for (const listener of listeners) listener();
+  });
+
+  return {
+    /** @param {() => void} listener */
+    onChange: (listener) => void listeners.add(listener),
+    get own() {
+      return own;
+    },
+    get all() {
+      return [...own, ...presets];
+    },
+    presets,
+    /** @param {string} id */
+    find: (id) => [...own, ...presets].find((entry) => entry.id === id),
+    /**
+     * @param {string} name @param {Likeness} face @param {string} [id] of one that was deleted
+     * @returns {boolean} whether the browser keeps it
+     */
+    add: (name, { code, expression, colouring }, id = `own-${Date.now().toString(36)}-${Math.random().toString(36).slice(2, 7)}`) =>
+      write([{ id, name, code, expression: readExpression(expression), colouring, own: true }, ...own]),
+    /**
+     * Adds a face that is not there yet, if it is one of this model.
+     * @param {string} name @param {Likeness} face
+     * @returns {boolean} whether it was added
+     */
+    adopt(name, { code, expression, colouring }) {
+      const known = [...own, ...presets].some((entry) => entry.code === code && sameWeights(entry.colouring ?? {}, colouring ?? {}));
+      if (known || !isFace(code)) return false;
+      return write([{ id: `own-${Date.now().toString(36)}`, name, code, expression, colouring, own: true }, ...own]);
+    },
+    /** @param {string} id @param {string} name */
+    rename: (id, name) => write(own.map((entry) => (entry.id === id ? { ...entry, name } : entry))),
+    /** @param {string} id */
+    remove: (id) => write(own.filter((entry) => entry.id !== id)),
+  };
+}
+
+/** @typedef {ReturnType<typeof createLibrary>} Library */

@@ -1,0 +1,236 @@
+import { element } from '../frame/element.js';
+import { faceFile, readFaceFile } from './facefile.js';
+import { icon } from '../frame/icons.js';
+import { among, shows } from './savedexpression.js';
+import { text } from '../text.js';
+
+/** @param {Blob} blob @param {string} name */
+function offer(blob, name) {
+  const url = URL.createObjectURL(blob);
+  element('a', { href: url, download: name }).click();
+  // The download reads it a moment later.
+  setTimeout(() => URL.revokeObjectURL(url), 10_000);
+}
+
+/** @param {string} name */
+function fileName(name) {
+  return `${name.replaceAll(/[^\p{L}\p{N}]+/gu, '-').replaceAll(/^-|-$/g, '').toLowerCase() || 'face'}.phiz.json`;
+}
+
+/**
+ * The person's own faces: save under a name, open, rename, delete, to and from files.
+ *
+ * @param {import('../editing/editor.js').Editor} editor
+ * @param {{
+ *   library: import('./library.js').Library,
+ *   portraits: import('../stage/portraits.js').Portraits,
+ *   expressions: { load: () => Promise<void> },
+ *   say: (sentence: string) => void,
+ * }} parts
+ */
+export function createSaved(editor, { library, portraits, expressions, say }) {
+  const { model } = editor;
+  let visible = false;
+  /** @type {import('./library.js').Entry | null} */
+  let removed = null;
+  /** @type {string | null} */
+  let renaming = null;
+
+  const name = element('input', { type: 'text', id: 'save-name', maxlength: 60, autocomplete: 'off', placeholder: text.namePlaceholder });
+  const form = element(
+    'form',
+    {
+      class: 'save',
+      onsubmit: (/** @type {SubmitEvent} */ event) => {
+        event.preventDefault();
+        const chosen = name.value.trim() || text.ownFace(library.own.length + 1);
+        removed = null;
+        say(library.add(chosen, editor.likeness) ? text.saved(chosen) : text.notKept);
+        name.value = '';
+      },
+    },
+    element('label', { for: 'save-name' }, text.saveAs),
+    element('span', { class: 'seed-row' }, name, element('button', { class: 'button primary' }, text.save)),
+  );
+  const list = element('ul', { class: 'saved', 'aria-label': text.ownFaces });
+  const nothing = element('p', { class: 'note' }, text.noFaces);
+  const restoreNote = element('p', { class: 'note restore', hidden: true });
+  const picker = element('input', {
+    type: 'file',
+    accept: '.json,application/json',
+    multiple: true,
+    hidden: true,
+    'aria-label': text.importFace,
+    onchange: async () => {
+      await take([...(picker.files ?? [])]);
+      picker.value = '';
+    },
+  });
+
+  /**
+   * One step: this face, with the expression that it was kept with.
+   * @param {import('./library.js').Likeness} kept
+   * @returns {Promise<boolean>} false when its expression could not be shown, which is said
+   */
+  async function become({ code, expression, colouring }) {
+    if (shows(expression)) {
+      try {
+        await expressions.load();
+      } catch {
+        editor.take({ code, expression: {}, colouring });
+        say(text.noSavedExpression);
+        return false;
+      }
+    }
+    editor.take({ code, expression: expression && among(expression, model.expressions), colouring });
+    return true;
+  }
+
+  /** @param {File[]} files */
+  async function take(files) {
+    for (const file of files) {
+      try {
+        const found = await readFaceFile(model, file);
+        const kept = library.add(found.name, found);
+        if (await become(found)) say(kept ? text.imported(found.name) : text.notKept);
+      } catch (error) {
+        say(error instanceof Error ? error.message : String(error));
+      }
+    }
+  }
+
+  /** @param {import('./library.js').Entry} entry */
+  function row(entry) {
+    const { id } = entry;
+    /** @param {Parameters<typeof icon>[0]} sign @param {string} words @param {() => void} onclick */
+    const tool = (sign, words, onclick) =>
+      element('button', { type: 'button', class: 'tool', 'aria-label': words, title: words, onclick }, icon(sign));
+    if (renaming === id) {
+      const box = element('input', { type: 'text', maxlength: 60, value: entry.name, 'aria-label': text.rename(entry.name) });
+      /** @param {boolean} keep */
+      const done = (keep) => {
+        if (renaming !== id) return;
+        renaming = null;
+        const chosen = box.value.trim();
+        if (keep && chosen && chosen !== entry.name) library.rename(id, chosen);
+        else build();
+        /** @type {HTMLElement | null} */ (list.querySelector(`[data-id="${id}"] button`))?.focus();
+      };
+      box.addEventListener('keydown', (event) => {
+        if (event.key === 'Enter') done(true);
+        else if (event.key === 'Escape') done(false);
+      });
+      box.addEventListener('blur', () => done(true));
+      return element('li', { 'data-id': id }, portraits.of(entry), box);
+    }
+    return element(
+      'li',
+      { 'data-id': id },
+      element(
+        'button',
+        { type: 'button', class: 'open', 'aria-label': text.open(entry.name), title: text.open(entry.name), onclick: () => become(entry) },
+        portraits.of(entry),
+        element('span', {}, entry.name),
+      ),
+      tool('rename', text.rename(entry.name), () => {
+        renaming = id;
+        build();
+        const box = /** @type {HTMLInputElement | null} */ (list.querySelector('input'));
+        box?.focus();
+        box?.select();
+      }),
+      tool('download', text.downloadFace(entry.name), () => offer(faceFile(model, entry.name, entry), fileName(entry.name))),
+      tool('bin', text.remove(entry.name), () => {
+        removed = entry;
+        library.remove(id);
+        restoreNote.querySelector('button')?.focus();
+      }),
+    );
+  }
+
+  function build() {
+    if (!visible) return;
+    list.replaceChildren(...library.own.map(row));
+    nothing.hidden = library.own.length > 0;
+    restoreNote.hidden = removed === null;
+    restoreNote.replaceChildren();
+    if (removed) {
+      const entry = removed;
+      restoreNote.append(
+        text.removed(entry.name),
+        ' ',
+        element(
+          'button',
+          {
+            type: 'button',
+            class: 'link',
+            onclick: () => {
+              removed = null;
+              library.add(entry.name, entry, entry.id);
+            },
+          },
+          text.undo,
+        ),
+      );
+    }
+  }
+  library.onChange(build);
+
+  // A file can also be dropped anywhere on the page.
+  window.addEventListener('dragover', (event) => {
+    if (event.dataTransfer?.types.includes('Files')) event.preventDefault();
+  });
+  window.addEventListener('drop', (event) => {
+    // Pictures are the photo section's.
+    const files = [...(event.dataTransfer?.files ?? [])].filter(({ type }) => !type.startsWith('image/'));
+    if (files.length === 0) return;
+    event.preventDefault();
+    void take(files);
+  });
+
+  const root = element(
+    'div',
+    {},
+    element(
+      'div',
+      { class: 'scroll' },
+      form,
+      restoreNote,
+      nothing,
+      list,
+      element(
+        'section',
+        { class: 'part' },
+        element('h3', {}, text.files),
+        element('p', { class: 'note' }, text.filesAbout),
+        element(
+          'div',
+          { class: 'row' },
+          element(
+            'button',
+            {
+              type: 'button',
+              class: 'button',
+              onclick: () => {
+                const chosen = name.value.trim() || text.thisFace;
+                offer(faceFile(model, chosen, editor.likeness), fileName(chosen));
+              },
+            },
+            icon('download'),
+            text.downloadThis,
+          ),
+          element('button', { type: 'button', class: 'button', onclick: () => picker.click() }, icon('upload'), text.importFace),
+          picker,
+        ),
+      ),
+    ),
+  );
+  return {
+    root,
+    /** @param {boolean} now */
+    shown(now) {
+      visible = now;
+      build();
+    },
+  };
+}

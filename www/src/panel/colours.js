@@ -1,0 +1,156 @@
+import './colours.css';
+import { COLOURS, REST, whole } from '../head/colouring.js';
+import { element } from '../frame/element.js';
+import { icon } from '../frame/icons.js';
+import { createSlider } from './slider.js';
+import { someone } from '../head/someone.js';
+import { text } from '../text.js';
+
+const GROUPS = /** @type {const} */ ([
+  ['skin', ['skin', 'blood', 'lips', 'lines', 'freckles']],
+  ['hair', ['hair', 'red', 'grey', 'brows']],
+  ['style', ['crop', 'length', 'comb', 'parting', 'curl']],
+  ['beard', ['beard', 'beardLength']],
+  ['eyes', ['iris']],
+]);
+
+/** Where to begin from: what a group's sliders have then. @type {Partial<Record<string, Record<string, import('../head/colouring.js').Colouring>>>} */
+const STARTS = {
+  style: {
+    bald: { crop: 0, length: 0 },
+    cropped: { crop: 0.9, length: 0 },
+    short: { crop: 0.9, length: 0.22, comb: 0.3, curl: 0.15 },
+    back: { crop: 0.9, length: 0.36, comb: 0, curl: 0.05 },
+    fringe: { crop: 0.9, length: 0.4, comb: 0.95, curl: 0.1 },
+    bob: { crop: 0.9, length: 0.66, comb: 0.5, parting: 0.35, curl: 0.05 },
+    long: { crop: 0.9, length: 0.95, comb: 0.45, parting: 0.5, curl: 0.1 },
+    wavy: { crop: 0.9, length: 0.85, comb: 0.45, parting: 0.4, curl: 0.5 },
+    coiled: { crop: 0.9, length: 0.45, comb: 0.4, curl: 1 },
+  },
+  beard: {
+    shaved: { beard: 0, beardLength: 0 },
+    stubble: { beard: 0.35, beardLength: 0 },
+    trimmed: { beard: 0.7, beardLength: 0.15 },
+    full: { beard: 0.8, beardLength: 0.4 },
+    flowing: { beard: 0.8, beardLength: 0.8 },
+  },
+};
+
+/** How many colours are shown along a track. */
+const STOPS = 11;
+
+/** @typedef {ReturnType<typeof import('../head/pigments.js').pigments>} Pigments */
+
+/** What each slider paints, but for those that only lay hair otherwise. @type {Record<string, (paints: Pigments) => import('three').Color>} */
+const PAINTED = {
+  skin: ({ skin }) => skin,
+  blood: ({ skin }) => skin,
+  lips: ({ lips }) => lips,
+  // Between hairs there is skin.
+  brows: ({ skin, brows, bushy }) => skin.clone().lerp(brows, 0.35 * bushy),
+  hair: ({ brows }) => brows,
+  red: ({ brows }) => brows,
+  grey: ({ brows }) => brows,
+  crop: ({ skin, brows, dense }) => skin.clone().lerp(brows, 0.9 * dense[0]),
+  beard: ({ skin, brows, dense }) => skin.clone().lerp(brows, 0.7 * dense[1]),
+  iris: ({ iris }) => iris.outer.clone().lerp(iris.inner, 0.3),
+};
+
+/**
+ * The colours of skin, lips, brows and eyes, each a slider over what it gives.
+ * @param {import('../editing/editor.js').Editor} editor
+ * @param {(colouring: import('../head/colouring.js').Colouring) => Pigments} paints
+ */
+export function createColours(editor, paints) {
+  let visible = false;
+  const sliders = new Map(
+    COLOURS.map((name) => {
+      const label = text.colours[name];
+      const slider = createSlider({
+        name: label,
+        label,
+        id: `colour-${name}`,
+        about: '',
+        title: text.resetColour,
+        limits: [0, 1],
+        step: 0.01,
+        key: 0.01,
+        neutral: REST[name],
+        words: (value) => text.percent(100 * value),
+        typed: {
+          label: text.typedColour(label),
+          unit: '%',
+          min: 0,
+          max: 100,
+          step: 1,
+          show: (value) => Math.round(100 * value),
+          take: (percent) => editor.paint({ ...editor.colouring, [name]: percent / 100 }),
+        },
+        move: (value) => editor.moveColours({ [name]: value }),
+        finish: () => editor.finish(`paint ${name}`),
+      });
+      return [name, slider];
+    }),
+  );
+  const own = element('button', { type: 'button', class: 'button', onclick: () => editor.paint({}) }, icon('reset'), text.ownColours);
+  const some = element('button', { type: 'button', class: 'button', onclick: () => editor.paint(someone(editor.face, Math.floor(2 ** 32 * Math.random()))) }, icon('dice'), text.someColours);
+
+  /** @type {{ button: HTMLElement, values: import('../head/colouring.js').Colouring }[]} */
+  const starts = [];
+  /** @param {keyof typeof text.colourGroups} group */
+  function startsOf(group) {
+    const buttons = Object.entries(STARTS[group] ?? {}).map(([name, values]) => {
+      const button = element('button', { type: 'button', class: 'button small', 'aria-pressed': 'false', onclick: () => editor.paint({ ...editor.colouring, ...values }) }, text.hairStarts[name]);
+      starts.push({ button, values });
+      return button;
+    });
+    if (buttons.length === 0) return [];
+    return [element('div', { class: 'row', role: 'group', 'aria-label': text.startFrom(text.colourGroups[group]) }, ...buttons)];
+  }
+
+  function refresh() {
+    if (!visible) return;
+    const { colouring } = editor;
+    const values = whole(colouring);
+    for (const start of starts) {
+      start.button.setAttribute('aria-pressed', String(Object.entries(start.values).every(([name, value]) => values[name] === value)));
+    }
+    own.disabled = Object.keys(colouring).length === 0;
+    for (const [name, slider] of sliders) {
+      slider.show(values[name]);
+      if (!PAINTED[name]) continue;
+      const ramp = Array.from({ length: STOPS }, (_, i) => {
+        const colour = PAINTED[name](paints({ ...colouring, [name]: i / (STOPS - 1) }));
+        return `#${colour.getHexString()}`;
+      });
+      slider.root.style.setProperty('--ramp', `linear-gradient(90deg, ${ramp.join(', ')})`);
+    }
+  }
+  editor.onColours(refresh);
+
+  return {
+    root: element(
+      'div',
+      { class: 'colours' },
+      element(
+        'div',
+        { class: 'scroll' },
+        element('div', { class: 'row' }, own, some),
+        ...GROUPS.map(([group, names]) =>
+          element(
+            'section',
+            { class: 'part', 'aria-label': text.colourGroups[group] },
+            element('h3', {}, text.colourGroups[group]),
+            ...startsOf(group),
+            ...names.flatMap((name) => sliders.get(name)?.root ?? []),
+          ),
+        ),
+      ),
+    ),
+    /** @param {boolean} now */
+    shown(now) {
+      visible = now;
+      refresh();
+    },
+  };
+}

@@ -1,0 +1,256 @@
+import { isBeyond, placeOfSigmas, sigmas } from './distribution.js';
+import { element } from '../frame/element.js';
+import { fading } from '../frame/fading.js';
+import { icon } from '../frame/icons.js';
+import { createMeasures } from './measures.js';
+import { createSlider } from './slider.js';
+import { standing, text, titleOf } from '../text.js';
+
+const FIRST = 6;
+const ORDER = ['head', 'forehead', 'eyes', 'nose', 'mouth', 'chin'];
+
+/** The features' names, from the head down. @param {import('phiz').FaceModel} model */
+export function featuresOf(model) {
+  const groups = [...new Set(model.controls.filter(({ measure }) => !measure).map(({ group }) => group))];
+  return groups.sort((a, b) => (ORDER.indexOf(a) + 1 || 99) - (ORDER.indexOf(b) + 1 || 99));
+}
+
+/**
+ * The list of features and the sliders of the chosen one.
+ *
+ * @param {import('../editing/editor.js').Editor} editor
+ * @param {{
+ *   distributions: ReturnType<typeof import('./distribution.js').createDistributions>,
+ *   limits: import('./limits.js').Limits,
+ *   random: ReturnType<typeof import('./random.js').createRandom>,
+ *   preview: (group: string | null) => void,
+ * }} parts
+ */
+export function createFeatures(editor, { distributions, limits, random, preview }) {
+  const { model, face } = editor;
+  const groups = featuresOf(model);
+  let chosen = groups.includes('nose') ? 'nose' : groups[0];
+  /** @type {Set<string>} */
+  const opened = new Set();
+
+  const tabs = new Map(
+    groups.map((group) => {
+      const lockSign = icon('lock');
+      lockSign.classList.add('lock-sign');
+      const button = element(
+        'button',
+        {
+          type: 'button',
+          class: 'tab',
+          'data-group': group,
+          onclick: () => choose(group),
+          onpointerenter: () => preview(group),
+          onpointerleave: () => preview(null),
+          onfocus: () => button.matches(':focus-visible') && preview(group),
+          onblur: () => preview(null),
+        },
+        titleOf(group),
+        lockSign,
+      );
+      return [group, button];
+    }),
+  );
+
+  const heading = element('h2', { id: 'feature-title' });
+  const surprise = element('button', { type: 'button', class: 'tool', onclick: () => random.randomise([chosen]) }, icon('dice'));
+  const reset = element('button', { type: 'button', class: 'tool', onclick: () => editor.reset(chosen) }, icon('reset'));
+  const lock = element('button', { type: 'button', class: 'tool', onclick: () => editor.toggleLock(chosen) });
+  const lockNote = element('p', { class: 'note', hidden: true }, text.locked);
+  const measures = createMeasures(model, face);
+  const sliders = element('div', { class: 'sliders', 'aria-labelledby': 'feature-title', role: 'group' });
+  const more = element('button', {
+    type: 'button',
+    class: 'quiet',
+    onclick: () => {
+      if (!opened.delete(chosen)) opened.add(chosen);
+      build();
+    },
+  });
+
+  /** @type {{ control: import('phiz').Control, slider: import('./slider.js').Slider, distribution: import('./distribution.js').Distribution }[]} */
+  let rows = [];
+  /** Where the sliders stood when one of them was taken up. @type {number[] | null} */
+  let before = null;
+
+  function hold() {
+    before = rows.map(({ distribution }) => distribution.of(face));
+    measures.hold();
+  }
+  /** @param {string} what */
+  function finish(what) {
+    before = null;
+    measures.release();
+    editor.finish(what);
+  }
+
+  function build() {
+    const all = model.controls.filter((control) => control.group === chosen && !control.measure);
+    const open = opened.has(chosen);
+    rows = (open ? all : all.slice(0, FIRST)).map((control) => {
+      const distribution = distributions(control);
+      /** @param {number} value */
+      const move = (value) => {
+        if (isBeyond(value)) editor.moveBy((present) => distribution.reach(present, value));
+        else editor.move(control.name, value);
+      };
+      const done = () => finish(`move ${control.name}`);
+      const slider = createSlider({
+        name: control.name,
+        label: control.name,
+        id: `control-${control.name.replaceAll(/\W+/g, '-')}`,
+        about: [...new Set(control.description.split(', '))].join(', ') || text.finer(titleOf(chosen).toLowerCase()),
+        title: text.resetControl,
+        limits: limits.present,
+        step: 0.001,
+        key: 0.01,
+        neutral: 0.5,
+        distribution,
+        words: (value) => standing(value, distribution.place(value)),
+        typed: limits.beyond
+          ? {
+              label: text.typedSigmas(control.name),
+              unit: 'σ',
+              min: sigmas(limits.present[0]),
+              max: sigmas(limits.present[1]),
+              step: 0.01,
+              show: (value) => Number(sigmas(distribution.place(value)).toFixed(2)),
+              take: (deviations) => {
+                move(distribution.value(placeOfSigmas(deviations)));
+                done();
+              },
+            }
+          : {
+              label: text.typed(control.name),
+              unit: '',
+              min: 100 * control.limits[0],
+              max: 100 * control.limits[1],
+              step: 0.1,
+              show: (value) => Number((100 * Math.min(1, Math.max(0, value))).toFixed(1)),
+              take: (percent) => editor.set(control.name, percent / 100),
+            },
+        move,
+        hold,
+        finish: done,
+      });
+      return { control, slider, distribution };
+    });
+    before = null;
+    sliders.replaceChildren(...rows.map(({ slider }) => slider.root));
+    more.hidden = all.length <= FIRST;
+    more.textContent = open ? text.fewer : text.more(all.length - FIRST);
+    refresh();
+  }
+
+  const [least, most] = model.blending.limits;
+  const alpha = createSlider({
+    name: text.alpha,
+    label: text.alpha,
+    id: 'alpha',
+    about: text.alphaAbout,
+    limits: [least, most],
+    step: 0.1,
+    key: 0.5,
+    neutral: model.blending.alpha,
+    words: text.millimetres,
+    typed: {
+      label: text.alphaTyped,
+      unit: 'mm',
+      min: least,
+      max: most,
+      step: 0.1,
+      show: (mm) => Number(mm.toFixed(1)),
+      take: (mm) => {
+        editor.moveAlpha(mm);
+        editor.finish('type alpha');
+      },
+    },
+    move: (mm) => editor.moveAlpha(mm),
+    finish: () => editor.finish('move alpha'),
+  });
+
+  let visible = true;
+  function refresh() {
+    if (!visible) return;
+    rows.forEach(({ slider, distribution }, i) => {
+      const value = distribution.of(face);
+      slider.show(value);
+      const was = before?.[i];
+      slider.ghost(was !== undefined && Math.abs(was - value) > 0.005 ? was : null);
+    });
+    measures.refresh();
+    alpha.show(face.alpha);
+    const locked = face.locked;
+    for (const [group, tab] of tabs) {
+      tab.setAttribute('aria-pressed', String(group === chosen));
+      const isLocked = locked.includes(group);
+      tab.classList.toggle('is-locked', isLocked);
+      tab.title = isLocked ? text.isLocked : '';
+    }
+    const isLocked = locked.includes(chosen);
+    if (lock.getAttribute('aria-pressed') !== String(isLocked)) {
+      lock.setAttribute('aria-pressed', String(isLocked));
+      lock.replaceChildren(icon(isLocked ? 'lock' : 'unlock'));
+    }
+    lockNote.hidden = !isLocked;
+  }
+
+  /** @param {string} group */
+  function choose(group) {
+    if (!tabs.has(group)) return;
+    chosen = group;
+    heading.textContent = titleOf(group);
+    const name = titleOf(group).toLowerCase();
+    for (const [button, words] of /** @type {const} */ ([
+      [surprise, text.randomiseFeature(name)],
+      [reset, text.resetFeature(name)],
+      [lock, text.lockFeature(name)],
+    ])) {
+      button.setAttribute('aria-label', words);
+      button.title = words;
+    }
+    measures.choose(group);
+    build();
+    const tab = /** @type {HTMLElement} */ (tabs.get(group));
+    const strip = /** @type {HTMLElement} */ (tab.parentElement);
+    strip?.scrollTo({ left: tab.offsetLeft - strip.clientWidth / 2 + tab.clientWidth / 2 });
+  }
+
+  const root = element(
+    'div',
+    { class: 'features' },
+    fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values())),
+    element(
+      'div',
+      { class: 'scroll' },
+      element('div', { class: 'feature-head' }, heading, surprise, reset, lock),
+      lockNote,
+      measures.root,
+      sliders,
+      more,
+      random.root,
+      element('details', { class: 'advanced' }, element('summary', {}, text.advanced), limits.box(), alpha.root, random.again),
+    ),
+  );
+  choose(chosen);
+  limits.onChange(build);
+  editor.onShape(refresh);
+  editor.onStep(refresh);
+
+  return {
+    root,
+    /** @param {boolean} now */
+    shown(now) {
+      visible = now;
+      refresh();
+    },
+    choose,
+    get chosen() {
+      return chosen;
+    },
+  };
+}

@@ -1,0 +1,285 @@
+import { isBeyond } from './distribution.js';
+import { element } from '../frame/element.js';
+import { text } from '../text.js';
+
+/** How far a finger goes sideways before it means the slider and not the page, px. */
+const FINGER = 6;
+
+/**
+ * The population's density as a filled curve.
+ * @param {readonly number[]} density
+ */
+function bell(density) {
+  const space = 'http://www.w3.org/2000/svg';
+  const svg = document.createElementNS(space, 'svg');
+  svg.setAttribute('viewBox', `0 0 ${density.length - 1} 1`);
+  svg.setAttribute('preserveAspectRatio', 'none');
+  svg.setAttribute('aria-hidden', 'true');
+  svg.classList.add('bell');
+  const path = document.createElementNS(space, 'path');
+  const points = density.map((value, i) => `L${i} ${(1 - value).toFixed(3)}`).join('');
+  path.setAttribute('d', `M0 1${points}L${density.length - 1} 1Z`);
+  svg.append(path);
+  return svg;
+}
+
+/**
+ * A named slider: a native range input whose thumb is drawn where the distribution puts it, and
+ * its value as a button that takes a typed number.
+ *
+ * One gesture is from `hold` to `finish`: a drag, a run of one key, a typed number.
+ *
+ * @param {{
+ *   name: string, label: string | Node, id: string, about: string, title?: string,
+ *   limits: readonly [number, number], ends?: readonly [number, number], step: number, key: number, neutral: number,
+ *   distribution?: import('./distribution.js').Distribution,
+ *   words: (value: number) => string,
+ *   typed: { label: string, unit: string, min: number, max: number, step: number,
+ *     show: (value: number) => number, take: (shown: number) => void },
+ *   move: (value: number) => void,
+ *   hold?: () => void,
+ *   finish: () => void,
+ *   extra?: Node[],
+ * }} spec `limits` are the track's, `ends` where the thumb stops on it; `key` is what an arrow key adds; `typed` is the number that people see and type
+ */
+export function createSlider(spec) {
+  const [min, max] = spec.ends ?? spec.limits;
+  const { distribution } = spec;
+  // Where on the track a value is, 0 to 1, and the other way round.
+  const [first, last] = spec.limits.map((limit) => distribution?.place(limit) ?? limit);
+  const along = (/** @type {number} */ at) => (at - first) / (last - first);
+  const place = (/** @type {number} */ value) => Math.min(1, Math.max(0, along(distribution?.place(value) ?? value)));
+  const valueAt = (/** @type {number} */ at) => {
+    const there = first + at * (last - first);
+    return distribution?.value(there) ?? there;
+  };
+  /** @type {{ pointer: number, grip: number, x: number, moving: boolean } | null} */
+  let drag = null;
+  let held = false;
+  // What is shown, the nearest to it that the input takes, and its words.
+  let shown = NaN;
+  let rounded = NaN;
+  let said = '';
+  /** @type {number | null} */
+  let ghost = null;
+
+  function hold() {
+    if (held) return;
+    held = true;
+    root.classList.add('is-held');
+    spec.hold?.();
+  }
+  function release() {
+    if (!held) return;
+    held = false;
+    root.classList.remove('is-held');
+    spec.finish();
+  }
+  /** @param {number} value */
+  function move(value) {
+    hold();
+    input.valueAsNumber = Math.min(max, Math.max(min, value));
+    spec.move(input.valueAsNumber);
+  }
+  function toNeutral() {
+    move(spec.neutral);
+    release();
+  }
+
+  const input = element('input', {
+    type: 'range',
+    id: spec.id,
+    min,
+    max,
+    step: spec.step,
+    'aria-describedby': spec.about ? `${spec.id}-about` : null,
+    title: spec.title,
+    // Assistive technology and browsers' own gestures come this way.
+    oninput: () => {
+      if (drag) return;
+      const value = input.valueAsNumber;
+      hold();
+      spec.move(value);
+    },
+    onchange: () => !drag && release(),
+    ondblclick: toNeutral,
+    onblur: () => !drag && release(),
+    onkeyup: () => !drag && release(),
+    onkeydown: (/** @type {KeyboardEvent} */ event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      const present = input.valueAsNumber;
+      const step = event.shiftKey ? spec.key * 10 : spec.key;
+      /** @type {Record<string, number>} */
+      const to = {
+        ArrowLeft: present - step,
+        ArrowDown: present - step,
+        ArrowRight: present + step,
+        ArrowUp: present + step,
+        PageDown: present - spec.key * 10,
+        PageUp: present + spec.key * 10,
+        Home: min,
+        End: max,
+      };
+      if (event.key in to) move(to[event.key]);
+      else if (event.key === 'Delete' || event.key === 'Backspace') toNeutral();
+      else if (/^[0-9.]$/.test(event.key)) openTyped(event.key);
+      else if (event.key === 'Enter') openTyped();
+      else return;
+      event.preventDefault();
+    },
+  });
+
+  /** @param {PointerEvent} event @returns {number} */
+  function placeUnder(event) {
+    const box = input.getBoundingClientRect();
+    const thumb = parseFloat(getComputedStyle(input).getPropertyValue('--thumb')) || 0;
+    return (event.clientX - box.left - thumb / 2) / Math.max(1, box.width - thumb);
+  }
+  /** @param {PointerEvent} event */
+  function follow(event) {
+    if (!drag) return;
+    move(valueAt(Math.min(1, Math.max(0, placeUnder(event) - drag.grip))));
+  }
+  input.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0 || drag) return;
+    // The browser's own dragging would lay the slider out by percentile.
+    event.preventDefault();
+    input.focus({ preventScroll: true });
+    const away = placeUnder(event) - place(input.valueAsNumber);
+    const thumb = parseFloat(getComputedStyle(input).getPropertyValue('--thumb')) || 0;
+    const onThumb = Math.abs(away) * input.clientWidth < thumb;
+    drag = { pointer: event.pointerId, grip: onThumb ? away : 0, x: event.clientX, moving: event.pointerType !== 'touch' };
+    if (drag.moving && !onThumb) follow(event);
+    if (drag.moving) {
+      input.setPointerCapture(event.pointerId);
+      hold();
+    }
+  });
+  input.addEventListener('pointermove', (event) => {
+    if (drag?.pointer !== event.pointerId) return;
+    if (!drag.moving && Math.abs(event.clientX - drag.x) < FINGER) return;
+    drag.moving = true;
+    follow(event);
+  });
+  input.addEventListener('pointerup', (event) => {
+    if (drag?.pointer !== event.pointerId) return;
+    // A tap of a finger puts the thumb there.
+    if (!drag.moving && drag.grip === 0) follow(event);
+    drag = null;
+    release();
+  });
+  input.addEventListener('pointercancel', (event) => {
+    if (drag?.pointer !== event.pointerId) return;
+    drag = null;
+    release();
+  });
+
+  const value = element('button', { type: 'button', class: 'value', onclick: () => openTyped() });
+  const number = element('input', {
+    type: 'number',
+    class: 'typed',
+    hidden: true,
+    min: spec.typed.min,
+    max: spec.typed.max,
+    step: spec.typed.step,
+    inputmode: 'decimal',
+    'aria-label': spec.typed.label,
+    onkeydown: (/** @type {KeyboardEvent} */ event) => {
+      if (event.key === 'Enter') closeTyped(true);
+      else if (event.key === 'Escape') closeTyped(false);
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+    },
+    onblur: () => closeTyped(true),
+  });
+  /** @param {string} [start] the first digit, typed on the slider */
+  function openTyped(start) {
+    number.hidden = false;
+    value.hidden = true;
+    number.value = start ?? String(spec.typed.show(input.valueAsNumber));
+    number.focus();
+    if (start === undefined) number.select();
+  }
+  /** @param {boolean} keep */
+  function closeTyped(keep) {
+    if (number.hidden) return;
+    const typed = number.valueAsNumber;
+    number.hidden = true;
+    value.hidden = false;
+    if (document.activeElement === number || document.activeElement === document.body) value.focus({ preventScroll: true });
+    const before = spec.typed.show(input.valueAsNumber);
+    if (!keep || !Number.isFinite(typed) || typed === before) return;
+    spec.typed.take(Math.min(spec.typed.max, Math.max(spec.typed.min, typed)));
+  }
+
+  const track = element(
+    'div',
+    { class: 'track' },
+    element('span', { class: 'line' }),
+    element('span', { class: 'fill' }),
+    element('span', { class: 'ghost' }),
+    element('span', { class: 'thumb' }),
+    input,
+  );
+  if (distribution) {
+    track.prepend(bell(distribution.density));
+    // Where people end.
+    track.style.setProperty('--low', String(Math.max(0, along(0))));
+    track.style.setProperty('--high', String(Math.min(1, along(1))));
+    track.classList.toggle('goes-beyond', first < 0);
+  }
+  track.style.setProperty('--least', String(place(min)));
+  track.style.setProperty('--most', String(place(max)));
+  track.style.setProperty('--rest', String(place(spec.neutral)));
+  const root = element(
+    'div',
+    { class: 'control' },
+    element('label', { for: spec.id }, spec.label),
+    element('span', { class: 'reading' }, value, number),
+    track,
+    ...(spec.about ? [element('p', { class: 'about', id: `${spec.id}-about` }, spec.about)] : []),
+    ...(spec.extra ?? []),
+  );
+
+  return {
+    root,
+    input,
+    /**
+     * Shows a value, on the track, in words, and to assistive technology.
+     * @param {number} present
+     */
+    show(present) {
+      const words = spec.words(present);
+      // Most sliders stay where they are while one moves.
+      if (present === shown && words === said && input.valueAsNumber === rounded) return;
+      [shown, said] = [present, words];
+      if (!(drag && input.valueAsNumber === present)) input.valueAsNumber = present;
+      rounded = input.valueAsNumber;
+      const at = place(present);
+      track.style.setProperty('--at', String(at));
+      const rest = place(spec.neutral);
+      track.style.setProperty('--from', String(Math.min(at, rest)));
+      track.style.setProperty('--to', String(Math.max(at, rest)));
+      if (input.getAttribute('aria-valuetext') !== words) {
+        input.setAttribute('aria-valuetext', words);
+        value.textContent = words;
+        value.setAttribute('aria-label', text.typeValue(spec.name, words));
+      }
+      root.classList.toggle('is-moved', Math.abs(present - spec.neutral) > 0.0051 * (distribution ? 1 : max - min));
+      root.classList.toggle('is-beyond', distribution !== undefined && isBeyond(present));
+    },
+    /**
+     * Marks where it stood before something else was moved; null takes the mark away.
+     * @param {number | null} before
+     */
+    ghost(before) {
+      if (before === null && ghost === null) return;
+      ghost = before;
+      track.classList.toggle('has-ghost', before !== null);
+      if (before !== null) track.style.setProperty('--ghost', String(place(before)));
+    },
+  };
+}
+
+/** @typedef {ReturnType<typeof createSlider>} Slider */

@@ -1,0 +1,49 @@
+import { whole } from '../head/colouring.js';
+import { element } from '../frame/element.js';
+import { icon } from '../frame/icons.js';
+import { text } from '../text.js';
+
+const BARE = { crop: 0, length: 0, beard: 0, beardLength: 0 };
+/** What of a colouring is hair that can be hidden. @param {import('../head/colouring.js').Colouring} colouring */
+const hairOf = (colouring) => Object.keys(BARE).map((name) => whole(colouring)[name]);
+
+/**
+ * Hides hair and beard, to see the head below while it is shaped: a button, and a key on the canvas. The face keeps
+ * them, and who changes them sees them again.
+ *
+ * @param {import('../editing/editor.js').Editor} editor
+ * @param {HTMLCanvasElement} canvas
+ * @param {() => void} repaint
+ */
+export function createBare(editor, canvas, repaint) {
+  let bare = false;
+  let before = '';
+  const button = element('button', { type: 'button', class: 'tool', 'aria-label': text.hideHair, title: text.hideHairAbout, onclick: toggle }, icon('hair'));
+
+  function refresh() {
+    const hair = hairOf(editor.colouring);
+    const now = hair.join();
+    if (now !== before) bare = false;
+    before = now;
+    button.hidden = hair.every((value) => value === 0);
+    button.setAttribute('aria-pressed', String(bare));
+  }
+  function toggle() {
+    if (button.hidden) return;
+    bare = !bare;
+    refresh();
+    repaint();
+  }
+  canvas.addEventListener('keydown', (event) => {
+    if (event.key.toLowerCase() !== 'h' || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    toggle();
+  });
+  editor.onColours(refresh);
+  refresh();
+  return {
+    button,
+    /** How colours are painted, the face's own unless others are given. */
+    colouring: (of = editor.colouring) => (bare ? { ...of, ...BARE } : of),
+  };
+}

@@ -1,0 +1,166 @@
+import { distances, heatColours, scaleEnd } from './heat.js';
+import { sameWeights } from '../editing/history.js';
+
+/**
+ * What the stage shows: the face, or for a while another one; both, split by a line; its distance
+ * from another as colours. The face itself is never touched.
+ *
+ * @param {{
+ *   face: import('phiz').Face,
+ *   head: ReturnType<typeof import('../head/head.js').createHead>,
+ *   scene: ReturnType<typeof import('./scene.js').createScene>,
+ *   colouring: (of?: import('../head/colouring.js').Colouring) => import('../head/colouring.js').Colouring,
+ *   onScale: (millimetres: number) => void,
+ * }} parts `colouring` tells in what colours those of a face are shown, or this one's; `onScale` is told where the heat map's colours end
+ */
+export function createDisplay({ face, head, scene, colouring, onScale }) {
+  /** @type {import('phiz').Face | null} */
+  let instead = null;
+  /** Of the face that is shown instead. @type {Looks} */
+  let looks = {};
+  let plain = false;
+  /** @type {{ other: import('phiz').Face, at: number, looks: Looks } | null} */
+  let split = null;
+  /** The face that distances are from. @type {import('phiz').Face | null} */
+  let reference = null;
+  const colours = new Float32Array(3 * face.model.vertexCount);
+
+  /** Another face beside this one, or in its place, makes the same face. @param {import('phiz').Face} other */
+  function alike(other) {
+    const { expression } = face;
+    if (!sameWeights(other.expression, expression)) other.expression = expression;
+    return other;
+  }
+  const shown = () => (instead ? alike(instead) : face);
+
+  /** @param {Looks} of */
+  function dress({ colours, worn = true }) {
+    const now = colouring(colours);
+    if (head.colouring !== now) head.paint(now);
+    head.wornStrength.value = worn && head.wears ? 1 : 0;
+  }
+
+  function heat() {
+    if (!reference || plain) return head.paintHeat(null);
+    const from = alike(reference).positions.slice();
+    const away = distances(shown().positions, from);
+    const end = scaleEnd(away);
+    heatColours(away, end, colours);
+    head.paintHeat(colours);
+    onScale(end);
+  }
+  /** @param {readonly [number, number]} [range] */
+  function refresh(range) {
+    head.update(shown(), split ? undefined : range);
+    heat();
+    scene.shapeChanged();
+  }
+  function applySplit() {
+    const sides = split;
+    scene.split(
+      sides && {
+        at: sides.at,
+        pose(side) {
+          dress(side === 'left' ? sides.looks : looks);
+          head.update(side === 'left' ? alike(sides.other) : shown());
+          head.heatStrength.value = side === 'right' && reference && !plain ? 1 : 0;
+        },
+      },
+    );
+    if (!sides) dress(looks);
+  }
+
+  return {
+    refresh,
+    /**
+     * Shows another face; null goes back.
+     * @param {import('phiz').Face | null} other
+     * @param {Looks & { uncoloured?: boolean }} [options] its looks; without the heat map
+     */
+    show(other, { uncoloured = false, ...own } = {}) {
+      instead = other;
+      looks = own;
+      plain = uncoloured && other !== null;
+      dress(looks);
+      refresh();
+    },
+    /**
+     * The face's lids are shut so far at least, 0 to 1, in what is shown and nowhere else. Not when another
+     * face is shown, or is beside it.
+     * @param {number} amount @returns {boolean} whether they are
+     */
+    shut(amount) {
+      if (instead || split || reference) return false;
+      const own = face.expression;
+      const { eyeBlinkLeft = 0, eyeBlinkRight = 0 } = own;
+      if (amount > 0) face.expression = { ...own, eyeBlinkLeft: Math.max(eyeBlinkLeft, amount), eyeBlinkRight: Math.max(eyeBlinkRight, amount) };
+      try {
+        head.update(face);
+      } finally {
+        if (amount > 0) face.expression = own;
+      }
+      scene.shapeChanged();
+      return true;
+    },
+    /** Draws what is shown at once, for whoever copies the picture. */
+    draw: () => scene.redraw(),
+    /**
+     * Another face left of a line; null takes it away.
+     * @param {import('phiz').Face | null} other @param {number} [at] the line's place, 0 to 1
+     * @param {Looks} [looks] of the other
+     */
+    split(other, at = 0.5, looks = {}) {
+      split = other && { other, at, looks };
+      applySplit();
+      refresh();
+    },
+    /**
+     * Colours the distance from a face, as it is whenever this one changes; null stops.
+     * @param {import('phiz').Face | null} other
+     */
+    heat(other) {
+      reference = other;
+      refresh();
+    },
+    /**
+     * Takes portraits; the stage is as before afterwards.
+     * @param {{
+     *   pose: () => { face: import('phiz').Face, colouring: import('../head/colouring.js').Colouring },
+     *   into: HTMLCanvasElement,
+     * }[]} sitters `pose` is asked just before the picture, so that one face can sit for all
+     */
+    portraits(sitters) {
+      const marks = [...head.markStrength];
+      head.markStrength.fill(0);
+      head.heatStrength.value = 0;
+      // Others do not wear this person's colours.
+      const worn = head.wornStrength.value;
+      head.wornStrength.value = 0;
+      const before = head.colouring;
+      const done = scene.portraits(
+        sitters.map(({ pose, into }) => ({
+          pose() {
+            const sitter = pose();
+            head.update(sitter.face);
+            head.paint(sitter.colouring);
+          },
+          into,
+        })),
+      );
+      head.paint(before);
+      head.markStrength[0] = marks[0];
+      head.markStrength[1] = marks[1];
+      head.wornStrength.value = worn;
+      refresh();
+      scene.redraw();
+      return done;
+    },
+  };
+}
+
+/** @typedef {ReturnType<typeof createDisplay>} Display */
+/**
+ * What a face looks like beside its shape; without colours of its own it has those of the face that is worked on, and it
+ * wears the photo, if one is worn.
+ * @typedef {{ colours?: import('../head/colouring.js').Colouring, worn?: boolean }} Looks
+ */

@@ -1,0 +1,371 @@
+import {
+  ACESFilmicToneMapping,
+  Color,
+  DirectionalLight,
+  PCFShadowMap,
+  PerspectiveCamera,
+  Scene,
+  Spherical,
+  Vector3,
+  WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { createAveraging } from './averaging.js';
+import { backdropUniforms, createBackdrop, paintBackdrop } from './backdrop.js';
+import { createEnvironment } from './environment.js';
+import { Failure } from '../frame/failure.js';
+import { drawnByProcessor } from './graphics.js';
+import { text } from '../text.js';
+
+const DEGREE = Math.PI / 180;
+
+/** A picture rests when nothing was drawn for so long, ms. */
+const RESTS = 150;
+
+/** Azimuth and polar angle of each view, in radians. */
+const VIEWS = {
+  front: { theta: 0, phi: 88 * DEGREE },
+  quarter: { theta: 38 * DEGREE, phi: 87 * DEGREE },
+  profile: { theta: 90 * DEGREE, phi: 88 * DEGREE },
+};
+
+/** @typedef {keyof typeof VIEWS} View */
+
+/** Three-point light: a warm key with a soft shadow, a cool fill, a rim from behind. */
+function createLights() {
+  const key = new DirectionalLight(new Color(1, 0.955, 0.9), 2.35);
+  key.position.set(-330, 360, 520);
+  key.castShadow = true;
+  // A processor would spend a fifth of a frame on the larger one. Edges are as soft in both.
+  const sharp = drawnByProcessor() ? 1 : 2;
+  key.shadow.mapSize.set(1024 * sharp, 1024 * sharp);
+  key.shadow.radius = 1.6 * sharp;
+  key.shadow.bias = -0.0006;
+  key.shadow.normalBias = 0.9;
+  const box = key.shadow.camera;
+  box.left = box.bottom = -175;
+  box.right = box.top = 175;
+  box.near = 250;
+  box.far = 1150;
+  const fill = new DirectionalLight(new Color(0.9, 0.95, 1), 0.6);
+  fill.position.set(480, 60, 320);
+  const rim = new DirectionalLight(new Color(1, 0.97, 0.94), 1.5);
+  rim.position.set(380, 260, -480);
+  const hairLight = new DirectionalLight(new Color(0.9, 0.95, 1), 0.9);
+  hairLight.position.set(-420, 180, -380);
+  return [key, fill, rim, hairLight];
+}
+
+/**
+ * Renderer, camera, lights; draws only when something asks for it.
+ *
+ * @param {HTMLCanvasElement} canvas
+ * @param {{ centre: Vector3, height: number }} subject what to look at, mm
+ * @param {(height: number) => readonly [top: number, bottom: number]} [covered] how much of a canvas of some height has
+ *   other things over it, CSS pixels
+ */
+export function createScene(canvas, subject, covered = () => [0, 0]) {
+  const context = canvas.getContext('webgl2', { antialias: !drawnByProcessor(), powerPreference: 'high-performance' });
+  if (!context) throw new Failure(text.noWebGL);
+  const renderer = new WebGLRenderer({ canvas, context });
+  renderer.toneMapping = ACESFilmicToneMapping;
+  renderer.toneMappingExposure = 0.88;
+  renderer.shadowMap.enabled = true;
+  renderer.shadowMap.type = PCFShadowMap;
+  // The head casts the only shadow: the map is drawn again when the head changes, not when the
+  // camera moves.
+  renderer.shadowMap.autoUpdate = false;
+
+  const scene = new Scene();
+  scene.environmentIntensity = 0.62;
+  scene.add(createBackdrop());
+  for (const light of createLights()) {
+    light.position.add(subject.centre);
+    light.target.position.copy(subject.centre);
+    scene.add(light, light.target);
+  }
+
+  const camera = new PerspectiveCamera(22, 1, 50, 5000);
+  const controls = new OrbitControls(camera, canvas);
+  const still = window.matchMedia('(prefers-reduced-motion: reduce)');
+  controls.enableDamping = !still.matches;
+  controls.dampingFactor = 0.09;
+  controls.enablePan = false;
+  controls.rotateSpeed = 0.75;
+  controls.zoomSpeed = 0.8;
+  controls.minPolarAngle = 40 * DEGREE;
+  controls.maxPolarAngle = 112 * DEGREE;
+  controls.target.copy(subject.centre);
+
+  /** @type {Set<() => void>} */
+  const beforeFrame = new Set();
+  let scheduled = false;
+  let drawing = false;
+  /** Covered by something else: nothing is drawn until that is gone. */
+  let asleep = false;
+  let frames = 0;
+  const averaging = createAveraging(renderer);
+  /** Once the page has nothing more urgent to do. */
+  let refines = false;
+  /** Until a picture that rests is as fine as it gets. */
+  let resting = 0;
+  let fine = true;
+  /** @type {null | { from: Spherical, to: Spherical, start: number }} */
+  let flight = null;
+  /** @type {null | { at: number, pose: (side: 'left' | 'right') => void }} */
+  let wipe = null;
+
+  function invalidate() {
+    if (scheduled || asleep) return;
+    scheduled = true;
+    requestAnimationFrame(draw);
+  }
+
+  /** @param {number} now */
+  function draw(now) {
+    scheduled = false;
+    if (flight) {
+      const t = still.matches ? 1 : Math.min(1, (now - flight.start) / 450);
+      const ease = 1 - (1 - t) ** 3;
+      const at = new Spherical(
+        flight.from.radius + (flight.to.radius - flight.from.radius) * ease,
+        flight.from.phi + (flight.to.phi - flight.from.phi) * ease,
+        flight.from.theta + (flight.to.theta - flight.from.theta) * ease,
+      );
+      camera.position.setFromSpherical(at).add(controls.target);
+      if (t === 1) flight = null;
+      else invalidate();
+    }
+    drawing = true;
+    controls.update();
+    drawing = false;
+    for (const step of beforeFrame) step();
+    if (wipe) drawWiped(wipe);
+    else renderer.render(scene, camera);
+    frames += 1;
+    rest();
+  }
+
+  /** What was just drawn is refined, unless something else is drawn soon. */
+  function rest() {
+    clearTimeout(resting);
+    resting = 0;
+    // Who asks for fewer pixels than the screen has does not look at edges.
+    fine = !refines || Boolean(wipe) || renderer.getPixelRatio() < 1;
+    if (fine || scheduled) return;
+    averaging.begin();
+    resting = window.setTimeout(refine, RESTS);
+  }
+
+  function refine() {
+    const round = resting;
+    requestAnimationFrame(() => {
+      if (round !== resting || scheduled) return;
+      // Scenes on one page share what a wall is.
+      for (const step of beforeFrame) step();
+      fine = asleep || averaging.add(scene, camera);
+      frames += 1;
+      if (!fine) refine();
+    });
+  }
+
+  /**
+   * Two heads in one picture, each on its side of a line.
+   * @param {NonNullable<typeof wipe>} sides
+   */
+  function drawWiped({ at, pose }) {
+    const { clientWidth, clientHeight } = canvas;
+    const line = Math.round(clientWidth * at);
+    renderer.setScissorTest(true);
+    for (const side of /** @type {const} */ (['left', 'right'])) {
+      pose(side);
+      renderer.shadowMap.needsUpdate = true;
+      if (side === 'left') renderer.setScissor(0, 0, line, clientHeight);
+      else renderer.setScissor(line, 0, clientWidth - line, clientHeight);
+      renderer.render(scene, camera);
+    }
+    renderer.setScissorTest(false);
+  }
+
+  const portraitCamera = new PerspectiveCamera(22, 1, 50, 5000);
+  /**
+   * Small pictures from the front, drawn in a corner of the canvas and copied from there. The
+   * caller poses the head each time, sets it back, and the stage is drawn again at once.
+   * @param {{ pose: () => void, into: HTMLCanvasElement }[]} sitters all of one size
+   * @returns {boolean} false while the graphics card is lost
+   */
+  function portraits(sitters) {
+    if (sitters.length === 0 || renderer.getContext().isContextLost()) return false;
+    const { width, height } = sitters[0].into;
+    const ratio = renderer.getPixelRatio();
+    const stageSize = backdropUniforms.backdropSize.value.clone();
+    backdropUniforms.backdropSize.value.set(width, height);
+    portraitCamera.aspect = width / height;
+    portraitCamera.updateProjectionMatrix();
+    const reach = (0.84 * subject.height) / (2 * Math.tan((portraitCamera.fov * DEGREE) / 2));
+    portraitCamera.position.setFromSphericalCoords(reach, VIEWS.quarter.phi, 12 * DEGREE).add(subject.centre);
+    portraitCamera.lookAt(subject.centre);
+    renderer.setViewport(0, 0, width / ratio, height / ratio);
+    renderer.setScissor(0, 0, width / ratio, height / ratio);
+    renderer.setScissorTest(true);
+    for (const { pose, into } of sitters) {
+      pose();
+      renderer.shadowMap.needsUpdate = true;
+      renderer.render(scene, portraitCamera);
+      into.getContext('2d')?.drawImage(canvas, 0, canvas.height - height, width, height, 0, 0, width, height);
+    }
+    renderer.setScissorTest(false);
+    renderer.setViewport(0, 0, canvas.clientWidth, canvas.clientHeight);
+    backdropUniforms.backdropSize.value.copy(stageSize);
+    return true;
+  }
+
+  // While they are damped, each frame moves the camera a little further.
+  controls.addEventListener('change', () => {
+    if (!drawing || controls.enableDamping) invalidate();
+  });
+  controls.addEventListener('start', () => (flight = null));
+
+  /** Brings what the head mirrors. @param {ReturnType<typeof import('../groundwork/studio.js').studio>} studio */
+  function light(studio) {
+    scene.environment = createEnvironment(studio);
+    renderer.shadowMap.needsUpdate = true;
+    invalidate();
+  }
+
+  /** The distance at which the head fills what is free of the stage, and how far from its middle that is, mm. */
+  function framed() {
+    const { clientHeight } = canvas;
+    const [top, bottom] = covered(clientHeight);
+    const distance = subject.height / (2 * Math.tan((camera.fov * DEGREE) / 2));
+    // What lies over the stage leaves a margin of its own.
+    const tall = top + bottom > 0 ? (0.95 * clientHeight) / Math.max(1, clientHeight - top - bottom) : 1;
+    const far = Math.max(tall, 0.74 / camera.aspect);
+    return { distance: far * distance, above: (far * subject.height * (bottom - top)) / (2 * Math.max(1, clientHeight)) };
+  }
+
+  let fitted = 0;
+  function fit() {
+    const { distance, above } = framed();
+    controls.target.y = subject.centre.y - above;
+    controls.minDistance = distance * 0.28;
+    controls.maxDistance = distance * 1.7;
+    fitted = distance;
+    return distance;
+  }
+
+  /** @param {View} name */
+  function view(name) {
+    const to = new Spherical(fit(), VIEWS[name].phi, VIEWS[name].theta);
+    const from = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+    // The short way round.
+    while (from.theta - to.theta > Math.PI) from.theta -= 2 * Math.PI;
+    while (to.theta - from.theta > Math.PI) from.theta += 2 * Math.PI;
+    flight = { from, to, start: performance.now() };
+    invalidate();
+  }
+
+  /**
+   * Turns the head by hand: angles in radians, and a factor of the distance.
+   * @param {number} theta @param {number} phi @param {number} [closer]
+   */
+  function turn(theta, phi, closer = 1) {
+    flight = null;
+    const at = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+    at.theta += theta;
+    at.phi = Math.min(controls.maxPolarAngle, Math.max(controls.minPolarAngle, at.phi + phi));
+    at.radius *= closer;
+    camera.position.setFromSpherical(at).add(controls.target);
+    invalidate();
+  }
+
+  /** Width, height and pixel ratio. @type {number[]} */
+  let size = [];
+  function resize() {
+    const { clientWidth, clientHeight } = canvas;
+    if (!clientWidth || !clientHeight) return;
+    const now = [clientWidth, clientHeight, Math.min(window.devicePixelRatio, 2)];
+    if (now.every((value, i) => value === size[i])) return;
+    size = now;
+    const before = fitted;
+    const arm = camera.position.clone().sub(controls.target);
+    renderer.setPixelRatio(now[2]);
+    renderer.setSize(clientWidth, clientHeight, false);
+    renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
+    camera.aspect = clientWidth / clientHeight;
+    camera.updateProjectionMatrix();
+    const scale = fit() / before;
+    camera.position.copy(controls.target).add(arm.multiplyScalar(scale));
+    invalidate();
+  }
+
+  camera.aspect = canvas.clientWidth / Math.max(1, canvas.clientHeight);
+  const home = VIEWS.front;
+  camera.position.setFromSphericalCoords(fit(), home.phi, home.theta).add(controls.target);
+  new ResizeObserver(resize).observe(canvas);
+  resize();
+
+  return {
+    light,
+    renderer,
+    scene,
+    camera,
+    controls,
+    beforeFrame,
+    invalidate,
+    view,
+    turn,
+    portraits,
+    /** Draws at once: what the canvas holds is no longer the stage. */
+    redraw() {
+      renderer.shadowMap.needsUpdate = true;
+      draw(performance.now());
+    },
+    /**
+     * Splits the picture; null joins it again.
+     * @param {typeof wipe} sides `at` is the line's place, a fraction of the width
+     */
+    split(sides) {
+      wipe = sides;
+      invalidate();
+    },
+    /** @param {boolean} now */
+    sleep(now) {
+      if (now === asleep) return;
+      asleep = now;
+      invalidate();
+    },
+    /** Call after the head has changed shape. */
+    shapeChanged() {
+      renderer.shadowMap.needsUpdate = true;
+      invalidate();
+    },
+    /** @param {'light' | 'dark'} theme */
+    setTheme(theme) {
+      paintBackdrop(theme);
+      invalidate();
+    },
+    /** Where a point (mm) is on the screen, CSS pixels. @param {Vector3} point */
+    onScreen(point) {
+      const box = canvas.getBoundingClientRect();
+      const at = point.clone().project(camera);
+      return {
+        x: box.left + ((at.x + 1) / 2) * box.width,
+        y: box.top + ((1 - at.y) / 2) * box.height,
+      };
+    },
+    /** Whether pictures that rest get smooth edges from now on. @param {boolean} wanted */
+    refine(wanted) {
+      refines = wanted;
+      invalidate();
+    },
+    /** Frames drawn so far: automation can tell an idle page from a busy one. */
+    get frames() {
+      return frames;
+    },
+    /** Whether the picture is as fine as it gets. */
+    get isFine() {
+      return fine && !scheduled;
+    },
+  };
+}
