@@ -34,7 +34,7 @@ async function inNode() {
 
 async function inChromium() {
   const site = await serve({ root: () => ROOT.replace(/\/$/, '') });
-  const browser = await launch();
+  const browser = await launch({ measured: true });
   try {
     const page = await browser.newPage();
     page.on('console', (message) => say(message.text()));

@@ -42,7 +42,7 @@ function meter() {
  */
 export async function budget() {
   const site = await serve();
-  const browser = await launch();
+  const browser = await launch({ measured: true });
   const { context, page } = await open(browser, site, { sharp: true });
   await page.evaluate(meter);
   /** @type {Record<string, { ms: number, events: number, draws: number, upload: number }>} */

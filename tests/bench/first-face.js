@@ -42,7 +42,7 @@ export async function firstFace() {
     resolve: { alias: [{ find: /^three$/, replacement: require.resolve('three').replace('three.cjs', 'three.module.js') }] },
     build: { outDir: out, emptyOutDir: true, target: 'es2022', modulePreload: { polyfill: false } },
   });
-  const browser = await launch();
+  const browser = await launch({ measured: true });
   const sites = { page: await serve(), sphere: await serve({ root: () => out }) };
   /** @type {Record<'page' | 'complete' | 'sphere', number[]>} */
   const times = { page: [], complete: [], sphere: [] };

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 
-import { SCREENSHOTS, decodePng, differing, launch, serve } from './site.js';
+import { SCREENSHOTS, complaintsOf, decodePng, differing, launch, serve } from './site.js';
 
 /** @type {Awaited<ReturnType<typeof serve>>} */
 let site;
@@ -26,12 +26,7 @@ async function visit(path, options) {
   const context = await browser.newContext({ viewport: { width: 900, height: 620 }, reducedMotion: 'reduce', ...options });
   const page = await context.newPage();
   page.setDefaultTimeout(60_000);
-  /** @type {string[]} */
-  const complaints = [];
-  page.on('console', (message) => {
-    if (['error', 'warning'].includes(message.type())) complaints.push(message.text());
-  });
-  page.on('pageerror', (error) => complaints.push(error.stack ?? error.message));
+  const complaints = complaintsOf(page);
   await page.goto(site.url + path);
   return { context, page, complaints };
 }

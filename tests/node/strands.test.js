@@ -165,6 +165,23 @@ describe('hair', () => {
     }
   });
 
+  test('a fringe covers the forehead from side to side, of hair from behind the hairline, too', () => {
+    const { points } = grown().grow({ length: 0.42, comb: 0.85, parting: 0.5, curl: 0 });
+    const columns = new Array(12).fill(0);
+    let lowest = Infinity;
+    for (let n = 0; n < points.length; n += 3 * POINTS) {
+      const [x, y, z] = points.subarray(n + 3 * (POINTS - 1), n + 3 * POINTS);
+      const rootHeight = points[n + 1];
+      if (Math.abs(x) >= 36 || z < 0 || y > HAIRLINE - 2 || rootHeight < HAIRLINE + 3) continue;
+      columns[Math.floor((x + 36) / 6)]++;
+      lowest = Math.min(lowest, y);
+    }
+    // A ribbon is more than 2 mm wide: that many lie in three layers and more.
+    assert.ok(Math.min(...columns) >= 9, `${columns} strands end before the forehead`);
+    // It is cut 9 mm over the brows, 4 mm up or down, to a step (5 mm) and to a fiftieth of a strand (3 mm).
+    assert.ok(lowest > BROW + 9 - 4 - 5 - 3, `it hangs to ${lowest}`);
+  });
+
   test('goes along with the head: shifts are linear in it, and nothing at rest', () => {
     const hair = grown();
     const at = (/** @type {Float32Array} */ positions) => {

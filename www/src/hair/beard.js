@@ -43,10 +43,10 @@ export function beardGround(beard, landmarks) {
         way[2] = -0.1 * (1 - over);
       },
       // Longest on the chin, shorter on the cheeks, and above the lip no longer than to the corners of the mouth.
-      share(x, y, z) {
+      reach(x, y, z, long) {
         const over = smoothstep(parting - 2, parting + 3, y) * (1 - smoothstep(half + 6, half + 16, Math.abs(x)));
         const back = smoothstep(0.65 * right[2] + 0.35 * ear[2], ear[2], z);
-        return Math.max(0.2, 1 - 0.6 * over - 0.6 * back);
+        return long * Math.max(0.2, 1 - 0.6 * over - 0.6 * back);
       },
       early: () => 0,
       // Off the lips.

@@ -9,6 +9,12 @@ import { hairLength } from './length.js';
 /** Where hair parts, mm to the subject's left. @param {Style} style */
 const lineOf = ({ parting }) => (0.5 - parting) * 90;
 
+/** How much of it is combed forward: from parted to a fringe, which is whole before the slider ends. @param {Style} style */
+const fringeOf = ({ comb }) => clamp((comb - 0.5) / 0.3, 0, 1);
+
+/** A fringe is made of the hair that grows so far behind the hairline, mm, and less of what is so much farther back. */
+const FRINGE = [45, 45];
+
 /**
  * @param {Float32Array} scalp how far inside the hairline each vertex is
  * @param {import('../groundwork/paint.js').Points} landmarks
@@ -20,6 +26,10 @@ export function scalpGround(scalp, landmarks, { middle }) {
   if (!brow || !trichion) return null;
   /** How far from the middle of the face, around the head. @param {number} x @param {number} z */
   const around = (x, z) => Math.abs(Math.atan2(x, z - middle[2]));
+  const turned = (/** @type {number} */ y, /** @type {number} */ z) => Math.atan2(y - middle[1], z - middle[2]);
+  const [front, tall] = [turned(trichion[1], trichion[2]), norm(trichion[1] - middle[1], trichion[2] - middle[2])];
+  /** How far behind the hairline's midpoint, mm over the head. @param {number} y @param {number} z */
+  const fromHairline = (y, z) => tall * (turned(y, z) - front);
   return {
     mask: scalp,
     seed: 67,
@@ -37,7 +47,8 @@ export function scalpGround(scalp, landmarks, { middle }) {
       return {
         field(x, y, z, style, way) {
           const { comb, curl } = style;
-          const [toBack, toSide, toFront] = [Math.max(0, 1 - 2 * comb), 1 - Math.abs(2 * comb - 1), Math.max(0, 2 * comb - 1)];
+          const [toBack, toFront] = [Math.max(0, 1 - 2 * comb), fringeOf(style)];
+          const toSide = 1 - toBack - toFront;
           const behind = smoothstep(whorl[2] + 25, whorl[2] - 10, z);
           const across = clamp((x - lineOf(style)) / 3, -1, 1);
           const away = norm(x - whorl[0], y - whorl[1], z - whorl[2]) || 1;
@@ -54,24 +65,30 @@ export function scalpGround(scalp, landmarks, { middle }) {
           way[2] = (natural * (z - whorl[2])) / away - (0.3 + 0.5 * front) * side - backwards;
         },
         // Around the ears and along the nape short hair is cut shorter than on top.
-        share(x, y, z, long) {
+        reach(x, y, z, long, style) {
           const below = 1 - smoothstep(middle[1] - 10, middle[1] + 45, y);
           const lowest = smoothstep(middle[1] + 5, middle[1] - 20, y);
-          return 1 - (0.5 * below + 0.15 * lowest) * (1 - smoothstep(60, 130, long));
+          const own = long * (1 - (0.5 * below + 0.15 * lowest) * (1 - smoothstep(60, 130, long)));
+          // A fringe ends in a line: what grows farther back is longer.
+          const back = fromHairline(y, z);
+          const taken = fringeOf(style) * (1 - smoothstep(0.7, 1.1, around(x, z))) * (1 - smoothstep(FRINGE[0], FRINGE[0] + FRINGE[1], back));
+          return own + taken * Math.max(0, back);
         },
         // Between what parts the skin would show: it begins beyond the line, and beyond the whorl.
         early(x, y, z, style) {
-          const parted = z > whorl[2] ? (1 - Math.abs(2 * style.comb - 1)) * Math.exp(-(((x - lineOf(style)) / 9) ** 2)) : 0;
+          const parted = z > whorl[2] ? (1 - Math.max(0, 1 - 2 * style.comb) - fringeOf(style)) * Math.exp(-(((x - lineOf(style)) / 9) ** 2)) : 0;
           return 8 * Math.max(parted, Math.exp(-((x - whorl[0]) ** 2 + (z - whorl[2]) ** 2) / 150));
         },
         // It does not hang before the eyes: it is cut over the brows.
         cut: (x, y, z, jitter) => y + 4 * jitter < brow[1] + 9 && around(x, z) < 0.95,
         // Nor does it hang before the forehead, unless it is a fringe, which lies on it.
-        held(x, y, z, { comb }) {
-          const fringe = smoothstep(0.6, 0.85, comb);
+        held(x, y, z, style) {
+          const fringe = fringeOf(style);
           const low = 1 - smoothstep(trichion[1] - 12, trichion[1] + 30, y);
           return low * (1 - smoothstep(0.85 + 0.2 * (1 - fringe), 1.4, around(x, z)));
         },
+        // What is cut in a line does not end in points.
+        even: fringeOf,
         // Below the head it falls towards the neck.
         inward: (y) => 0.25 * smoothstep(middle[1] - 20, middle[1] - 80, y),
       };

@@ -14,6 +14,8 @@ const STEPS = 28;
 const STIFFNESS = 16;
 /** Of a head, mm. */
 const RADIUS = 105;
+/** How much of a hair is cut off what is cut in a line: most of what grows thin. */
+const BLUNT = 0.4;
 /** How often a root is looked for: a beard's ground is a tenth of the head, and most triangles are small. */
 const TRIES = 3000;
 
@@ -39,12 +41,13 @@ const TRIES = 3000;
  * @typedef {object} Comb
  * @property {(x: number, y: number, z: number, style: S, way: number[]) => void} field which way hair goes, in any length, which is
  *   made to lie on the head
- * @property {(x: number, y: number, z: number, long: number) => number} share how much of its length hair has, by its root
+ * @property {(x: number, y: number, z: number, long: number, style: S) => number} reach how long hair is, by its root, mm
  * @property {(x: number, y: number, z: number, style: S) => number} early how far before its root it begins, mm
  * @property {(x: number, y: number, z: number, jitter: number) => boolean} cut where hair is cut; `jitter` is from -1 to 1
  * @property {(y: number) => number} inward how much hair that hangs is drawn to the head
  * @property {(x: number, y: number, z: number, style: S) => number} [held] how far hair stays combed and close to the head here,
  *   however long it is, 0 to 1
+ * @property {(style: S) => number} [even] how evenly hair that is held is cut, 0 to 1: its locks do not gather to their tips
  */
 
 /**
@@ -150,7 +153,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     return { ...root, lock };
   });
 
-  const { field, share, early, cut: isCut, inward, held = () => 0 } = ground.comb(strands.map(({ at }) => at));
+  const { field, reach, early, cut: isCut, inward, held = () => 0, even = () => 0 } = ground.comb(strands.map(({ at }) => at));
 
   const way = [0, 0, 0];
   /** The field along what `over` has found. @param {number} x @param {number} y @param {number} z @param {S} style */
@@ -184,6 +187,8 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
   const away = new Float32Array(paths.length);
   /** How far down each lock is, as `down` has it. */
   const fallen = new Float32Array((STEPS + 1) * locks.length);
+  /** How far each lock is held there. */
+  const holds = new Float32Array(fallen.length);
   /** How far along its path each lock is cut, 0 to 1. */
   const cut = new Float32Array(locks.length);
   /** How long each lock is, mm. */
@@ -201,7 +206,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     const coiled = curl * curl * (1 - 0.75 * smoothstep(35, 110, long));
     const heavy = 1 - 0.85 * coiled;
     locks.forEach((lock, n) => {
-      reachOf[n] = long * lock.long * share(lock.at[0], lock.at[1], lock.at[2], long);
+      reachOf[n] = lock.long * reach(lock.at[0], lock.at[1], lock.at[2], long, style);
       const step = reachOf[n] / STEPS;
       const bent = 1 - Math.exp(-step / STIFFNESS);
       let [x, y, z] = lock.at;
@@ -269,6 +274,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         paths[o + 3 * s + 1] = y;
         paths[o + 3 * s + 2] = z;
         fallen[o / 3 + s] = down(x, y, z);
+        holds[o / 3 + s] = hold;
         const ahead = norm(dx, dy, dz) || 1;
         const [ux, uy, uz] = [dx / ahead, dy / ahead, dz / ahead];
         const back = bx * ux + by * uy + bz * uz;
@@ -299,6 +305,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     const points = new Float32Array(3 * POINTS * strands.length);
     const outward = new Float32Array(points.length);
     const open = new Float32Array(points.length / 3);
+    const ends = new Float32Array(strands.length);
     const deep = 3 + 0.6 * volumeOf(style, long);
     // Short hair hides little of the light.
     const least = clamp(1 - long / 90, 0, 0.85);
@@ -308,6 +315,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     const gather = (0.42 + 0.9 * curl * (1 - curl)) * (0.5 + 0.5 * smoothstep(30, 90, long));
     // How far waves go by how far down they are, as a comb or a neighbour lays them, and not by their own length.
     const together = 0.75 * (1 - curl * curl);
+    const evenly = even(style);
     const p = [0, 0, 0];
     strands.forEach((strand, n) => {
       const own = locks[strand.lock];
@@ -315,14 +323,16 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
       const from = 3 * (STEPS + 1) * strand.lock;
       const phase = 1.1 * Math.sin(root[0] / 34 + root[2] / 45) + 0.9 * Math.sin(root[1] / 39 - root[2] / 31);
       const end = Math.min(strand.long, cut[strand.lock] + 0.02 * strand.stray[0]);
+      ends[n] = 1 - BLUNT * evenly * holds[from / 3 + Math.round(end * STEPS)];
       for (let s = 0; s < POINTS; s++) {
         const t = (end * s) / (POINTS - 1);
         const along = t * reachOf[strand.lock];
         const at = Math.min(STEPS - 0.001, t * STEPS);
         const i = Math.floor(at);
         // Locks are wide at their roots and gather to their tips.
-        const wide = 1 - gather * smoothstep(4, 70 - 40 * curl, along);
-        const stray = Math.min(7, 0.075 * along);
+        const loose = 1 - 0.8 * evenly * holds[i + from / 3];
+        const wide = 1 - loose * gather * smoothstep(4, 70 - 40 * curl, along);
+        const stray = loose * Math.min(7, 0.075 * along);
         // Waves of neighbours go along with each other, and each curl goes its own way.
         const fall = fallen[i + from / 3] + (fallen[i + 1 + from / 3] - fallen[i + from / 3]) * (at - i);
         const turn = (2 * Math.PI * (along + (fall - along) * together)) / wave + phase + own.turn * (0.3 + 3 * curl ** 3) + strand.turn * (0.25 + 0.6 * curl);
@@ -355,7 +365,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         outward[3 * point + 2] = over.z;
       }
     });
-    return { points, outward, open };
+    return { points, outward, open, ends };
   }
   return {
     strands: strands.length,
@@ -377,8 +387,8 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
 
 /**
  * What a style gives: the points of each strand from root to tip, mm, the way out of the head there, and how near the
- * outside of the hair they are, 0 to 1.
- * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array }} Grown
+ * outside of the hair they are, 0 to 1; and of each strand how much of a hair it is, from the root on, 1 when it ends in a point.
+ * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array, ends: Float32Array }} Grown
  */
 /**
  * @template {Curled} S

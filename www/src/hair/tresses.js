@@ -196,7 +196,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
 
   /** @param {import('./strands.js').Hair<S>} from @param {string} key @returns {Ribbons} */
   function ribbons(from, key) {
-    const { points, outward, open } = from.grow(style);
+    const { points, outward, open, ends } = from.grow(style);
     const count = points.length / 3;
     const out = { key, position: new Float32Array(6 * count), course: new Int8Array(8 * count), outward: new Int8Array(8 * count) };
     for (let i = 0; i < count; i++) {
@@ -214,7 +214,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
         out.course[p + 1] = Math.round(y * scale);
         out.course[p + 2] = Math.round(z * scale);
         out.course[p + 3] = (side ? 1 : -1) * Math.max(1, Math.round(127 * open[i]));
-        out.outward[p + 3] = Math.round((127 * s) / (POINTS - 1));
+        out.outward[p + 3] = Math.round((127 * ends[(i - s) / POINTS] * s) / (POINTS - 1));
       }
     }
     return out;
