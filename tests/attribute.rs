@@ -290,3 +290,134 @@ fn what_cannot_be_asked_for_is_an_error_and_changes_nothing() {
         assert_eq!(face.code(), before);
     }
 }
+
+/// Attributes that are no shares of one whole.
+fn alone(model: &FaceModel) -> Vec<&Attribute> {
+    let shares = ["african", "asian", "caucasian"];
+    let all = model.parts().attributes.iter();
+    all.filter(|a| !shares.contains(&a.name.as_str())).collect()
+}
+
+/// A person near the middle, whom no limit of a coefficient stops.
+fn somebody(model: &FaceModel, seed: u64) -> Face {
+    let mut face = model.face();
+    let options = Randomize {
+        spread: Some(0.4),
+        ..asking(seed, &[])
+    };
+    face.randomize(&options).unwrap();
+    face
+}
+
+#[test]
+fn a_face_is_given_attributes_and_keeps_the_others_and_goes_back() {
+    for model in models() {
+        for (seed, t) in [(1, 0.2), (2, 0.5), (3, 0.8)] {
+            for attribute in alone(model) {
+                let mut face = somebody(model, seed);
+                let before = face.coefficients();
+                let read = reads(&face, attribute);
+                let value = between(attribute, t);
+                let give = |face: &mut Face, value: f64| {
+                    face.set_attributes(&[(attribute.name.clone(), value)])
+                };
+                let others = |face: &Face| -> Vec<f64> {
+                    let others = model.parts().attributes.iter();
+                    let others = others.filter(|a| a.name != attribute.name);
+                    others.map(|a| reads(face, a) / near(a)).collect()
+                };
+                let kept = others(&face);
+                give(&mut face, value).unwrap();
+                assert!((reads(&face, attribute) - value).abs() <= near(attribute));
+                for (now, kept) in others(&face).iter().zip(kept) {
+                    assert!((now - kept).abs() <= 1.0, "{}", attribute.name);
+                }
+                // There and back is where it was, to two steps of the grid and what is near.
+                give(&mut face, read).unwrap();
+                for (now, was) in face.coefficients().iter().zip(before) {
+                    assert!((now - was).abs() < 2e-3, "{}: {now} {was}", attribute.name);
+                }
+            }
+        }
+    }
+}
+
+/// The change is R W (W' R W)^-1 of what the attributes change by, with W their read-outs: no other
+/// with the same readings is as probable.
+#[test]
+fn the_change_to_an_attribute_is_the_most_probable_one() {
+    let model = &*SHEET;
+    let attributes = &model.parts().attributes;
+    let mut face = somebody(model, 4);
+    let before = face.coefficients();
+    let asked: Vec<(String, f64)> = (attributes.iter())
+        .zip([0.7, 0.4])
+        .map(|(a, t)| (a.name.clone(), between(a, t)))
+        .collect();
+    let goals: Vec<f64> = (attributes.iter().zip(&asked))
+        .map(|(a, (_, value))| value - reads(&face, a))
+        .collect();
+    face.set_attributes(&asked).unwrap();
+    let ways: Vec<Vec<f64>> = attributes.iter().map(|a| along(model, a).0).collect();
+    let gram = |i: usize, j: usize| -> f64 {
+        let each = ways[i].iter().zip(&attributes[j].reading);
+        each.map(|(rw, &w)| rw * f64::from(w)).sum()
+    };
+    let determinant = gram(0, 0) * gram(1, 1) - gram(0, 1) * gram(1, 0);
+    let amounts = [
+        (goals[0] * gram(1, 1) - goals[1] * gram(0, 1)) / determinant,
+        (goals[1] * gram(0, 0) - goals[0] * gram(1, 0)) / determinant,
+    ];
+    for (i, (now, was)) in face.coefficients().iter().zip(before).enumerate() {
+        let expected = amounts[0] * ways[0][i] + amounts[1] * ways[1][i];
+        // Steps of the grid, and how near forty rounds come.
+        assert!((f64::from(now - was) - expected).abs() < 1e-3, "{i}");
+    }
+}
+
+#[test]
+fn what_a_face_reads_already_changes_nothing_and_what_is_locked_stays() {
+    for model in models() {
+        let mut face = model.face();
+        face.randomize(&asking(8, &[])).unwrap();
+        let code = face.code();
+        face.set_attributes(&[]).unwrap();
+        assert_eq!(face.code(), code);
+
+        let attribute = alone(model)[0];
+        let nose = model.parts().blocks.iter().find(|b| b.name == "nose");
+        let nose = nose.expect("both have one").coefficients();
+        face.lock("nose").unwrap();
+        let (before, read) = (face.coefficients(), reads(&face, attribute));
+        let value = between(
+            attribute,
+            if read < between(attribute, 0.5) {
+                0.8
+            } else {
+                0.2
+            },
+        );
+        face.set_attributes(&[(attribute.name.clone(), value)])
+            .unwrap();
+        assert_eq!(face.coefficients()[nose.clone()], before[nose]);
+        let gone = (reads(&face, attribute) - read) / (value - read);
+        assert!(gone > 0.3 && gone <= 1.0 + 1e-3, "{gone} of the way");
+    }
+}
+
+#[test]
+fn an_attribute_that_cannot_be_given_is_an_error_and_changes_nothing() {
+    for model in models() {
+        let attribute = alone(model)[0];
+        let mut face = somebody(model, 5);
+        let before = face.code();
+        let most = between(attribute, 1.0);
+        for value in [most + 0.01, f64::NAN, f64::NEG_INFINITY] {
+            let given = face.set_attributes(&[(attribute.name.clone(), value)]);
+            assert!(matches!(given, Err(Error::Value { .. })), "{value}");
+        }
+        let unknown = face.set_attributes(&[("no such".into(), 1.0)]);
+        assert!(matches!(unknown, Err(Error::Unknown { .. })));
+        assert_eq!(face.code(), before);
+    }
+}

@@ -209,6 +209,45 @@ impl Face {
         Ok(self.model.attribute(name)?.read(&self.sigmas()))
     }
 
+    /// Makes attributes read values, in their units, by the most probable change of the coefficients that
+    /// are not locked: the face stays as like itself as it can. All other attributes read what they did.
+    /// Each coefficient stays within 3 sigmas, or where it was, if farther out: what no person of the
+    /// population is like is approached, not met. Where regions are locked, the others go their own part of
+    /// the way. Held measures are held.
+    ///
+    /// Shares of one whole depend on each other: whoever asks for one asks for all of them.
+    ///
+    /// # Errors
+    /// When no attribute has a name, a value is outside of the attribute's limits, or a held measure
+    /// cannot be held; the face then stays as it was.
+    pub fn set_attributes(&mut self, asked: &[(String, f64)]) -> Result<()> {
+        let model = self.model.clone();
+        let present = self.sigmas();
+        let all = &model.parts().attributes;
+        let mut wanted: Vec<(&Attribute, f64)> =
+            all.iter().map(|a| (a, a.read(&present))).collect();
+        for (name, value) in asked {
+            let attribute = model.asked(name, *value)?;
+            wanted
+                .iter_mut()
+                .filter(|(a, _)| a.name == attribute.name)
+                .for_each(|(_, to)| *to = *value);
+        }
+        let free = self.free(None)?;
+        let mut steered = present.clone();
+        model.steer(&mut steered, &free, &wanted);
+        let before = self.before();
+        let mut coefficients = self.coefficients();
+        for &i in &free {
+            // What stays is not rounded anew.
+            if steered[i] != present[i] {
+                coefficients[i] = steered[i] as f32;
+            }
+        }
+        self.change(&coefficients)?;
+        self.hold(&[free], before)
+    }
+
     /// Moves a control to a percentile, 0..=1.
     ///
     /// # Errors

@@ -37,6 +37,8 @@ fn select(matrix: &DMatrix<f64>, rows: &[usize], columns: &[usize]) -> DMatrix<f
 /// correlation r is left to r^2 each time, and what the limits of coefficients cut off is found
 /// elsewhere.
 const ROUNDS: usize = 40;
+/// They are met when none is off by more than this part of its limits.
+const MET: f64 = 1e-6;
 
 /// A drawn coefficient within its limits.
 pub(super) fn within(sigmas: f64) -> f64 {
@@ -69,8 +71,9 @@ impl FaceModel {
         drawn
     }
 
-    /// Changes the free coefficients of a draw by the least Mahalanobis length with which attributes
-    /// read what is asked (Kaczmarz's projections, in turns), each coefficient within its limits.
+    /// Changes the free coefficients of a face by the least Mahalanobis length with which attributes
+    /// read what is asked (Kaczmarz's projections, in turns), each coefficient within its limits, or
+    /// no farther out than it was.
     ///
     /// With w the read-out and S the covariance of the free coefficients given the others, all of
     /// the way is gone when all are free, and else the part (w . S w) / (w . R w) of it, as if
@@ -79,27 +82,43 @@ impl FaceModel {
         if asked.is_empty() || free.is_empty() {
             return;
         }
-        let covariance = self.conditional_covariance(free);
+        let correlation = &self.derived.correlation;
+        // Nothing is held nearly always, and nothing then has to be taken out of the correlation.
+        let given =
+            (free.len() < self.parts().population()).then(|| self.conditional_covariance(free));
+        let limits: Vec<f64> = (free.iter())
+            .map(|&i| drawn[i].abs().max(LIMIT.into()))
+            .collect();
         let steps: Vec<_> = (asked.iter())
             .map(|&(attribute, wanted)| {
-                let (_, whole) = along(&self.derived.correlation, &attribute.reading);
-                let weights: Vec<f32> = free.iter().map(|&i| attribute.reading[i]).collect();
-                let (along, own) = along(&covariance, &weights);
+                let (all, whole) = along(correlation, &attribute.reading);
+                let (along, own) = match &given {
+                    None => (all, whole),
+                    Some(covariance) => {
+                        let weights: Vec<f32> =
+                            free.iter().map(|&i| attribute.reading[i]).collect();
+                        along(covariance, &weights)
+                    }
+                };
                 let reads = attribute.read(drawn);
-                (
-                    attribute,
-                    along,
-                    own,
-                    reads + (wanted - reads) * own / whole,
-                )
+                let goal = reads + (wanted - reads) * own / whole;
+                let [least, most] = attribute.limits.map(f64::from);
+                (attribute, along, own, goal, (most - least) * MET)
             })
             .collect();
         for _ in 0..ROUNDS {
-            for (attribute, along, own, goal) in &steps {
-                let amount = (goal - attribute.read(drawn)) / own.max(1e-12);
-                for (&i, a) in free.iter().zip(along) {
-                    drawn[i] = within(drawn[i] + amount * a);
+            let mut off = false;
+            for (attribute, along, own, goal, met) in &steps {
+                let missing = goal - attribute.read(drawn);
+                off |= missing.abs() > *met;
+                let amount = missing / own.max(1e-12);
+                for ((&i, a), &limit) in free.iter().zip(along).zip(&limits) {
+                    // Not `clamp`, as in `drag`.
+                    drawn[i] = (drawn[i] + amount * a).max(-limit).min(limit);
                 }
+            }
+            if !off {
+                return;
             }
         }
     }

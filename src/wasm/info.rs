@@ -7,7 +7,7 @@ use js_sys::{Array, Object, Reflect};
 use wasm_bindgen::prelude::*;
 
 use crate::anatomy::{Landmark, Measure, Part};
-use crate::model::{About, Blending, ModelParts};
+use crate::model::{About, Blending, FaceModel, along};
 
 /// A plain object of these fields.
 #[inline(never)]
@@ -92,7 +92,8 @@ fn blending(blending: Blending) -> JsValue {
 }
 
 /// As `ModelInfo` of `index.d.ts`.
-pub(super) fn info(parts: &ModelParts) -> JsValue {
+pub(super) fn info(model: &FaceModel) -> JsValue {
+    let parts = model.parts();
     let regions = Array::new();
     for block in parts.blocks.iter().filter(|b| b.local_to.is_none()) {
         regions.push(&string(&block.name));
@@ -116,15 +117,18 @@ pub(super) fn info(parts: &ModelParts) -> JsValue {
             ("measure", measure.map_or(JsValue::NULL, |m| string(m))),
         ]));
     }
-    let attributes = array(&parts.attributes, |attribute| {
-        object(&[
+    let attributes = Array::new();
+    for attribute in &parts.attributes {
+        let (_, variance) = along(&model.derived.correlation, &attribute.reading);
+        attributes.push(&object(&[
             ("name", string(&attribute.name)),
             ("description", string(&attribute.description)),
             ("unit", string(&attribute.unit)),
             ("limits", pair(attribute.limits)),
             ("explained", number(attribute.explained)),
-        ])
-    });
+            ("deviation", JsValue::from_f64(variance.sqrt())),
+        ]));
+    }
     object(&[
         ("about", about(&parts.about)),
         ("regions", regions.into()),
@@ -134,7 +138,7 @@ pub(super) fn info(parts: &ModelParts) -> JsValue {
         ("landmarks", array(&parts.landmarks, landmark)),
         ("measures", array(&parts.measures, measure)),
         ("controls", controls.into()),
-        ("attributes", attributes),
+        ("attributes", attributes.into()),
         ("blending", blending(parts.blending)),
     ])
 }

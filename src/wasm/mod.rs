@@ -23,6 +23,12 @@ fn error(why: crate::Error) -> JsError {
     JsError::new(&why.to_string())
 }
 
+/// Names and a value for each.
+fn named(names: Vec<String>, values: &[f32]) -> Vec<(String, f64)> {
+    let values = values.iter().map(|&value| value.into());
+    names.into_iter().zip(values).collect()
+}
+
 /// A face model.
 #[wasm_bindgen]
 pub struct FaceModel {
@@ -47,7 +53,7 @@ impl FaceModel {
 
     /// Names, units and provenance, as a plain object.
     pub fn info(&self) -> JsValue {
-        info::info(self.model.parts())
+        info::info(&self.model)
     }
 
     /// The median person.
@@ -187,6 +193,11 @@ impl Face {
         self.face.attribute(name).map_err(error)
     }
 
+    /// Makes attributes read values by the most probable change of the face.
+    pub fn set_attributes(&mut self, names: Vec<String>, values: &[f32]) -> Result<(), JsError> {
+        (self.face.set_attributes(&named(names, values))).map_err(error)
+    }
+
     /// Draws from the population, given some attributes and a value for each, and gives the seed.
     pub fn randomize(
         &mut self,
@@ -205,10 +216,7 @@ impl Face {
             seed: seed.map(|s| s as u64),
             spread,
             regions,
-            attributes: attributes
-                .into_iter()
-                .zip(values.iter().map(|&v| v.into()))
-                .collect(),
+            attributes: named(attributes, values),
         };
         let seed = self.face.randomize(&options).map_err(error)?;
         Ok(seed as f64)

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { gunzipSync, gzipSync } from 'node:zlib';
-import { differing, open, picture, siteAndBrowser } from './site.js';
+import { differing, moveSlider, open, picture, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -34,6 +34,74 @@ function unlabelled(packed) {
   return gzipSync(blob, { level: 1 });
 }
 
+describe('a person', () => {
+  const slider = (page, name) => page.getByRole('slider', { name, exact: true });
+
+  test('grows older, and back: the shape, lines and grey hair; undone as one step', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    await page.getByRole('button', { name: 'Person', exact: true }).click();
+    await moveSlider(page, 'Age', 0.2);
+    const young = { code: await code(page), picture: await picture(page, 'person-young') };
+    assert.ok(Math.abs((await reading(page, 'age')) - 30.4) < 0.1);
+    const others = async () => Promise.all(['sex', 'african', 'asian', 'caucasian'].map((name) => reading(page, name)));
+    const kept = await others();
+
+    // By keys: a year each, ten with Shift; one run of keys is one step.
+    await slider(page, 'Age').focus();
+    for (let i = 0; i < 4; i++) await page.keyboard.press('Shift+ArrowRight');
+    await page.keyboard.press('Tab');
+    assert.ok(Math.abs((await reading(page, 'age')) - 70.4) < 0.1);
+    assert.equal(await slider(page, 'Age').getAttribute('aria-valuetext'), '70 years');
+    (await others()).forEach((now, i) => assert.ok(Math.abs(now - kept[i]) < 0.002, 'what was not asked for stays'));
+    const colouring = await page.evaluate(() => window.designer.colouring);
+    assert.ok(colouring.lines > 0.5 && colouring.grey > 0.5, JSON.stringify(colouring));
+    assert.ok(differing(young.picture, await picture(page, 'person-old')) > 10_000);
+
+    await page.keyboard.press('Control+z');
+    assert.equal(await code(page), young.code);
+    assert.equal(differing(young.picture, await picture(page, 'person-young-again')), 0);
+    await page.keyboard.press('Control+y');
+    await moveSlider(page, 'Age', 0.2);
+    // Coefficients are rounded, to a micrometre, which a pixel at an edge may tell.
+    assert.ok(differing(young.picture, await picture(page, 'person-young-at-last')) < 20, 'there and back is where it was');
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('is of a shape in shares that sum to one, in colours of its own if that is wanted; what is locked stays', async () => {
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+    await page.getByRole('button', { name: 'Person', exact: true }).tap();
+    await page.getByLabel('Skin, hair and lines go along').setChecked(false);
+    const type = async (name, number) => {
+      await slider(page, name).focus();
+      await page.keyboard.press('Enter');
+      const field = page.getByRole('spinbutton', { name, exact: true });
+      await field.fill(String(number));
+      await field.press('Enter');
+    };
+    await type('African shape', 70);
+    const shares = () => Promise.all(['african', 'asian', 'caucasian'].map((name) => reading(page, name)));
+    let now = await shares();
+    assert.ok(Math.abs(now[0] - 0.7) < 0.002 && Math.abs(now[0] + now[1] + now[2] - 1) < 0.01, `${now}`);
+    assert.deepEqual(await page.evaluate(() => window.designer.colouring), {});
+    await page.getByLabel('Skin, hair and lines go along').setChecked(true);
+    await type('African shape', 20);
+    now = await shares();
+    assert.ok(Math.abs(now[0] - 0.2) < 0.002, `${now}`);
+    assert.ok((await page.evaluate(() => window.designer.colouring.skin)) < 0.25, 'skin goes along');
+
+    await page.evaluate(() => window.designer.face.lock('nose'));
+    const nose = await places(page, 'nose');
+    const sex = await reading(page, 'sex');
+    await type('Sex', 95);
+    const gone = ((await reading(page, 'sex')) - sex) / (0.95 - sex);
+    assert.ok(gone > 0.5 && gone < 1.001, `${gone} of the way`);
+    assert.ok((await places(page, 'nose')).every((x, i) => Math.abs(x - nose[i]) <= 1e-4));
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+});
+
 describe('what random faces should be like', () => {
   test('is not asked of a model without labels, whose faces are drawn all the same', async () => {
     const body = unlabelled(await readFile(new URL('../../www/public/model.phiz', import.meta.url)));
@@ -43,6 +111,7 @@ describe('what random faces should be like', () => {
     assert.deepEqual(await page.evaluate(() => window.designer.model.attributes), []);
     assert.equal(await group(page).count(), 0);
     assert.equal(await draw(page).count(), 0);
+    assert.equal(await page.getByRole('button', { name: 'Person', exact: true }).count(), 0);
     const before = await code(page);
     await page.getByRole('button', { name: 'Random face', exact: true }).click();
     assert.notEqual(await code(page), before);

@@ -66,6 +66,8 @@ export interface Attribute {
   readonly limits: readonly [number, number];
   /** The part of the variance of labels that it explains in people whom it was not learned from. */
   readonly explained: number;
+  /** The standard deviation of what the model's people read; the median face reads their mean. */
+  readonly deviation: number;
 }
 
 /** What is known of a photo. */
@@ -422,6 +424,14 @@ export class Face {
    * @throws Error when no attribute has that name.
    */
   attribute(name: string): number;
+  /**
+   * Makes the face read values on some attributes, in their units, and stay as like itself as the population lets it: by the
+   * most probable change, to a thousandth of their limits where people's limits let it. All other attributes read what they
+   * did. Locked regions and held measures stay. Shares of one whole are asked for together:
+   * `setAttributes({ african: 0.6, asian: 0.2, caucasian: 0.2 })`.
+   * @throws Error for what is unknown, and for values beyond their limits; the face then stays as it was.
+   */
+  setAttributes(values: Readonly<Record<string, number>>): void;
   /**
    * A random person of the population. `spread` 1 is the population's own variety. Locked
    * regions stay. Of `attributes` those that are named read what is asked, to a thousandth of their

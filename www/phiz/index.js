@@ -86,6 +86,12 @@ function pixels(what, value) {
   return value;
 }
 
+/** Names, and a number for each. @param {Record<string, number>} values @returns {[string[], Float32Array]} */
+function namedNumbers(values) {
+  const names = Object.keys(values);
+  return [names, Float32Array.from(names, (name) => values[name])];
+}
+
 /** What a packed model may inflate to, as in `src/blob.rs`: twenty times the default model. */
 const MOST_BYTES = 64 * 1024 * 1024;
 
@@ -512,12 +518,15 @@ export class Face {
   attribute(name) {
     return this.#live.attribute(name);
   }
+  /** @param {Record<string, number>} values */
+  setAttributes(values) {
+    this.#live.set_attributes(...namedNumbers(values));
+  }
   /** @param {{ seed?: number, spread?: number, regions?: string[], attributes?: Record<string, number> }} [options] */
   randomize({ seed, spread, regions, attributes = {}, ...others } = {}) {
     const [unknown] = Object.keys(others);
     if (unknown !== undefined) throw new Error(`randomize knows no option "${unknown}"`);
-    const asked = Object.keys(attributes);
-    return this.#live.randomize(seed, spread, regions, asked, Float32Array.from(asked, (name) => attributes[name]));
+    return this.#live.randomize(seed, spread, regions, ...namedNumbers(attributes));
   }
   /** @param {string} region */
   lock(region) {

@@ -32,6 +32,7 @@ export class Face {
   reset(region?: string): void;
   blend(other: Face, t: number, regions?: string[]): void;
   attribute(name: string): number;
+  set_attributes(names: string[], values: Float32Array): void;
   randomize(
     seed: number | undefined,
     spread: number | undefined,

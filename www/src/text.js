@@ -64,6 +64,20 @@ export const text = {
     clear: 'Clear all',
     draw: 'Draw a face',
   },
+  person: {
+    title: 'Person',
+    about: 'Older, more of a man’s, of another shape: the face goes that way and stays as like itself as it can. Learned from drawn heads with labels: what an artist means by these words. They say nothing about real people.',
+    names: /** @type {Record<string, string>} */ ({ sex: 'Sex', age: 'Age', african: 'African shape', asian: 'Asian shape', caucasian: 'Caucasian shape', weight: 'Weight' }),
+    abouts: /** @type {Record<string, string>} */ ({ sex: 'Female to male' }),
+    reset: 'Double-click or press Delete to go to the average. Type a number for an exact value.',
+    words: (/** @type {string} */ name, /** @type {number} */ value) => {
+      if (name === 'age') return `${Math.round(value)} years`;
+      const percents = (/** @type {number} */ share) => text.percent(100 * Math.min(1, Math.max(0, share)));
+      if (name === 'sex') return value < 0.5 ? `${percents(1 - value)} female` : `${percents(value)} male`;
+      return percents(value);
+    },
+    colours: 'Skin, hair and lines go along',
+  },
   spread: 'How unusual',
   spreadAbout: 'At × 1 random faces differ as people do; below, they stay close to the average.',
   randomColours: 'With their own looks',
@@ -444,7 +458,7 @@ export const text = {
   }),
   /** Where the model has labels. */
   explainLabels: [
-    'You can ask for random faces by label. Nobody in this model was asked for any of these labels: they were learned from synthetic heads that an artist’s shapes were mixed into, each labelled with its mixture. For each label, that gives the mean way a head changes with it.',
+    'Under “Person” the face goes along labels, such as age, and you can ask for random faces by them. Nobody in this model was asked for any of these labels: they were learned from synthetic heads that an artist’s shapes were mixed into, each labelled with its mixture. For each label, that gives the mean way a head changes with it; a face takes the most probable way there that leaves its other labels where they are.',
     'So “Male, about 60” is what that artist’s shapes make of it, on top of everything else that varies. It is a start for a description, not what such people look like, and it cannot tell who anybody is.',
   ],
   explainMoved: (/** @type {string} */ name, /** @type {string} */ rank, /** @type {number} */ inTen) =>

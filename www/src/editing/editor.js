@@ -126,10 +126,14 @@ export function createEditor(model, face, colouring) {
     /**
      * Part of a gesture that the controls have no words for.
      * @param {(face: import('phiz').Face) => void} change
+     * @param {import('../head/colouring.js').Colouring} [colours] that it then has, unless something is locked
      */
-    moveBy(change) {
+    moveBy(change, colours = subject.colouring) {
       history.begin();
-      attempt(() => change(face));
+      attempt(() => {
+        change(face);
+        dress(colours);
+      });
       shapeChanged();
     },
     /** @param {number} mm */

@@ -1,14 +1,14 @@
 import { chance } from '../chance.js';
-import { readColouring } from './colouring.js';
+import { readColouring, whole } from './colouring.js';
 
 /** How deep skin is, where a model tells the shares of a shape by these names. */
 const TONES = /** @type {const} */ ({ african: 0.85, asian: 0.4, caucasian: 0.22 });
 
 /**
  * What a model's labels say of a face, each from 0 to 1; what it has no labels for is absent.
- * @param {import('phiz').Face} face
+ * @param {Pick<import('phiz').Face, 'model' | 'attribute'>} face
  */
-function told(face) {
+export function told(face) {
   const { attributes } = face.model;
   /** @param {string} name */
   function part(name) {
@@ -28,6 +28,34 @@ function told(face) {
   };
 }
 
+/** How manly someone is, whom labels tell to be this male. @param {number} sex */
+const manlyOf = (sex) => Math.min(1, Math.max(0, (sex - 0.35) / 0.3));
+/** How deep lines are, on average, and how grey hair is at the most. @param {number} age 0 to 1 */
+const linesOf = (age) => Math.max(0, 1.5 * age - 0.45);
+const greyOf = (/** @type {number} */ age) => Math.max(0, 2 * age - 1);
+
+/**
+ * The colours of someone whose shape becomes another's: lines and grey hair come and go with the years, skin gets the depth that goes
+ * with the shape, and a beard goes when the face is a man's no longer. All else stays.
+ * @param {import('./colouring.js').Colouring} colouring
+ * @param {ReturnType<typeof told>} before what labels say of the shape before @param {ReturnType<typeof told>} after and after it
+ */
+export function coloursAlong(colouring, before, after) {
+  const colours = whole(colouring);
+  const change = (/** @type {(value: number) => number} */ of, /** @type {number | undefined} */ from, /** @type {number | undefined} */ to) =>
+    from === undefined || to === undefined ? 0 : of(to) - of(from);
+  const [was, is] = [before.sex, after.sex].map((sex) => (sex === undefined ? 1 : manlyOf(sex)));
+  const beard = is < was ? is / was : 1;
+  return readColouring({
+    ...colours,
+    skin: colours.skin + change((tone) => tone, before.tone, after.tone),
+    lines: colours.lines + change(linesOf, before.age, after.age),
+    grey: colours.grey + change(greyOf, before.age, after.age),
+    beard: colours.beard * beard,
+    beardLength: colours.beardLength * beard,
+  });
+}
+
 /**
  * Colours that someone of a face may have, the same for a seed: brown eyes and black hair are the most of the
  * world's, and fair hair, red hair and light eyes go with fair skin. What the model's labels say of the face
@@ -44,7 +72,7 @@ export function someone(face, seed) {
   const fair = Math.max(0, 1 - skin / 0.55) * Math.min(1, 2 * caucasian);
   const dark = () => 0.8 + 0.2 * random();
   const light = random() < fair;
-  const manly = Math.min(1, Math.max(0, (sex - 0.35) / 0.3));
+  const manly = manlyOf(sex);
   const colours = {
     skin,
     blood: 0.15 + 0.35 * random(),

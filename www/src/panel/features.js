@@ -3,10 +3,13 @@ import { element } from '../frame/element.js';
 import { fading } from '../frame/fading.js';
 import { icon } from '../frame/icons.js';
 import { createMeasures } from './measures.js';
+import { createPerson } from './person.js';
 import { createSlider } from './slider.js';
 import { standing, text, titleOf } from '../text.js';
 
 const FIRST = 6;
+/** What is chosen when no feature is: the whole person. */
+const PERSON = 'person';
 const ORDER = ['head', 'forehead', 'eyes', 'nose', 'mouth', 'chin'];
 
 /** The features' names, from the head down. @param {import('phiz').FaceModel} model */
@@ -16,7 +19,7 @@ export function featuresOf(model) {
 }
 
 /**
- * The list of features and the sliders of the chosen one.
+ * The list of features and the sliders of the chosen one, or of the whole person.
  *
  * @param {import('../editing/editor.js').Editor} editor
  * @param {{
@@ -55,6 +58,10 @@ export function createFeatures(editor, { distributions, limits, random, preview 
       return [group, button];
     }),
   );
+
+  const person = createPerson(editor);
+  const whole = element('button', { type: 'button', class: 'tab whole', onclick: () => choose(PERSON) }, text.person.title);
+  if (person.any) tabs.set(PERSON, whole);
 
   const heading = element('h2', { id: 'feature-title' });
   const surprise = element('button', { type: 'button', class: 'tool', onclick: () => random.randomise([chosen]) }, icon('dice'));
@@ -201,8 +208,16 @@ export function createFeatures(editor, { distributions, limits, random, preview 
 
   /** @param {string} group */
   function choose(group) {
-    if (!tabs.has(group)) return;
+    const tab = tabs.get(group);
+    if (!tab) return;
     chosen = group;
+    const strip = /** @type {HTMLElement} */ (tab.parentElement);
+    strip?.scrollTo({ left: tab.offsetLeft - strip.clientWidth / 2 + tab.clientWidth / 2 });
+    const isPerson = group === PERSON;
+    feature.hidden = isPerson;
+    person.root.hidden = !isPerson;
+    person.shown(visible && isPerson);
+    if (isPerson) return refresh();
     heading.textContent = titleOf(group);
     const name = titleOf(group).toLowerCase();
     for (const [button, words] of /** @type {const} */ ([
@@ -215,23 +230,27 @@ export function createFeatures(editor, { distributions, limits, random, preview 
     }
     measures.choose(group);
     build();
-    const tab = /** @type {HTMLElement} */ (tabs.get(group));
-    const strip = /** @type {HTMLElement} */ (tab.parentElement);
-    strip?.scrollTo({ left: tab.offsetLeft - strip.clientWidth / 2 + tab.clientWidth / 2 });
   }
+
+  const feature = element(
+    'div',
+    {},
+    element('div', { class: 'feature-head' }, heading, surprise, reset, lock),
+    lockNote,
+    measures.root,
+    sliders,
+    more,
+  );
 
   const root = element(
     'div',
     { class: 'features' },
-    fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values())),
+    fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...(person.any ? [whole] : []), ...groups.map((group) => /** @type {HTMLElement} */ (tabs.get(group))))),
     element(
       'div',
       { class: 'scroll' },
-      element('div', { class: 'feature-head' }, heading, surprise, reset, lock),
-      lockNote,
-      measures.root,
-      sliders,
-      more,
+      person.root,
+      feature,
       random.root,
       element('details', { class: 'advanced' }, element('summary', {}, text.advanced), limits.box(), alpha.root, random.again),
     ),
@@ -246,6 +265,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
     /** @param {boolean} now */
     shown(now) {
       visible = now;
+      person.shown(now && chosen === PERSON);
       refresh();
     },
     choose,

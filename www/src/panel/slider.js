@@ -32,7 +32,7 @@ function bell(density) {
  * @param {{
  *   name: string, label: string | Node, id: string, about: string, title?: string,
  *   limits: readonly [number, number], ends?: readonly [number, number], step: number, key: number, neutral: number,
- *   distribution?: import('./distribution.js').Distribution,
+ *   distribution?: Pick<import('./distribution.js').Distribution, 'place' | 'value' | 'density'>,
  *   words: (value: number) => string,
  *   typed: { label: string, unit: string, min: number, max: number, step: number,
  *     show: (value: number) => number, take: (shown: number) => void },

@@ -2,10 +2,10 @@ import { element } from '../frame/element.js';
 import { text } from '../text.js';
 
 /** Labels that are shares of one whole: one choice for all of them. */
-const ETHNICITY = ['african', 'asian', 'caucasian'];
+export const ETHNICITY = ['african', 'asian', 'caucasian'];
 /** From young adults on, in years. */
 const AGES = [20, 30, 40, 50, 60, 70, 80];
-const ORDER = ['sex', 'age', 'ethnicity', 'weight'];
+export const ORDER = ['sex', 'age', 'ethnicity', 'weight'];
 
 /**
  * What random faces should be like, where the model knows labels: a choice for each, `any` to begin

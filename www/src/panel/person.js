@@ -1,0 +1,145 @@
+import { element } from '../frame/element.js';
+import { coloursAlong, told } from '../head/someone.js';
+import { text } from '../text.js';
+import { createSlider } from './slider.js';
+import { ETHNICITY, ORDER } from './wishes.js';
+
+// What labels say of the person, as sliders: the face becomes older, or more of a man's, and stays as like itself as it can.
+
+const BARS = 61;
+
+/**
+ * The model's people behind a track, of which a label is normal; the highest is 1.
+ * @param {readonly [number, number]} limits of the track @param {number} mean @param {number} deviation
+ */
+function bellOf([least, most], mean, deviation) {
+  const bars = Array.from({ length: BARS }, (_, i) => Math.exp(-0.5 * ((least + (i / (BARS - 1)) * (most - least) - mean) / deviation) ** 2));
+  const highest = Math.max(...bars);
+  return bars.map((bar) => bar / highest);
+}
+
+/**
+ * @param {import('../editing/editor.js').Editor} editor
+ */
+export function createPerson(editor) {
+  const { model, face } = editor;
+  const median = model.face();
+  const shares = model.attributes.filter(({ name }) => ETHNICITY.includes(name));
+  const place = (/** @type {string} */ name) => ORDER.indexOf(ETHNICITY.includes(name) ? 'ethnicity' : name) + 1 || 99;
+  const ordered = [...model.attributes].sort((a, b) => place(a.name) - place(b.name));
+
+  const along = element('input', { type: 'checkbox', id: 'person-colours', checked: true });
+  /** @typedef {{ state: import('../editing/history.js').State, told: ReturnType<typeof told>, reads: Map<string, number> }} Start */
+  /** What the face was when a slider was taken up. @type {Start | null} */
+  let start = null;
+
+  function hold() {
+    start ??= { state: editor.state, told: told(face), reads: new Map(model.attributes.map(({ name }) => [name, face.attribute(name)])) };
+  }
+
+  /**
+   * What is asked for so that one attribute is at a value: of shares of one whole the others are as much less, each in its proportion.
+   * @param {string} name @param {number} value @param {Map<string, number>} reads of the face before
+   */
+  function asked(name, value, reads) {
+    if (!ETHNICITY.includes(name)) return { [name]: value };
+    const others = shares.filter((share) => share.name !== name);
+    const had = others.map((share) => Math.max(0.001, reads.get(share.name) ?? 0));
+    const sum = had.reduce((total, one) => total + one, 0);
+    const left = others.map((share, i) => [share.name, ((1 - value) * had[i]) / sum]);
+    return { [name]: value, ...Object.fromEntries(left) };
+  }
+
+  const rows = ordered.map(({ name, unit, limits, deviation }) => {
+    const [least, most] = limits;
+    const mean = median.attribute(name);
+    const valueAt = (/** @type {number} */ at) => least + at * (most - least);
+    const placeOf = (/** @type {number} */ value) => (value - least) / (most - least);
+    const isAge = unit === 'years';
+    /** @type {((face: import('phiz').Face) => void) | null} */
+    let last = null;
+    /** @param {number} at */
+    function move(at) {
+      hold();
+      const from = start;
+      if (!from) return;
+      const values = asked(name, valueAt(at), from.reads);
+      // What labels say of the face that it becomes is what is asked: it is not there yet.
+      const colours = along.checked ? coloursAlong(from.state.colouring, from.told, toldWith(from, values)) : undefined;
+      last = (present) => present.setAttributes(values);
+      editor.moveBy(last, colours);
+    }
+    function done() {
+      // Where coefficients met their limits, the way there tells in what was met: the face is that of one step.
+      if (start && last) editor.moveFrom(start.state, last, editor.colouring);
+      [start, last] = [null, null];
+      editor.finish(`become ${name}`);
+    }
+    const title = text.person.names[name] ?? name;
+    const slider = createSlider({
+      name: title,
+      label: title,
+      id: `person-${name.replaceAll(/\W+/g, '-')}`,
+      about: text.person.abouts[name] ?? '',
+      title: text.person.reset,
+      limits: [0, 1],
+      step: 0.001,
+      key: isAge ? 1 / (most - least) : 0.02,
+      neutral: placeOf(mean),
+      distribution: { place: (value) => value, value: (at) => at, density: bellOf(limits, mean, deviation) },
+      words: (at) => text.person.words(name, valueAt(at)),
+      typed: {
+        label: title,
+        unit: isAge ? unit : '%',
+        min: isAge ? least : 100 * least,
+        max: isAge ? most : 100 * most,
+        step: 1,
+        show: (at) => Math.round(isAge ? valueAt(at) : 100 * valueAt(at)),
+        take: (shown) => {
+          move(placeOf(isAge ? shown : shown / 100));
+          done();
+        },
+      },
+      move,
+      hold,
+      finish: done,
+    });
+    return { name, placeOf, slider };
+  });
+  median.free();
+
+  /** @param {Start} from @param {Record<string, number>} values that are asked for */
+  const toldWith = ({ reads }, values) => told({ model, attribute: (name) => values[name] ?? reads.get(name) ?? 0 });
+
+  let visible = false;
+  function refresh() {
+    if (!visible) return;
+    for (const { name, placeOf, slider } of rows) {
+      // What is beyond the labels stands at their end.
+      slider.show(Math.min(1, Math.max(0, placeOf(face.attribute(name)))));
+      const was = start?.reads.get(name);
+      const at = was === undefined ? null : Math.min(1, Math.max(0, placeOf(was)));
+      slider.ghost(at !== null && Math.abs(at - slider.input.valueAsNumber) > 0.005 ? at : null);
+    }
+  }
+  editor.onShape(refresh);
+  editor.onStep(refresh);
+
+  return {
+    /** Whether the model has labels. */
+    any: rows.length > 0,
+    root: element(
+      'div',
+      { class: 'person', role: 'group', 'aria-label': text.person.title },
+      element('h2', {}, text.person.title),
+      element('p', { class: 'note' }, text.person.about),
+      element('div', { class: 'sliders' }, ...rows.map(({ slider }) => slider.root)),
+      element('label', { class: 'check', for: along.id }, along, text.person.colours),
+    ),
+    /** @param {boolean} now */
+    shown(now) {
+      visible = now;
+      refresh();
+    },
+  };
+}
