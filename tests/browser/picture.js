@@ -125,6 +125,33 @@ for (const [i, { seed, colours }] of PEOPLE.entries()) {
 }
 writeFileSync(place('page-colours'), PNG.sync.write(sheet));
 
+// One person, and what labels make of them.
+const VARIANTS = [{ Age: 0.05 }, { Age: 0.6 }, { Age: 1 }, { Sex: 0.95 }, { 'African shape': 0.9 }, { 'Asian shape': 0.9 }];
+const variants = new PNG({ width: 3 * WIDTH, height: 2 * HEIGHT });
+await small.evaluate(() => {
+  const other = window.designer.model.face();
+  other.randomize({ seed: 6, spread: 0.8, attributes: { sex: 0.1, age: 30, african: 0, asian: 0, caucasian: 1 } });
+  location.hash = other.code;
+  other.free();
+});
+await small.getByRole('tab', { name: 'Looks' }).click();
+for (const [name, value] of Object.entries({ skin: 0.2, hair: 0.55, iris: 0.45, lips: 0.5, length: 0.75, comb: 0.5, parting: 0.35, curl: 0.25 })) {
+  const slider = small.locator(`#colour-${name}`);
+  await slider.fill(String(value));
+  await slider.dispatchEvent('change');
+}
+await small.getByRole('tab', { name: 'Features' }).click();
+await small.getByRole('button', { name: 'Person', exact: true }).click();
+// What the pointer is over glows.
+await small.mouse.move(2, 2);
+const they = await small.evaluate(() => location.hash);
+for (const [i, asked] of VARIANTS.entries()) {
+  await small.evaluate((hash) => (location.hash = hash), they);
+  for (const [name, at] of Object.entries(asked)) await moveSlider(small, name, at);
+  put(variants, i, halved(await picture(small, `person-${i}`)));
+}
+writeFileSync(place('page-person'), PNG.sync.write(variants));
+
 // A photo, and the head that it becomes.
 const shown = new PNG({ width: 3 * WIDTH, height: HEIGHT });
 const photo = await portraitPage();
