@@ -223,26 +223,23 @@ impl Face {
     pub fn set_attributes(&mut self, asked: &[(String, f64)]) -> Result<()> {
         let model = self.model.clone();
         let present = self.sigmas();
-        let all = &model.parts().attributes;
-        let mut wanted: Vec<(&Attribute, f64)> =
-            all.iter().map(|a| (a, a.read(&present))).collect();
         for (name, value) in asked {
-            let attribute = model.asked(name, *value)?;
-            wanted
-                .iter_mut()
-                .filter(|(a, _)| a.name == attribute.name)
-                .for_each(|(_, to)| *to = *value);
+            model.asked(name, *value)?;
         }
+        let wanted: Vec<(&Attribute, f64)> = (model.parts().attributes.iter())
+            .map(|attribute| {
+                let named = asked.iter().find(|(name, _)| *name == attribute.name);
+                let value = named.map_or_else(|| attribute.read(&present), |&(_, value)| value);
+                (attribute, value)
+            })
+            .collect();
         let free = self.free(None)?;
-        let mut steered = present.clone();
+        let mut steered = present;
         model.steer(&mut steered, &free, &wanted);
         let before = self.before();
         let mut coefficients = self.coefficients();
         for &i in &free {
-            // What stays is not rounded anew.
-            if steered[i] != present[i] {
-                coefficients[i] = steered[i] as f32;
-            }
+            coefficients[i] = steered[i] as f32;
         }
         self.change(&coefficients)?;
         self.hold(&[free], before)

@@ -46,6 +46,12 @@ async function inspect(page, what) {
     }
     await look(name);
     await page.screenshot({ path: join(SCREENSHOTS, `${what}-${name.toLowerCase()}.png`) });
+    if (name === 'Features') {
+      await page.getByRole('button', { name: 'Person', exact: true }).click();
+      await look('the person');
+      await page.screenshot({ path: join(SCREENSHOTS, `${what}-person.png`) });
+      await page.getByRole('button', { name: 'Nose', exact: true }).click();
+    }
     if (name === 'Compare') {
       await page.getByLabel('Side by side').uncheck();
       await page.getByLabel('Distance as colour').uncheck();

@@ -66,7 +66,7 @@ export interface Attribute {
   readonly limits: readonly [number, number];
   /** The part of the variance of labels that it explains in people whom it was not learned from. */
   readonly explained: number;
-  /** The standard deviation of what the model's people read; the median face reads their mean. */
+  /** The standard deviation of what the model's people read; the median face reads their mean, or nearly. */
   readonly deviation: number;
 }
 

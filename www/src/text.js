@@ -70,11 +70,10 @@ export const text = {
     names: /** @type {Record<string, string>} */ ({ sex: 'Sex', age: 'Age', african: 'African shape', asian: 'Asian shape', caucasian: 'Caucasian shape', weight: 'Weight' }),
     abouts: /** @type {Record<string, string>} */ ({ sex: 'Female to male' }),
     reset: 'Double-click or press Delete to go to the average. Type a number for an exact value.',
-    words: (/** @type {string} */ name, /** @type {number} */ value) => {
-      if (name === 'age') return `${Math.round(value)} years`;
-      const percents = (/** @type {number} */ share) => text.percent(100 * Math.min(1, Math.max(0, share)));
-      if (name === 'sex') return value < 0.5 ? `${percents(1 - value)} female` : `${percents(value)} male`;
-      return percents(value);
+    years: (/** @type {number} */ years) => `${Math.round(years)} years`,
+    share: (/** @type {string} */ name, /** @type {number} */ share) => {
+      if (name === 'sex') return share < 0.5 ? `${text.percent(100 * (1 - share))} female` : `${text.percent(100 * share)} male`;
+      return text.percent(100 * share);
     },
     colours: 'Skin, hair and lines go along',
   },

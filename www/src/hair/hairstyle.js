@@ -11,6 +11,10 @@ const lineOf = ({ parting }) => (0.5 - parting) * 90;
 
 /** How much of it is combed forward: from parted to a fringe, which is whole before the slider ends. @param {Style} style */
 const fringeOf = ({ comb }) => clamp((comb - 0.5) / 0.3, 0, 1);
+/** How much of it is combed back. @param {Style} style */
+const backOf = ({ comb }) => Math.max(0, 1 - 2 * comb);
+/** How much of it is parted, which is the rest. @param {Style} style */
+const asideOf = (style) => 1 - backOf(style) - fringeOf(style);
 
 /** A fringe is made of the hair that grows so far behind the hairline, mm, and less of what is so much farther back. */
 const FRINGE = [45, 45];
@@ -46,9 +50,8 @@ export function scalpGround(scalp, landmarks, { middle }) {
       const whorl = [6, crown - 0.1 * (crown - middle[1]), middle[2] + 0.62 * (back - middle[2])];
       return {
         field(x, y, z, style, way) {
-          const { comb, curl } = style;
-          const [toBack, toFront] = [Math.max(0, 1 - 2 * comb), fringeOf(style)];
-          const toSide = 1 - toBack - toFront;
+          const { curl } = style;
+          const [toBack, toSide, toFront] = [backOf(style), asideOf(style), fringeOf(style)];
           const behind = smoothstep(whorl[2] + 25, whorl[2] - 10, z);
           const across = clamp((x - lineOf(style)) / 3, -1, 1);
           const away = norm(x - whorl[0], y - whorl[1], z - whorl[2]) || 1;
@@ -76,7 +79,7 @@ export function scalpGround(scalp, landmarks, { middle }) {
         },
         // Between what parts the skin would show: it begins beyond the line, and beyond the whorl.
         early(x, y, z, style) {
-          const parted = z > whorl[2] ? (1 - Math.max(0, 1 - 2 * style.comb) - fringeOf(style)) * Math.exp(-(((x - lineOf(style)) / 9) ** 2)) : 0;
+          const parted = z > whorl[2] ? asideOf(style) * Math.exp(-(((x - lineOf(style)) / 9) ** 2)) : 0;
           return 8 * Math.max(parted, Math.exp(-((x - whorl[0]) ** 2 + (z - whorl[2]) ** 2) / 150));
         },
         // It does not hang before the eyes: it is cut over the brows.

@@ -329,7 +329,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         const along = t * reachOf[strand.lock];
         const at = Math.min(STEPS - 0.001, t * STEPS);
         const i = Math.floor(at);
-        // Locks are wide at their roots and gather to their tips.
+        // Locks are wide at their roots and gather to their tips, but for those that lie side by side in a line.
         const loose = 1 - 0.8 * evenly * holds[i + from / 3];
         const wide = 1 - loose * gather * smoothstep(4, 70 - 40 * curl, along);
         const stray = loose * Math.min(7, 0.075 * along);

@@ -30,9 +30,10 @@ export function told(face) {
 
 /** How manly someone is, whom labels tell to be this male. @param {number} sex */
 const manlyOf = (sex) => Math.min(1, Math.max(0, (sex - 0.35) / 0.3));
-/** How deep lines are, on average, and how grey hair is at the most. @param {number} age 0 to 1 */
-const linesOf = (age) => Math.max(0, 1.5 * age - 0.45);
-const greyOf = (/** @type {number} */ age) => Math.max(0, 2 * age - 1);
+/** How deep lines are: with the years, and from one to another. @param {number} age @param {number} own both 0 to 1 */
+const linesOf = (age, own = 0.5) => Math.max(0, 1.5 * age - 0.65 + 0.4 * own);
+/** How far hair is grey at an age, if it is. @param {number} age 0 to 1 */
+const greyOf = (age) => Math.max(0, 2 * age - 1);
 
 /**
  * The colours of someone whose shape becomes another's: lines and grey hair come and go with the years, skin gets the depth that goes
@@ -80,11 +81,11 @@ export function someone(face, seed) {
     brows: 0.3 + 0.5 * random(),
     hair: light ? 0.1 + 0.8 * random() : dark(),
     red: random() < 0.2 * fair ? random() : 0,
-    grey: random() < 0.7 * Math.max(0, 2 * age - 1) ? random() : 0,
+    grey: random() < 0.7 * greyOf(age) ? random() : 0,
     iris: random() < fair ? 0.9 * random() : dark(),
     crop: random() < 0.85 ? 0.3 + 0.7 * random() : 0,
     beard: random() < 0.4 * manly ? 0.15 + 0.6 * random() : 0,
-    lines: Math.max(0, 1.5 * age - 0.65 + 0.4 * random()),
+    lines: linesOf(age, random()),
     freckles: random() < 0.5 * fair ? random() : 0,
   };
   const beardLength = colours.beard > 0.3 && random() < 0.6 ? 0.15 + 0.45 * random() ** 2 : 0;

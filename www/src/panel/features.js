@@ -36,32 +36,30 @@ export function createFeatures(editor, { distributions, limits, random, preview 
   /** @type {Set<string>} */
   const opened = new Set();
 
-  const tabs = new Map(
-    groups.map((group) => {
-      const lockSign = icon('lock');
-      lockSign.classList.add('lock-sign');
-      const button = element(
-        'button',
-        {
-          type: 'button',
-          class: 'tab',
-          'data-group': group,
-          onclick: () => choose(group),
-          onpointerenter: () => preview(group),
-          onpointerleave: () => preview(null),
-          onfocus: () => button.matches(':focus-visible') && preview(group),
-          onblur: () => preview(null),
-        },
-        titleOf(group),
-        lockSign,
-      );
-      return [group, button];
-    }),
-  );
-
   const person = createPerson(editor);
-  const whole = element('button', { type: 'button', class: 'tab whole', onclick: () => choose(PERSON) }, text.person.title);
-  if (person.any) tabs.set(PERSON, whole);
+  /** In the order in which they stand. @type {Map<string, HTMLElement>} */
+  const tabs = new Map();
+  if (person.any) tabs.set(PERSON, element('button', { type: 'button', class: 'tab whole', onclick: () => choose(PERSON) }, text.person.title));
+  for (const group of groups) {
+    const lockSign = icon('lock');
+    lockSign.classList.add('lock-sign');
+    const button = element(
+      'button',
+      {
+        type: 'button',
+        class: 'tab',
+        'data-group': group,
+        onclick: () => choose(group),
+        onpointerenter: () => preview(group),
+        onpointerleave: () => preview(null),
+        onfocus: () => button.matches(':focus-visible') && preview(group),
+        onblur: () => preview(null),
+      },
+      titleOf(group),
+      lockSign,
+    );
+    tabs.set(group, button);
+  }
 
   const heading = element('h2', { id: 'feature-title' });
   const surprise = element('button', { type: 'button', class: 'tool', onclick: () => random.randomise([chosen]) }, icon('dice'));
@@ -183,13 +181,15 @@ export function createFeatures(editor, { distributions, limits, random, preview 
   let visible = true;
   function refresh() {
     if (!visible) return;
-    rows.forEach(({ slider, distribution }, i) => {
-      const value = distribution.of(face);
-      slider.show(value);
-      const was = before?.[i];
-      slider.ghost(was !== undefined && Math.abs(was - value) > 0.005 ? was : null);
-    });
-    measures.refresh();
+    if (!feature.hidden) {
+      rows.forEach(({ slider, distribution }, i) => {
+        const value = distribution.of(face);
+        slider.show(value);
+        const was = before?.[i];
+        slider.ghost(was !== undefined && Math.abs(was - value) > 0.005 ? was : null);
+      });
+      measures.refresh();
+    }
     alpha.show(face.alpha);
     const locked = face.locked;
     for (const [group, tab] of tabs) {
@@ -245,7 +245,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
   const root = element(
     'div',
     { class: 'features' },
-    fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...(person.any ? [whole] : []), ...groups.map((group) => /** @type {HTMLElement} */ (tabs.get(group))))),
+    fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values())),
     element(
       'div',
       { class: 'scroll' },

@@ -54,7 +54,8 @@ export function createPerson(editor) {
     const [least, most] = limits;
     const mean = median.attribute(name);
     const valueAt = (/** @type {number} */ at) => least + at * (most - least);
-    const placeOf = (/** @type {number} */ value) => (value - least) / (most - least);
+    // What is beyond the labels stands at their end.
+    const placeOf = (/** @type {number} */ value) => Math.min(1, Math.max(0, (value - least) / (most - least)));
     const isAge = unit === 'years';
     /** @type {((face: import('phiz').Face) => void) | null} */
     let last = null;
@@ -87,7 +88,7 @@ export function createPerson(editor) {
       key: isAge ? 1 / (most - least) : 0.02,
       neutral: placeOf(mean),
       distribution: { place: (value) => value, value: (at) => at, density: bellOf(limits, mean, deviation) },
-      words: (at) => text.person.words(name, valueAt(at)),
+      words: (at) => (isAge ? text.person.years(valueAt(at)) : text.person.share(name, valueAt(at))),
       typed: {
         label: title,
         unit: isAge ? unit : '%',
@@ -115,11 +116,10 @@ export function createPerson(editor) {
   function refresh() {
     if (!visible) return;
     for (const { name, placeOf, slider } of rows) {
-      // What is beyond the labels stands at their end.
-      slider.show(Math.min(1, Math.max(0, placeOf(face.attribute(name)))));
-      const was = start?.reads.get(name);
-      const at = was === undefined ? null : Math.min(1, Math.max(0, placeOf(was)));
-      slider.ghost(at !== null && Math.abs(at - slider.input.valueAsNumber) > 0.005 ? at : null);
+      const at = placeOf(face.attribute(name));
+      slider.show(at);
+      const was = start && placeOf(start.reads.get(name) ?? 0);
+      slider.ghost(was !== null && Math.abs(was - at) > 0.005 ? was : null);
     }
   }
   editor.onShape(refresh);
