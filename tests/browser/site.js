@@ -297,6 +297,22 @@ export async function moveSlider(page, name, value) {
 }
 
 /**
+ * A run of presses of a key, which is one step when they follow each other soon: sent one by one they may not, where a processor
+ * draws between them.
+ * @param {import('playwright-core').Locator} on @param {string} key @param {number} times @param {boolean} [shiftKey]
+ */
+export async function pressQuickly(on, key, times, shiftKey = false) {
+  await on.evaluate(
+    (element, [key, times, shiftKey]) => {
+      for (let i = 0; i < times; i++) {
+        for (const type of ['keydown', 'keyup']) element.dispatchEvent(new KeyboardEvent(type, { key, shiftKey, bubbles: true, cancelable: true }));
+      }
+    },
+    /** @type {const} */ ([key, times, shiftKey]),
+  );
+}
+
+/**
  * A file that the dialog of exports gives.
  * @param {import('playwright-core').Page} page @param {string} button
  */

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { gunzipSync, gzipSync } from 'node:zlib';
-import { differing, moveSlider, open, picture, siteAndBrowser } from './site.js';
+import { differing, moveSlider, open, picture, pressQuickly, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -48,8 +48,7 @@ describe('a person', () => {
 
     // By keys: a year each, ten with Shift; one run of keys is one step.
     await slider(page, 'Age').focus();
-    for (let i = 0; i < 4; i++) await page.keyboard.press('Shift+ArrowRight');
-    await page.keyboard.press('Tab');
+    await pressQuickly(slider(page, 'Age'), 'ArrowRight', 4, true);
     assert.ok(Math.abs((await reading(page, 'age')) - 70.4) < 0.1);
     assert.equal(await slider(page, 'Age').getAttribute('aria-valuetext'), '70 years');
     (await others()).forEach((now, i) => assert.ok(Math.abs(now - kept[i]) < 0.002, 'what was not asked for stays'));
