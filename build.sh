@@ -30,7 +30,8 @@ What is missing and can be installed, is. Logs of quiet steps are in target/log.
 END
 }
 
-say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
+# say WORDS...: after how long it came to this, in minutes and seconds.
+say() { printf '\033[1m%d:%02d  %s\033[0m\n' $((SECONDS / 60)) $((SECONDS % 60)) "$*" >&2; }
 die() {
     printf 'build.sh: %s\n' "$*" >&2
     exit 1
