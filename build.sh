@@ -299,6 +299,11 @@ lints() {
     quietly types npm run check --prefix www
 }
 
+rust_tests_built() {
+    quietly rust-tests cargo test --no-run --locked --features fit
+    quietly rust-tests-wasm cargo build --locked --tests --target wasm32-unknown-unknown
+}
+
 run_tests() {
     say "Setting up"
     need_node
@@ -310,8 +315,12 @@ run_tests() {
     need_base_mesh
     need_ict
     lints
+    # What is built for the tests fills the time in which the package's builds are one thread.
+    rust_tests_built &
+    local built=$!
     package
     site
+    wait "$built"
     say "Rust tests"
     cargo test --locked --features fit
     say "wasm in Node"

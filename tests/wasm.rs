@@ -1,7 +1,7 @@
 //! The core on wasm32, in Node: `wasm-pack test --node -- --test wasm`.
 //!
 //! Positions are exact sums, and the rest is plain IEEE arithmetic without fused operations, so wasm
-//! gives the very bits that native code does; `tests/face.rs` holds those to their definition.
+//! gives the very bits that native code does; `tests/online/face.rs` holds those to their definition.
 #![cfg(target_arch = "wasm32")]
 
 mod common;

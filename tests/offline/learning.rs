@@ -200,34 +200,40 @@ fn random_faces_look_like_the_training_faces_in_size() {
     let Some(Trained { learned, model, .. }) = &*TRAINED else {
         return;
     };
-    let width = |name: &str, face: &phiz::Face| face.measure(name).unwrap();
-    for name in ["nose width", "mouth width", "face height"] {
-        let trained: Vec<f64> = learned
-            .coefficients
-            .iter()
-            .map(|row| {
-                let mut face = model.face();
-                let mut c: Vec<f32> = row.iter().map(|&c| c as f32).collect();
-                c.resize(model.parts().coefficients(), 0.0); // no edits
-                face.set_coefficients(&c).unwrap();
-                width(name, &face)
+    let names = ["nose width", "mouth width", "face height"];
+    let lengths = |face: &phiz::Face| names.map(|name| face.measure(name).unwrap());
+    let trained: Vec<[f64; 3]> = learned
+        .coefficients
+        .iter()
+        .map(|row| {
+            let mut face = model.face();
+            let mut c: Vec<f32> = row.iter().map(|&c| c as f32).collect();
+            c.resize(model.parts().coefficients(), 0.0); // no edits
+            face.set_coefficients(&c).unwrap();
+            lengths(&face)
+        })
+        .collect();
+    let mut face = model.face();
+    let drawn: Vec<[f64; 3]> = (0..400)
+        .map(|seed| {
+            face.randomize(&Randomize {
+                seed: Some(seed),
+                ..Default::default()
             })
-            .collect();
-        let drawn: Vec<f64> = (0..400)
-            .map(|seed| {
-                let mut face = model.face();
-                face.randomize(&Randomize {
-                    seed: Some(seed),
-                    ..Default::default()
-                })
-                .unwrap();
-                width(name, &face)
-            })
-            .collect();
-        let moments = |v: &[f64]| {
-            let mean = v.iter().sum::<f64>() / v.len() as f64;
-            let sd = (v.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / v.len() as f64).sqrt();
-            (mean, sd)
+            .unwrap();
+            lengths(&face)
+        })
+        .collect();
+    for (k, name) in names.into_iter().enumerate() {
+        let moments = |faces: &[[f64; 3]]| {
+            let n = faces.len() as f64;
+            let mean = faces.iter().map(|face| face[k]).sum::<f64>() / n;
+            let variance = faces
+                .iter()
+                .map(|face| (face[k] - mean).powi(2))
+                .sum::<f64>()
+                / n;
+            (mean, variance.sqrt())
         };
         let ((m1, s1), (m2, s2)) = (moments(&trained), moments(&drawn));
         println!("{name}: trained {m1:.1} +- {s1:.1}, drawn {m2:.1} +- {s2:.1}");

@@ -1,11 +1,8 @@
 //! What must hold of every face, on the committed head and on a sheet that shows its numbers.
-#![cfg(not(target_arch = "wasm32"))]
-
-mod common;
 
 use std::sync::LazyLock;
 
-use common::{COEFFICIENTS, MODEL, exercise, head_model, sheet_model};
+use crate::common::{COEFFICIENTS, MODEL, exercise, head_model, sheet_model};
 use glam::{DVec3, Vec3};
 use phiz::blob::pack;
 use phiz::model::Block;

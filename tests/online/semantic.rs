@@ -1,15 +1,6 @@
 //! Semantic controls of the default model: what they move, what they leave, and what holds.
-#![cfg(not(target_arch = "wasm32"))]
 
-#[path = "common/base_mesh.rs"]
-#[cfg(feature = "fit")]
-mod base_mesh;
-mod common;
-#[path = "common/heads.rs"]
-#[cfg(feature = "fit")]
-mod heads;
-
-use common::head_model;
+use crate::common::head_model;
 use nalgebra::{DMatrix, DVector};
 use phiz::anatomy::Measure;
 use phiz::model::{Control, LIMIT};
@@ -153,7 +144,7 @@ fn displacement_lies_in_the_part_and_its_border_band() {
     use phiz::fit::geodesic::Geodesic;
     use phiz::fit::semantic::BAND;
     use phiz::fit::sparse::head_parts;
-    let Some(template) = heads::template() else {
+    let Some(template) = crate::heads::template() else {
         return;
     };
     let face = mean_face();

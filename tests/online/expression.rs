@@ -1,7 +1,4 @@
 //! Expressions on faces of the default model.
-#![cfg(not(target_arch = "wasm32"))]
-
-mod common;
 
 use std::sync::LazyLock;
 
@@ -9,7 +6,7 @@ use glam::Vec3;
 use phiz::expression::{Expression, STEP, write};
 use phiz::{Error, Expressions, Face, Performance};
 
-use common::person;
+use crate::common::{self, person};
 
 static EXPRESSIONS: LazyLock<Expressions> = LazyLock::new(|| {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/expressions.phiz");

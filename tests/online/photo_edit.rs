@@ -1,17 +1,12 @@
 //! Faces in photos that take another shape.
-#![cfg(feature = "photo")]
-
-mod common;
-#[path = "common/photo.rs"]
-mod staged;
 
 use glam::{DVec2, DVec3, Vec3};
 use phiz::photo::raster::{NOTHING, Raster};
 use phiz::photo::{Camera, Edit, Field, Image};
 use phiz::{Face, Random};
 
-use common::person;
-use staged::{SIZE, camera, edit, stencil, window};
+use crate::common::{self, person};
+use crate::staged::{SIZE, camera, edit, stencil, window};
 
 /// The edits of the paper's Figs. 7 and 8, each both ways.
 const EDITS: [&str; 8] = [
@@ -210,6 +205,19 @@ fn what_is_far_away_never_moves() {
     assert!(changed(240, 200), "the nose is another");
 }
 
+/// Whether something is seen within `reach` of each pixel, along both axes.
+fn near(raster: &Raster, [width, height]: [usize; 2], reach: usize) -> Vec<bool> {
+    let around =
+        |middle: usize, size: usize| middle.saturating_sub(reach)..(middle + reach).min(size);
+    let seen: Vec<bool> = raster.triangles.iter().map(|t| *t != NOTHING).collect();
+    let rows: Vec<bool> = (0..width * height)
+        .map(|i| around(i % width, width).any(|x| seen[i / width * width + x]))
+        .collect();
+    (0..width * height)
+        .map(|i| around(i / width, height).any(|y| rows[y * width + i % width]))
+        .collect()
+}
+
 /// A bald head before a wall: what is not of it is background.
 #[test]
 fn the_background_stays_but_for_what_is_beside_the_head() {
@@ -220,7 +228,6 @@ fn the_background_stays_but_for_what_is_beside_the_head() {
         let triangles = face.model().parts().topology.triangles();
         let size = SIZE.map(|s| s as usize);
         let raster = Raster::new(&camera, size, &positions, &triangles);
-        let head = |x: usize, y: usize| raster.triangles[y * size[0] + x] != NOTHING;
         let alpha = raster.triangles.iter().map(|&t| match t {
             NOTHING => 0,
             _ => 255,
@@ -235,7 +242,7 @@ fn the_background_stays_but_for_what_is_beside_the_head() {
         let [less, more] = [&before, &anywhere].map(|edit| moves(&field(edit, &stranger).unwrap()));
         assert!((less as f64) < 0.9 * more as f64, "{less} of {more}");
         // The face is some 200 px high, of which it is an eighth.
-        let reach = 30;
+        let near = near(&raster, size, 30);
         for control in EDITS {
             for sigmas in [-2.0, 2.0] {
                 let other = moved(&face, control, sigmas);
@@ -244,11 +251,8 @@ fn the_background_stays_but_for_what_is_beside_the_head() {
                 for (at, motion) in field.motion.iter().enumerate() {
                     let node = DVec2::new((at % field.columns) as f64, (at / field.columns) as f64);
                     let [x, y] = (field.origin + node * field.step).to_array();
-                    let near = |middle: f64, size: usize| {
-                        let middle = (middle.max(0.0) as usize).min(size - 1);
-                        middle.saturating_sub(reach)..(middle + reach).min(size)
-                    };
-                    let is_near = near(y, size[1]).any(|y| near(x, size[0]).any(|x| head(x, y)));
+                    let pixel = |at: f64, size: usize| (at.max(0.0) as usize).min(size - 1);
+                    let is_near = near[pixel(y, size[1]) * size[0] + pixel(x, size[0])];
                     assert!(
                         is_near || *motion == [0.0; 2],
                         "{control} {sigmas}: {x} {y}"

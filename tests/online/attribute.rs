@@ -1,11 +1,8 @@
 //! What labels tell of a face, and faces that are asked for by them.
-#![cfg(not(target_arch = "wasm32"))]
-
-mod common;
 
 use std::sync::LazyLock;
 
-use common::{COEFFICIENTS, head_model, labelled_sheet, sheet, sheet_blob};
+use crate::common::{COEFFICIENTS, head_model, labelled_sheet, sheet, sheet_blob};
 use phiz::model::Attribute;
 use phiz::{Error, Face, FaceModel, Randomize};
 

@@ -1,17 +1,12 @@
 //! What a photo tells of a head beside its shape: the colours that it wears, and its looks.
-#![cfg(feature = "photo")]
-
-mod common;
-#[path = "common/photo.rs"]
-mod staged;
 
 use glam::{DVec2, DVec3, Vec3};
 use phiz::Face;
 use phiz::photo::raster::{NOTHING, Raster, barycentric};
 use phiz::photo::{Camera, Detail, Edit, Hair, Image, Light, Looks, Texture};
 
-use common::person;
-use staged::{SIZE, camera, edit, stencil, window};
+use crate::common::person;
+use crate::staged::{SIZE, camera, edit, stencil, window};
 
 const SKIN: DVec3 = DVec3::new(0.5, 0.35, 0.25);
 

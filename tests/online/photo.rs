@@ -1,16 +1,4 @@
 //! Faces from the points of photos.
-#![cfg(feature = "photo")]
-
-#[cfg(feature = "fit")]
-#[path = "common/base_mesh.rs"]
-mod base_mesh;
-mod common;
-#[cfg(feature = "fit")]
-#[path = "common/heads.rs"]
-mod heads;
-#[cfg(feature = "fit")]
-#[path = "common/ict.rs"]
-mod ict;
 
 use std::sync::LazyLock;
 
@@ -18,7 +6,7 @@ use glam::{DVec2, DVec3};
 use phiz::photo::{Camera, Fit, Fitter, POINTS, Photo};
 use phiz::{Expressions, Face, Performance, Random};
 
-use common::person;
+use crate::common::{self, person};
 
 static FITTER: LazyLock<Fitter> =
     LazyLock::new(|| Fitter::new(common::head_model(), None).expect("is a model of people"));

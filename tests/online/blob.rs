@@ -1,13 +1,11 @@
 //! A blob is read back as it was written, or refused with a reason: never a panic, a hang or a
 //! huge allocation, and never a model on which a face panics later.
-#![cfg(not(target_arch = "wasm32"))]
-
-mod common;
 
 use std::sync::LazyLock;
 
-use common::{
-    edited_sheet, exercise, labelled_sheet, n, sheet, sheet_blob, sheet_model, text, with_header,
+use crate::common::{
+    COEFFICIENTS, edited_sheet, exercise, labelled_sheet, n, sheet, sheet_blob, sheet_model, text,
+    with_header,
 };
 use glam::Vec3;
 use phiz::anatomy::{Axis, Quantity};
@@ -388,18 +386,16 @@ fn inconsistent_parts_are_refused() {
             .expect("the nose has one")
             .distances[0] = -1.0;
     });
-    check("a correlation of 2", &|p| {
-        p.correlation[common::COEFFICIENTS] = 2.0
-    });
+    check("a correlation of 2", &|p| p.correlation[COEFFICIENTS] = 2.0);
     check("a mean that is none", &|p| p.mean[0].x = f32::NAN);
     check("a mean without an end", &|p| p.mean[0].y = f32::INFINITY);
     check("a mean far away", &|p| p.mean[0].z = -2e4);
     check("a correlation that no population has", &|p| {
         for (i, j) in [(0, 1), (1, 0), (1, 2), (2, 1)] {
-            p.correlation[i * common::COEFFICIENTS + j] = 0.99;
+            p.correlation[i * COEFFICIENTS + j] = 0.99;
         }
         p.correlation[2] = -0.99;
-        p.correlation[2 * common::COEFFICIENTS] = -0.99;
+        p.correlation[2 * COEFFICIENTS] = -0.99;
     });
     check("quantiles that fall", &|p| {
         p.controls[0].quantiles.swap(3, 4)
@@ -412,7 +408,7 @@ fn inconsistent_parts_are_refused() {
         p.controls[0].direction.clear()
     });
     check("a control of a coefficient that is not there", &|p| {
-        p.controls[0].direction[0].0 = common::COEFFICIENTS as u32;
+        p.controls[0].direction[0].0 = COEFFICIENTS as u32;
     });
     check("a coefficient twice in a direction", &|p| {
         let twice = p.controls[0].direction[0];
