@@ -64,11 +64,13 @@ const VERTEX = /* glsl */ `
 
     float tip = outward.w;
     float under = abs(course.w); // 1 is open to the light
-    vec3 hair = scattered(colour) * (0.8 + 0.4 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
+    vec3 hair = scattered(colour) * (0.88 + 0.24 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
     float open = mix(0.45, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
     vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
     vec3 shine = vec3(0.0);
+    // Locks lie at angles of their own, or all would shine in one line.
+    float tilt = 0.3 * (fract(strand.x * 0.7548776662) - 0.5);
     for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
       vec3 light = directionalLights[i].direction;
       float lit = saturate((dot(normal, light) + 0.35) / 1.35);
@@ -78,8 +80,8 @@ const VERTEX = /* glsl */ `
       // From the surface of hairs, and light that went through and comes back in their colour, each to its side (Kajiya
       // and Kay 1989; the shifts are Marschner's, 2003).
       vec3 halfway = normalize(light + toEye);
-      float first = dot(normalize(along + (0.05 + 0.06 * fract(strand.y * 91.0)) * normal), halfway);
-      float second = dot(normalize(along - 0.12 * normal), halfway);
+      float first = dot(normalize(along + (0.05 + 0.06 * fract(strand.y * 91.0) + tilt) * normal), halfway);
+      float second = dot(normalize(along - (0.12 - tilt) * normal), halfway);
       shine += sent * pow(max(0.0, 1.0 - first * first), 45.0) * 0.08;
       shine += sent * pow(hair, vec3(0.6)) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.2 * (1.0 - 0.7 * colour.r);
     }
@@ -100,7 +102,7 @@ const FRAGMENT = /* glsl */ `
   uniform float fineness;
   void main() {
     // Hairs of a ribbon begin and end one after the other. Gaps that are smaller than a pixel would be specks.
-    float across = (0.5 + 0.5 * vHair.x) * 5.0;
+    float across = (0.5 + 0.5 * vHair.x) * 7.0;
     float own = fract(fract(vHair.z * 113.5 + floor(across) * 0.618) * 57.31);
     float seen = 1.0 - smoothstep(0.4, 1.1, fwidth(across) / fineness);
     float end = 1.0 - 0.45 * own;
@@ -109,7 +111,7 @@ const FRAGMENT = /* glsl */ `
     // Where the neck runs out, hairs end one by one: what is behind them may be the neck.
     if (vHair.w < 0.1 + 0.9 * fract(vHair.z * 31.0)) discard;
     own = mix(0.5, own, max(0.5, seen));
-    vec3 shown = vColour * (0.75 + 0.5 * own) + vShine * (0.5 + own);
+    vec3 shown = vColour * (0.68 + 0.64 * own) + vShine * (0.5 + own);
     gl_FragColor = vec4(shown, 1.0);
   }
 `;
