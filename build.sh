@@ -326,7 +326,7 @@ run_tests() {
     say "wasm in Node"
     wasm-pack test --node --mode no-install -- --locked --test wasm
     say "The package in Node"
-    node --test tests/node/*.test.js
+    node --test --test-concurrency=2 tests/node/*.test.js
     say "The page in a browser"
     npm test --prefix www
 }
@@ -416,7 +416,7 @@ people() {
     "$fit" register --no-prior --template "$work/first.phiz" --scans "$work/scans-2" \
         -o "$work/faces-2"
     "$fit" template --base-mesh "$PHIZ_BASE_MESH" --faces "$work/faces-2" \
-        --registered-to "$work/first.phiz" --people src/fit/people.phiz -o "$work/template.phiz"
+        --registered-to "$work/first.phiz" --people src/fit/head/people.phiz -o "$work/template.phiz"
     say "The default model"
     "$fit" simulate --ict "$ICT_FACEKIT" --count $PEOPLE --seed 1 --jitter 0.5 --holes \
         --all-points -o "$work/scans-3"

@@ -7,8 +7,11 @@ use glam::Vec3;
 use npyz::WriterBuilder;
 use rayon::prelude::*;
 
-use super::files::{write_atomically, write_through};
-use super::{FitError, FitResult, glb, obj, ply};
+use crate::fit::format::files::{write_atomically, write_through};
+use crate::fit::format::glb;
+use crate::fit::format::obj;
+use crate::fit::format::ply;
+use crate::fit::{FitError, FitResult};
 use crate::{Face, FaceModel, Randomize};
 
 /// Faces that are computed before they are written to a common file.

@@ -6,12 +6,13 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 use phiz::Random;
-use phiz::fit::people::People;
+use phiz::fit::head::expression;
+use phiz::fit::head::generic_head;
+use phiz::fit::head::people::People;
+use phiz::fit::head::template::Template;
+use phiz::fit::mesh::resample::Resampler;
 use phiz::fit::register::{Pulls, Registrar};
-use phiz::fit::resample::Resampler;
 use phiz::fit::scan::Scan;
-use phiz::fit::template::Template;
-use phiz::fit::{expression, generic_head};
 
 use crate::base_mesh;
 
@@ -82,7 +83,7 @@ pub fn scan(template: &Template, head: &[DVec3], seed: u64) -> Scan {
     let skin = skin(template, head);
     let resampler = Resampler::new(skin.positions.len(), &skin.triangles);
     let (points, triangles) = resampler.resample(&skin.positions, &mut Random::new(seed));
-    let on = |p: &phiz::fit::resample::SurfacePoint| p.on(&skin.positions, &skin.triangles);
+    let on = |p: &phiz::fit::mesh::resample::SurfacePoint| p.on(&skin.positions, &skin.triangles);
     Scan {
         positions: points.iter().map(on).collect(),
         triangles,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use phiz::fit::ict::Ict;
+use phiz::fit::truth::ict::Ict;
 
 /// The mean and the modes, read once, from the folder that `ICT_FACEKIT` names (it holds
 /// `FaceXModel`). Where there is none the test has nothing to work on and says so; in CI that is a

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use phiz::fit::FitResult;
+use phiz::fit::head::template::{Landmark, Template};
 use phiz::fit::scan::{Scan, check, landmarks};
-use phiz::fit::template::{Landmark, Template};
 use phiz::mesh::Topology;
 
 /// A head for these tests: an egg with a nose, 150 x 220 x 190 mm.

@@ -6,12 +6,13 @@ use std::sync::OnceLock;
 use glam::{DMat3, DVec3};
 
 use phiz::Random;
+use phiz::fit::FitResult;
 use phiz::fit::detect::{Detection, Detector};
-use phiz::fit::ply::write_mesh;
+use phiz::fit::format::ply::write_mesh;
+use phiz::fit::head::template::Template;
 use phiz::fit::scan::{Scan, Unit};
-use phiz::fit::simulate::{Settings, Simulator};
-use phiz::fit::template::Template;
-use phiz::fit::{FitResult, population};
+use phiz::fit::truth::population;
+use phiz::fit::truth::simulate::{Settings, Simulator};
 
 use crate::{base_mesh, heads, ict, james};
 

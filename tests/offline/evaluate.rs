@@ -4,15 +4,15 @@ use std::sync::OnceLock;
 
 use glam::{DMat3, DVec3};
 use phiz::fit::FitError;
-use phiz::fit::align::Rigid;
 use phiz::fit::evaluate::{Evaluator, evaluate};
-use phiz::fit::expression::{Expressions, Performer};
-use phiz::fit::ict::Ict;
-use phiz::fit::render::normals;
-use phiz::fit::simulate::{Settings, Simulated, Simulator};
-use phiz::fit::surface::Surface;
-use phiz::fit::template::Template;
-use phiz::fit::warp::{Kernel, Warp};
+use phiz::fit::head::expression::{Expressions, Performer};
+use phiz::fit::head::template::Template;
+use phiz::fit::mesh::align::Rigid;
+use phiz::fit::mesh::surface::Surface;
+use phiz::fit::picture::render::normals;
+use phiz::fit::register::warp::{Kernel, Warp};
+use phiz::fit::truth::ict::Ict;
+use phiz::fit::truth::simulate::{Settings, Simulated, Simulator};
 
 use crate::{base_mesh, heads, ict};
 

@@ -5,12 +5,12 @@ use std::time::Instant;
 
 use glam::DVec3;
 use phiz::blob::pack;
-use phiz::fit::cage::Cage;
-use phiz::fit::crease::{Seam, seams};
+use phiz::fit::head::cage::Cage;
+use phiz::fit::head::template::Template;
+use phiz::fit::learn::crease::{Seam, seams};
 use phiz::fit::learn::{Learned, Settings, learn};
-use phiz::fit::population;
-use phiz::fit::prior::ShapePrior;
-use phiz::fit::template::Template;
+use phiz::fit::register::prior::ShapePrior;
+use phiz::fit::truth::population;
 use phiz::fit::validate::rounding;
 use phiz::quantise::BLOCK_ERROR;
 use phiz::{FaceModel, Randomize};

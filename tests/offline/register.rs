@@ -4,17 +4,17 @@ use std::sync::OnceLock;
 
 use glam::{DMat3, DVec3};
 use phiz::Random;
-use phiz::fit::align::Rigid;
 use phiz::fit::evaluate::Evaluator;
-use phiz::fit::expression::{Expressions, Performer};
-use phiz::fit::generic_head::flip;
-use phiz::fit::ply::write_mesh;
+use phiz::fit::format::ply::write_mesh;
+use phiz::fit::head::expression::{Expressions, Performer};
+use phiz::fit::head::generic_head::flip;
+use phiz::fit::head::template::Template;
+use phiz::fit::mesh::align::Rigid;
+use phiz::fit::picture::render::normals;
 use phiz::fit::register::batch::{Job, register_scan};
 use phiz::fit::register::{Pulls, Registered, Registrar, Settings};
-use phiz::fit::render::normals;
 use phiz::fit::scan::Scan;
-use phiz::fit::simulate::{self, Simulator};
-use phiz::fit::template::Template;
+use phiz::fit::truth::simulate::{self, Simulator};
 
 use crate::{base_mesh, heads, ict};
 

@@ -7,11 +7,11 @@ use std::process::{Command, Output};
 use std::sync::Mutex;
 use std::time::SystemTime;
 
-use phiz::fit::ply::{read_positions, write_mesh};
+use phiz::fit::format::ply::{read_positions, write_mesh};
+use phiz::fit::head::template::Template;
 use phiz::fit::register::Settings;
 use phiz::fit::register::batch::{self, Job};
 use phiz::fit::scan::{Scan, landmarks};
-use phiz::fit::template::Template;
 
 use crate::heads;
 
@@ -384,7 +384,7 @@ fn an_expression_is_taken_off_where_that_is_asked_for() {
     let scans = root.path().join("scans");
     fs::create_dir(&scans).expect("makes");
     // The rest pose with a broad smile.
-    let smile = |e: &&phiz::fit::expression::Expression| e.name.starts_with("mouthSmile");
+    let smile = |e: &&phiz::fit::head::expression::Expression| e.name.starts_with("mouthSmile");
     let mut head = template.positions.clone();
     for expression in template.expressions.iter().filter(smile) {
         let moves = head.iter_mut().zip(&expression.displacements);

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::Vec3;
-use phiz::fit::obj::Obj;
-use phiz::fit::ply;
+use phiz::fit::format::obj::Obj;
+use phiz::fit::format::ply;
 use phiz::fit::sample::{Target, write};
 
 use crate::common::{self, person};

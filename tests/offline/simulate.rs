@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use phiz::fit::mesh::surface::Surface;
 use phiz::fit::scan::Scan;
-use phiz::fit::simulate::{Settings, Simulator, Truth, write};
-use phiz::fit::surface::Surface;
+use phiz::fit::truth::simulate::{Settings, Simulator, Truth, write};
 
 use crate::ict;
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phiz::Random;
-use phiz::fit::geodesic::Geodesic;
+use phiz::fit::mesh::geodesic::Geodesic;
 use phiz::fit::sparse::compare::error;
 use phiz::fit::sparse::{
     Kind, Region, Settings, SparseBasis, learn, principal, with_mirror_images,

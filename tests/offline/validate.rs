@@ -6,11 +6,11 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3};
 use phiz::FaceModel;
-use phiz::fit::align::{Rigid, vertex_areas};
-use phiz::fit::population::{self, Labels};
+use phiz::fit::head::template::Template;
+use phiz::fit::mesh::align::{Rigid, vertex_areas};
 use phiz::fit::register::Settings as Registration;
-use phiz::fit::simulate::{Settings, Simulator};
-use phiz::fit::template::Template;
+use phiz::fit::truth::population::{self, Labels};
+use phiz::fit::truth::simulate::{Settings, Simulator};
 use phiz::fit::validate::reconstruct::{Areas, FEATURES, Subspace};
 use phiz::fit::validate::{Population, Report, STEPS, page, validate};
 use rayon::prelude::*;

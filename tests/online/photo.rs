@@ -388,10 +388,10 @@ mod truth {
     use super::*;
     use crate::{heads, ict};
 
-    use phiz::fit::photograph::{Photographer, Report, SETTINGS, SIZE};
-    use phiz::fit::portrait::Portrait;
     use phiz::fit::register::Settings;
     use phiz::fit::scan::Scan;
+    use phiz::fit::truth::photograph::{Photographer, Report, SETTINGS, SIZE};
+    use phiz::fit::truth::portrait::Portrait;
     use phiz::photo::Image;
 
     #[test]

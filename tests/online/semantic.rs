@@ -112,7 +112,7 @@ fn each_is_monotone_over_its_range() {
 #[test]
 fn sliders_end_where_the_head_is_still_whole() {
     use glam::DVec3;
-    use phiz::fit::folds::{Folds, Stretches};
+    use phiz::fit::mesh::folds::{Folds, Stretches};
     let triangles = head_model().parts().topology.triangles();
     let place = |face: &Face| -> Vec<DVec3> {
         let each = face.positions().iter();
@@ -141,8 +141,8 @@ fn sliders_end_where_the_head_is_still_whole() {
 #[test]
 fn displacement_lies_in_the_part_and_its_border_band() {
     use glam::DVec3;
-    use phiz::fit::geodesic::Geodesic;
-    use phiz::fit::semantic::BAND;
+    use phiz::fit::learn::semantic::BAND;
+    use phiz::fit::mesh::geodesic::Geodesic;
     use phiz::fit::sparse::head_parts;
     let Some(template) = crate::heads::template() else {
         return;

@@ -6,9 +6,10 @@ use clap::Args;
 
 use phiz::FaceModel;
 use phiz::blob::pack;
-use phiz::fit::attributes::{Labels, learn};
-use phiz::fit::files::write_atomically;
-use phiz::fit::{FitResult, ply};
+use phiz::fit::FitResult;
+use phiz::fit::format::files::write_atomically;
+use phiz::fit::format::ply;
+use phiz::fit::learn::attributes::{Labels, learn};
 use phiz::model::Attribute;
 
 #[derive(Args)]

@@ -6,15 +6,16 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use glam::DVec3;
-use phiz::fit::align::{procrustes, vertex_areas};
-use phiz::fit::files::write_atomically;
+use phiz::fit::format::files::write_atomically;
+use phiz::fit::format::ply;
+use phiz::fit::head::template::Template;
+use phiz::fit::mesh::align::{procrustes, vertex_areas};
 use phiz::fit::sparse::compare::{BASES, Curve, Trial};
 use phiz::fit::sparse::{
     self, Kind, Problem, Settings, SparseBasis, face_parts, head_parts, with_mirror_images,
 };
-use phiz::fit::template::Template;
 use phiz::fit::validate::bases::COMPONENTS;
-use phiz::fit::{FitError, FitResult, ply};
+use phiz::fit::{FitError, FitResult};
 
 #[derive(Args)]
 pub struct BasisArgs {

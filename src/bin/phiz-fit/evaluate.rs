@@ -7,12 +7,12 @@ use glam::DVec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::evaluate::{Evaluator, Report, evaluate, exchange};
-use phiz::fit::expression::Expressions;
-use phiz::fit::ict::Ict;
+use phiz::fit::head::expression::Expressions;
+use phiz::fit::head::template::Template;
 use phiz::fit::register::{Registrar, Settings as Registration};
 use phiz::fit::scan::Scan;
-use phiz::fit::simulate::{self, Settings, Simulated, Simulator};
-use phiz::fit::template::Template;
+use phiz::fit::truth::ict::Ict;
+use phiz::fit::truth::simulate::{self, Settings, Simulated, Simulator};
 use phiz::fit::{FitError, FitResult};
 
 #[derive(Args)]

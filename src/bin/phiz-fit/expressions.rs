@@ -6,7 +6,7 @@ use clap::Args;
 
 use phiz::blob::pack;
 use phiz::expression;
-use phiz::fit::files::write_atomically;
+use phiz::fit::format::files::write_atomically;
 use phiz::fit::{FitError, FitResult};
 
 #[derive(Args)]
@@ -28,7 +28,7 @@ pub fn run(args: &ExpressionsArgs) -> FitResult<()> {
     let template = super::read_template(&args.template)?;
     let model = super::read_model(&args.model)?;
     let baked = super::step("expressions on the mean head", || {
-        phiz::fit::expression::bake(&template, &model, &args.base_mesh)
+        phiz::fit::head::expression::bake(&template, &model, &args.base_mesh)
     })?;
     let bytes = expression::write(&model, &baked).and_then(|blob| pack(&blob));
     let bytes = bytes.map_err(|e| FitError::file(&args.output, e))?;

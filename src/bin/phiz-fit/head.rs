@@ -6,7 +6,7 @@ use clap::Args;
 
 use phiz::blob::pack;
 use phiz::fit::FitResult;
-use phiz::fit::files::write_atomically;
+use phiz::fit::format::files::write_atomically;
 
 #[derive(Args)]
 pub struct HeadArgs {

@@ -19,15 +19,19 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::ProgressBar;
 
 use phiz::blob::pack;
-use phiz::fit::expression;
-use phiz::fit::files::write_atomically;
-use phiz::fit::ict::Ict;
+use phiz::fit::format::files::write_atomically;
+use phiz::fit::format::ply;
+use phiz::fit::head::expression;
+use phiz::fit::head::generic_head;
+use phiz::fit::head::people::People;
+use phiz::fit::head::template::Template;
+use phiz::fit::learn::semantic::{Method, Table};
 use phiz::fit::learn::{Learned, Settings, learn};
-use phiz::fit::people::People;
+use phiz::fit::picture::pictures;
 use phiz::fit::register::batch;
-use phiz::fit::semantic::{Method, Table};
-use phiz::fit::template::Template;
-use phiz::fit::{FitError, FitResult, generic_head, pictures, ply, population};
+use phiz::fit::truth::ict::Ict;
+use phiz::fit::truth::population;
+use phiz::fit::{FitError, FitResult};
 use phiz::model::About;
 use phiz::{Expressions, FaceModel};
 
@@ -96,7 +100,7 @@ struct TemplateArgs {
     /// The template that the faces were registered to.
     #[arg(long, value_name = "FILE", requires = "faces")]
     registered_to: Option<PathBuf>,
-    /// Write what was learned from the faces here too; the program's own is `src/fit/people.phiz`.
+    /// Write what was learned from the faces here too; the program's own is `src/fit/head/people.phiz`.
     #[arg(long, value_name = "FILE", requires = "faces")]
     people: Option<PathBuf>,
     /// The template to write.

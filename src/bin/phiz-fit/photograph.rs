@@ -6,13 +6,13 @@ use std::time::Instant;
 use clap::Args;
 use glam::DVec3;
 
-use phiz::fit::files::write_atomically;
-use phiz::fit::ict::Ict;
-use phiz::fit::photograph::{
+use phiz::fit::format::files::write_atomically;
+use phiz::fit::truth::ict::Ict;
+use phiz::fit::truth::photograph::{
     Errors, Mistaken, Photograph, Photographer, Report, SETTINGS, SIZE, Setting, write_floats,
     write_model,
 };
-use phiz::fit::portrait::Portrait;
+use phiz::fit::truth::portrait::Portrait;
 use phiz::fit::{FitError, FitResult};
 use phiz::photo::{Fit, Fitter, Image, Light, Photo};
 use phiz::{Expressions, Performance};

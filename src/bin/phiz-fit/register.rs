@@ -7,11 +7,15 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::blob::{Blob, Kind};
+use phiz::fit::format::files;
+use phiz::fit::format::ply;
+use phiz::fit::head::template::Template;
+use phiz::fit::picture::pictures;
 use phiz::fit::register::batch::{self, Job, Prepared, Recipe};
+use phiz::fit::register::texture;
 use phiz::fit::register::{Registered, Registrar, Settings};
 use phiz::fit::scan::{Scan, Texture, Unit};
-use phiz::fit::template::Template;
-use phiz::fit::{FitError, FitResult, files, pictures, ply, texture};
+use phiz::fit::{FitError, FitResult};
 
 #[derive(Args)]
 #[command(group(clap::ArgGroup::new("what").required(true).args(["scan", "scans"])))]

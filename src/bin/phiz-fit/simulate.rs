@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use phiz::fit::ict::Ict;
-use phiz::fit::simulate::{Settings, Simulator, write};
+use phiz::fit::truth::ict::Ict;
+use phiz::fit::truth::simulate::{Settings, Simulator, write};
 use phiz::fit::{FitError, FitResult};
 
 #[derive(Args)]

@@ -7,12 +7,13 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::evaluate::{self, Evaluator};
-use phiz::fit::ict::Ict;
-use phiz::fit::population::Labels;
+use phiz::fit::format::ply;
+use phiz::fit::truth::ict::Ict;
+use phiz::fit::truth::population::Labels;
 use phiz::fit::validate::bases;
 use phiz::fit::validate::held_out::Interval;
 use phiz::fit::validate::{Drift, Population, STEPS, page, validate};
-use phiz::fit::{FitError, FitResult, ply};
+use phiz::fit::{FitError, FitResult};
 
 #[derive(Args)]
 pub struct ValidateArgs {

@@ -11,9 +11,9 @@
 
 use glam::DVec3;
 
-use super::surface::{Hit, Surface};
-use super::template::Template;
-use super::{FitError, FitResult};
+use crate::fit::head::template::Template;
+use crate::fit::mesh::surface::{Hit, Surface};
+use crate::fit::{FitError, FitResult};
 
 mod fit;
 mod search;

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-use crate::fit::surface::Surface;
-use crate::fit::template::Template;
+use crate::fit::head::template::Template;
+use crate::fit::mesh::surface::Surface;
 use crate::fit::{FitError, FitResult};
 
 /// P points of the statistical face with K modes.

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::{Detection, Detector};
+use crate::fit::head::template::Template;
 use crate::fit::scan::{Placement, Scan, Unit, extent};
-use crate::fit::template::Template;
 use crate::fit::{FitError, FitResult};
 
 /// How large scans of heads are, mm: with the neck, with shoulders, the face alone, busts. A face is

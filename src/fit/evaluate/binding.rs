@@ -4,11 +4,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::fit::FitResult;
-use crate::fit::ict::{Ict, NARROW_FACE};
-use crate::fit::render::normals;
-use crate::fit::resample::SurfacePoint;
-use crate::fit::surface::Surface;
-use crate::fit::template::Template;
+use crate::fit::head::template::Template;
+use crate::fit::mesh::resample::SurfacePoint;
+use crate::fit::mesh::surface::Surface;
+use crate::fit::picture::render::normals;
+use crate::fit::truth::ict::{Ict, NARROW_FACE};
 
 /// How far a vertex of the reference may be off ICT's mean and still be held to a spot of it, mm.
 /// Beyond this the closest point is an accident.

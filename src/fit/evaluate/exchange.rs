@@ -8,12 +8,12 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::fit::expression::similarity;
-use crate::fit::files::write_atomically;
-use crate::fit::ict::Ict;
-use crate::fit::ply::{read_positions, write_mesh};
-use crate::fit::region::point;
-use crate::fit::template::Template;
+use crate::fit::format::files::write_atomically;
+use crate::fit::format::ply::{read_positions, write_mesh};
+use crate::fit::head::expression::similarity;
+use crate::fit::head::region::point;
+use crate::fit::head::template::Template;
+use crate::fit::truth::ict::Ict;
 use crate::fit::{FitError, FitResult};
 
 /// Writes what is registered, and the scan of ICT's mean head that gives the reference:

@@ -20,14 +20,14 @@ use glam::DVec3;
 use serde::Serialize;
 
 pub use self::binding::Binding;
-use super::expression::{Expressions, Performer};
-use super::folds::{Crossings, Folds};
-use super::ict::Ict;
-use super::resample::SurfacePoint;
-use super::simulate::{Settings, Simulated, Simulator, Truth};
-use super::surface::Surface;
-use super::template::Template;
-use super::{FitError, FitResult};
+use crate::fit::head::expression::{Expressions, Performer};
+use crate::fit::head::template::Template;
+use crate::fit::mesh::folds::{Crossings, Folds};
+use crate::fit::mesh::resample::SurfacePoint;
+use crate::fit::mesh::surface::Surface;
+use crate::fit::truth::ict::Ict;
+use crate::fit::truth::simulate::{Settings, Simulated, Simulator, Truth};
+use crate::fit::{FitError, FitResult};
 
 /// Mean, root mean square, 95th percentile and maximum of some lengths, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]

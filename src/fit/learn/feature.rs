@@ -3,13 +3,13 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::pca::{Pca, Spectrum};
+use super::smooth::{Smoother, Smoothing};
+use super::surround::{self, Loose, border, spread};
 use super::{flat, region_numbers};
-use crate::fit::align::Rigid;
-use crate::fit::geodesic::Geodesic;
-use crate::fit::pca::{Pca, Spectrum};
-use crate::fit::smooth::{Smoother, Smoothing};
-use crate::fit::surround::{self, Loose, border, spread};
-use crate::fit::template::Template;
+use crate::fit::head::template::Template;
+use crate::fit::mesh::align::Rigid;
+use crate::fit::mesh::geodesic::Geodesic;
 use crate::fit::{FitError, FitResult};
 use crate::model::{Blending, FALLOFF_REACH, Surround};
 

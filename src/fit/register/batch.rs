@@ -9,10 +9,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Registered, Registrar, Settings};
-use crate::fit::files::write_atomically;
+use crate::fit::format::files::write_atomically;
+use crate::fit::format::ply;
+use crate::fit::head::template::Template;
 use crate::fit::scan::{Scan, Unit, check, landmarks};
-use crate::fit::template::Template;
-use crate::fit::{FitError, FitResult, ply};
+use crate::fit::{FitError, FitResult};
 
 /// A scan of a folder and what will become of it.
 #[derive(Debug, Clone, PartialEq, Eq)]

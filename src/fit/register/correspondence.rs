@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::fit::surface::Surface;
+use crate::fit::mesh::surface::Surface;
 
 /// A vertex and its point on the scan.
 #[derive(Debug, Clone, Copy)]

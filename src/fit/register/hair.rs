@@ -8,8 +8,8 @@
 
 use glam::DVec3;
 
-use crate::fit::region::point;
-use crate::fit::template::Template;
+use crate::fit::head::region::point;
+use crate::fit::head::template::Template;
 
 /// How far bare skin goes on around a point, mm.
 const REACH: f64 = 20.0;

@@ -8,10 +8,10 @@
 use glam::DVec3;
 
 use crate::fit::FitResult;
-use crate::fit::folds::{Crossings, edge_neighbours};
-use crate::fit::geodesic::Geodesic;
-use crate::fit::region::point;
-use crate::fit::template::Template;
+use crate::fit::head::region::point;
+use crate::fit::head::template::Template;
+use crate::fit::mesh::folds::{Crossings, edge_neighbours};
+use crate::fit::mesh::geodesic::Geodesic;
 
 /// How far a lip reaches from its inner edge along the surface, mm; beyond nothing is moved.
 const REACH: f64 = 25.0;

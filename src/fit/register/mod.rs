@@ -4,7 +4,7 @@
 //! The scan is brought into the template's frame by the landmarks. With a prior, its coefficients
 //! are fitted first ([`statistical`]), and how strongly the face shows the template's expressions, by
 //! bare skin before the rest ([`hair`]); without one the
-//! landmarks warp the head ([`warp`](crate::fit::warp)), and [`space`] is bent until the surface
+//! landmarks warp the head ([`warp`]), and [`space`] is bent until the surface
 //! agrees too. Then an elastic [`sheet`] is drawn onto the scan, stiff at first and softer level by
 //! level, by [`correspondence`]s to closest points of the scan. Last, vertices that have a point on
 //! the scan are set on it ([`embed`]), lips that went through each other are parted ([`lips`]),
@@ -33,9 +33,12 @@ pub mod embed;
 pub mod hair;
 pub mod lips;
 pub mod noise;
+pub mod prior;
 pub mod sheet;
 pub mod space;
 pub mod statistical;
+pub mod texture;
+pub mod warp;
 
 use std::sync::OnceLock;
 
@@ -47,15 +50,15 @@ use self::noise::Neighbours;
 use self::sheet::{Pull, Sheet};
 use self::space::{Bending, Observation};
 use self::statistical::Shape;
-use super::align::Rigid;
-use super::detect::Detector;
-use super::folds::{Folds, edge_neighbours};
-use super::render::normals;
-use super::scan::{Scan, spread};
-use super::surface::Surface;
-use super::template::Template;
-use super::warp::{Kernel, Warp};
-use super::{FitError, FitResult};
+use self::warp::{Kernel, Warp};
+use crate::fit::detect::Detector;
+use crate::fit::head::template::Template;
+use crate::fit::mesh::align::Rigid;
+use crate::fit::mesh::folds::{Folds, edge_neighbours};
+use crate::fit::mesh::surface::Surface;
+use crate::fit::picture::render::normals;
+use crate::fit::scan::{Scan, spread};
+use crate::fit::{FitError, FitResult};
 
 /// Landmarks of a scan: place in the template's list, position in mm.
 pub type Pulls = Vec<(usize, DVec3)>;

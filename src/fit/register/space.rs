@@ -1,7 +1,7 @@
 //! The first fit without a prior: space itself is bent, as little as landmarks and surface allow.
 //!
 //! The displacement is an affine map plus biharmonic radial functions, as the landmarks' warp
-//! ([`warp`](crate::fit::warp)) is, but the surface pulls at it too: at some vertices only the
+//! ([`warp`](super::warp)) is, but the surface pulls at it too: at some vertices only the
 //! displacement along the scan's normal is known. An affine change of the head costs nothing
 //! here, while a sheet would rather slide than be stretched over a wider skull.
 //!

@@ -5,11 +5,11 @@ use glam::{DMat3, DVec3};
 
 use super::Pulls;
 use super::correspondence::{Admission, correspond};
-use crate::fit::align::Rigid;
-use crate::fit::expression::Expression;
-use crate::fit::prior::ShapePrior;
-use crate::fit::render::normals;
-use crate::fit::surface::Surface;
+use super::prior::ShapePrior;
+use crate::fit::head::expression::Expression;
+use crate::fit::mesh::align::Rigid;
+use crate::fit::mesh::surface::Surface;
+use crate::fit::picture::render::normals;
 
 /// One measurement of the surface, with an error of [`SURFACE_ERROR`], is taken to be independent
 /// of the next over this area, mm^2: what faces leave unexplained by a prior is smooth.

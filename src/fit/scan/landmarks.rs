@@ -13,8 +13,8 @@ use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use super::check::{Placement, spread};
 use super::unit::LARGEST_FACE;
 use super::{Scan, Unit, extent};
-use crate::fit::files::write_atomically;
-use crate::fit::template::Template;
+use crate::fit::format::files::write_atomically;
+use crate::fit::head::template::Template;
 use crate::fit::{FitError, FitResult};
 
 /// Points of the iBUG scheme, which a text file has all of.

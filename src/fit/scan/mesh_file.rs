@@ -7,8 +7,8 @@ use glam::{DVec2, DVec3};
 
 use super::polygon::triangulate;
 use super::{Scan, Texture};
-use crate::fit::obj::{self, Obj};
-use crate::fit::ply;
+use crate::fit::format::obj::{self, Obj};
+use crate::fit::format::ply;
 use crate::fit::{FitError, FitResult};
 
 /// A triangle mesh in the units and with the vertices of its file.

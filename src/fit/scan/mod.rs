@@ -1,6 +1,6 @@
 //! Scans: unregistered meshes of one person, as other programs write them.
 //!
-//! A reader a format ([`obj`](super::obj), [`ply`](super::ply), GLB) says what a file says;
+//! A reader a format ([`obj`](crate::fit::format::obj), [`ply`](crate::fit::format::ply), GLB) says what a file says;
 //! what is the same for all of them, from units to welding, is done here. [`landmarks`] reads the
 //! points that come with a scan, [`check`](fn@check) says whether the two belong together.
 
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 
-use super::{FitError, FitResult};
+use crate::fit::{FitError, FitResult};
 
 pub mod landmarks;
 

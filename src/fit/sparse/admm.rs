@@ -12,8 +12,8 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use rayon::prelude::*;
 
-use super::super::{FitError, FitResult};
 use super::weights::Moments;
+use crate::fit::{FitError, FitResult};
 
 /// The penalty parameter of the augmented Lagrangian, in faces: the weights' Gram matrix has a
 /// tenth to a third of the number of faces on its diagonal.

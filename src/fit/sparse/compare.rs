@@ -5,11 +5,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::super::align::{Rigid, procrustes, vertex_areas};
-use super::super::template::Template;
-use super::super::{FitError, FitResult};
 use super::{Kind, Settings, SparseBasis, face_parts, learn, principal, with_mirror_images};
 use crate::Random;
+use crate::fit::head::template::Template;
+use crate::fit::mesh::align::{Rigid, procrustes, vertex_areas};
+use crate::fit::{FitError, FitResult};
 
 /// How the comparison is made.
 #[derive(Debug, Clone)]

@@ -38,9 +38,9 @@ use serde::{Deserialize, Serialize};
 
 pub use support::{Region, face_parts, head_parts};
 
-use super::geodesic::Geodesic;
-use super::pca::Pca;
-use super::{FitError, FitResult};
+use crate::fit::learn::pca::Pca;
+use crate::fit::mesh::geodesic::Geodesic;
+use crate::fit::{FitError, FitResult};
 use admm::{Blocks, Effort};
 use start::Start;
 
@@ -284,7 +284,7 @@ pub fn principal(
     let mut vertices: Vec<u32> = regions.iter().flat_map(|r| &r.vertices).copied().collect();
     vertices.sort_unstable();
     vertices.dedup();
-    let mean = super::align::mean_of(faces);
+    let mean = crate::fit::mesh::align::mean_of(faces);
     let samples: Vec<Vec<f64>> = faces
         .iter()
         .map(|face| {

@@ -5,7 +5,7 @@ use faer::{Accum, Mat, MatRef, Par, Side};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::super::{FitError, FitResult};
+use crate::fit::{FitError, FitResult};
 
 /// Components and weights to begin with.
 pub(super) struct Start {

@@ -3,10 +3,10 @@
 
 use glam::DVec3;
 
-use super::super::geodesic::Geodesic;
-use super::super::region::point;
-use super::super::template::Template;
-use super::super::{FitError, FitResult};
+use crate::fit::head::region::point;
+use crate::fit::head::template::Template;
+use crate::fit::mesh::geodesic::Geodesic;
+use crate::fit::{FitError, FitResult};
 
 /// A part of the face that has components of its own.
 #[derive(Debug, Clone, PartialEq, Eq)]

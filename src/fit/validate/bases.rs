@@ -5,9 +5,9 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::fit::FitResult;
+use crate::fit::head::template::Template;
 use crate::fit::sparse::compare::{BASES, Trial, compare};
 use crate::fit::sparse::{Kind, Settings};
-use crate::fit::template::Template;
 
 /// Faces that are learned from: few, as most have who train a model, and the paper's number.
 pub const TRAINING: [usize; 2] = [25, 100];

@@ -9,9 +9,9 @@ use super::held_out::{less, shuffled, whole_faces};
 use super::reconstruct::{Areas, Subspace};
 use super::wide;
 use crate::fit::FitResult;
-use crate::fit::gram::inner;
+use crate::fit::head::template::Template;
 use crate::fit::learn::Learner;
-use crate::fit::template::Template;
+use crate::fit::learn::gram::inner;
 use crate::model::Blending;
 
 /// Errors of one basis.

@@ -12,10 +12,10 @@ use super::reconstruct::{Areas, Errors, Subspace};
 use super::wide;
 use crate::Random;
 use crate::fit::FitResult;
-use crate::fit::gram::{inner, sums};
+use crate::fit::head::template::Template;
 use crate::fit::learn::Learner;
-use crate::fit::pca::Spectrum;
-use crate::fit::template::Template;
+use crate::fit::learn::gram::{inner, sums};
+use crate::fit::learn::pca::Spectrum;
 use crate::model::Blending;
 
 /// A mean over faces and its 95 % confidence interval.

@@ -19,13 +19,13 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::crease::{Seam, seams};
-use super::learn::{BlockReport, Learned, Learner, Settings as Learning};
-use super::pca::Spectrum;
-use super::population::Labels;
-use super::template::Template;
-use super::{FitError, FitResult};
 use crate::blob::pack;
+use crate::fit::head::template::Template;
+use crate::fit::learn::crease::{Seam, seams};
+use crate::fit::learn::pca::Spectrum;
+use crate::fit::learn::{BlockReport, Learned, Learner, Settings as Learning};
+use crate::fit::truth::population::Labels;
+use crate::fit::{FitError, FitResult};
 use crate::model::About;
 use crate::{FaceModel, Randomize};
 use curves::{Curves, curves};
@@ -319,7 +319,11 @@ pub fn validate<'a>(
 }
 
 /// Modes of the skin as displacements of all vertices, mm a sigma; what is not skin stays.
-fn on_all_vertices(pca: &super::pca::Pca, skin: &[u32], template: &Template) -> Vec<Vec<DVec3>> {
+fn on_all_vertices(
+    pca: &crate::fit::learn::pca::Pca,
+    skin: &[u32],
+    template: &Template,
+) -> Vec<Vec<DVec3>> {
     pca.modes
         .par_iter()
         .zip(&pca.sigmas)

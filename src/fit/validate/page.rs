@@ -9,8 +9,8 @@ use base64ct::{Base64, Encoding};
 use super::held_out::{AreaErrors, HeldOut, Interval};
 use super::plots::{self, Axes, Line};
 use super::{COUNTED, Report, Validated, pictures};
-use crate::fit::files::write_atomically;
-use crate::fit::render::Image;
+use crate::fit::format::files::write_atomically;
+use crate::fit::picture::render::Image;
 use crate::fit::{FitError, FitResult};
 
 /// A part of the report.
@@ -714,7 +714,7 @@ fn markdown(report: &Report, sections: &[Section]) -> String {
 
 impl Image {
     fn png(&self) -> FitResult<Vec<u8>> {
-        crate::fit::render::png([self.width, self.height], &self.pixels)
+        crate::fit::picture::render::png([self.width, self.height], &self.pixels)
             .map_err(|e| FitError::Input(format!("a picture could not be packed: {e}")))
     }
 }

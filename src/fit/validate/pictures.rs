@@ -4,9 +4,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Validated, positions, random_face};
+use crate::fit::FitResult;
 use crate::fit::learn::FEATURES;
-use crate::fit::render::{self, Camera, Image, Options};
-use crate::fit::{FitResult, colour_bar};
+use crate::fit::picture::colour_bar;
+use crate::fit::picture::render::{self, Camera, Image, Options};
 use crate::{Face, FaceModel};
 
 /// Modes of each block that are shown, and where on them.

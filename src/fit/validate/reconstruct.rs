@@ -8,8 +8,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::fit::gram::{chunks, gram, sums};
-use crate::fit::template::Template;
+use crate::fit::head::template::Template;
+use crate::fit::learn::gram::{chunks, gram, sums};
 use crate::fit::{FitError, FitResult};
 
 /// Modes (displacements of all vertices, mm) as seen on some vertices.

@@ -1,0 +1,320 @@
+//! Wavefront OBJ files and the materials beside them, in the file's own numbering.
+//!
+//! `tobj` reads OBJ too, but it renumbers vertices, does not say in which line a file is wrong,
+//! takes the last texture coordinate for one that is missing, and panics on a texture index below
+//! the first (`f 1/-9 2 3`): hence this reader.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DVec2, DVec3};
+
+use super::files::write_atomically;
+use crate::Face;
+use crate::fit::{FitError, FitResult};
+
+/// Stands for a texture coordinate that a corner does not have.
+pub const NONE: u32 = u32::MAX;
+
+/// Writes a face in mm, with texture coordinates and a group a part. Numbers are written in full:
+/// what is read is the same f32.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_face(path: &Path, face: &Face) -> FitResult<()> {
+    use std::fmt::Write;
+    let topology = &face.model().parts().topology;
+    let mut text = format!("# phiz {}, millimetres\n", env!("CARGO_PKG_VERSION"));
+    // Writing into a string cannot fail.
+    for p in face.positions() {
+        let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z);
+    }
+    for [u, v] in &topology.uvs {
+        let _ = writeln!(text, "vt {u} {v}");
+    }
+    for part in &topology.parts {
+        // A space would begin another group.
+        let _ = writeln!(text, "g {}", part.name.replace(' ', "_"));
+        let first = part.first as usize;
+        for corners in &topology.uv_triangles[first..first + part.count as usize] {
+            let [a, b, c] = corners.map(|corner| {
+                let vertex = topology.uv_vertices[corner as usize] + 1;
+                format!("{vertex}/{}", corner + 1)
+            });
+            let _ = writeln!(text, "f {a} {b} {c}");
+        }
+    }
+    write_atomically(path, text.as_bytes())
+}
+
+/// What an OBJ file says.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Obj {
+    /// `v`: positions in the file's units.
+    pub positions: Vec<DVec3>,
+    /// The colours that some programs write after each position, sRGB 0 to 1; all or none.
+    pub colours: Vec<DVec3>,
+    /// `vt`: texture coordinates, (0, 0) at the lower left.
+    pub uvs: Vec<DVec2>,
+    /// `f`: the corners of all polygons, one after the other: position and texture coordinate,
+    /// counted from 0, the latter perhaps [`NONE`].
+    pub corners: Vec<[u32; 2]>,
+    /// Polygon `i` has the corners `starts[i]..starts[i + 1]`; `starts.len()` is polygons + 1.
+    pub starts: Vec<u32>,
+    /// Where a group or a material begins, in the order of the file.
+    pub runs: Vec<Run>,
+    /// `mtllib`: the files with the materials.
+    pub libraries: Vec<String>,
+}
+
+/// Consecutive polygons of one group and material.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Run {
+    /// The first polygon; the run ends where the next begins.
+    pub first: usize,
+    /// `g` or `o`, empty before the first.
+    pub group: String,
+    /// `usemtl`, empty before the first.
+    pub material: String,
+}
+
+impl Obj {
+    /// Reads a file. Normals, lines, points and curves are passed over.
+    ///
+    /// # Errors
+    /// With the line: numbers that are none or not finite, corners that refer to nothing.
+    pub fn read(path: &Path) -> FitResult<Obj> {
+        let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+        Self::parse(&bytes).map_err(|cause| FitError::file(path, cause))
+    }
+
+    /// The corners of a polygon.
+    pub fn polygon(&self, index: usize) -> &[[u32; 2]] {
+        &self.corners[self.starts[index] as usize..self.starts[index + 1] as usize]
+    }
+
+    /// How many polygons there are.
+    pub fn polygons(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    fn parse(bytes: &[u8]) -> Result<Obj, String> {
+        let mut obj = Obj {
+            starts: vec![0],
+            runs: vec![Run::default()],
+            ..Obj::default()
+        };
+        for (index, line) in bytes.split(|&b| b == b'\n').enumerate() {
+            obj.line(line)
+                .map_err(|cause| format!("line {}: {cause}", index + 1))?;
+        }
+        if !obj.colours.is_empty() && obj.colours.len() != obj.positions.len() {
+            obj.colours.clear();
+        }
+        Ok(obj)
+    }
+
+    fn line(&mut self, line: &[u8]) -> Result<(), String> {
+        let line = line.trim_ascii();
+        let end = line
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(line.len());
+        let (keyword, rest) = line.split_at(end);
+        let rest = rest.trim_ascii_start();
+        match keyword {
+            b"v" => {
+                let mut words = words(rest);
+                let [x, y, z] = [(); 3].map(|()| number(words.next()));
+                self.positions.push(DVec3::new(x?, y?, z?));
+                // A fourth number alone is a weight; three more are a colour.
+                let more: Vec<&[u8]> = words.collect();
+                if let [r, g, b] = more[..] {
+                    let [r, g, b] = [r, g, b].map(|word| number(Some(word)));
+                    self.colours.push(DVec3::new(r?, g?, b?));
+                }
+            }
+            b"vt" => {
+                let mut words = words(rest);
+                let u = number(words.next())?;
+                let v = words.next().map_or(Ok(0.0), |word| number(Some(word)))?;
+                self.uvs.push(DVec2::new(u, v));
+            }
+            b"f" => {
+                for word in words(rest) {
+                    let mut parts = word.split(|&b| b == b'/');
+                    let vertex = index(parts.next(), self.positions.len(), "vertex")?
+                        .ok_or("a corner without a vertex")?;
+                    let uv = index(parts.next(), self.uvs.len(), "texture coordinate")?;
+                    self.corners.push([vertex, uv.unwrap_or(NONE)]);
+                }
+                self.starts.push(self.corners.len() as u32);
+            }
+            b"g" | b"o" => {
+                let group = text(rest);
+                self.run(|run| run.group = group);
+            }
+            b"usemtl" => {
+                let material = text(rest);
+                self.run(|run| run.material = material);
+            }
+            b"mtllib" => self.libraries.push(text(rest)),
+            _ if self.positions.is_empty() && line.iter().any(|&b| b == 0 || b > 0xf7) => {
+                return Err("binary data: this is no OBJ file".into());
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn run(&mut self, change: impl FnOnce(&mut Run)) {
+        let first = self.polygons();
+        let mut run = self.runs.last().cloned().unwrap_or_default();
+        run.first = first;
+        change(&mut run);
+        self.runs.push(run);
+    }
+}
+
+fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    line.split(u8::is_ascii_whitespace)
+        .filter(|word| !word.is_empty())
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn number(word: Option<&[u8]>) -> Result<f64, String> {
+    let word = word.ok_or("too few numbers")?;
+    let value: f64 = std::str::from_utf8(word)
+        .ok()
+        .and_then(|word| word.parse().ok())
+        .ok_or_else(|| format!("`{}` is no number", shown(word)))?;
+    match value.is_finite() {
+        true => Ok(value),
+        false => Err(format!("`{}` is not finite", shown(word))),
+    }
+}
+
+/// An index from 1, or from the end when negative; nothing for an empty word.
+fn index(word: Option<&[u8]>, count: usize, what: &str) -> Result<Option<u32>, String> {
+    let Some(word) = word.filter(|word| !word.is_empty()) else {
+        return Ok(None);
+    };
+    let value: i64 = std::str::from_utf8(word)
+        .ok()
+        .and_then(|word| word.parse().ok())
+        .ok_or_else(|| format!("`{}` is no {what}", shown(word)))?;
+    let found = match value {
+        1.. => Some(value - 1),
+        _ => (count as i64).checked_add(value).filter(|_| value != 0),
+    };
+    found
+        .filter(|&at| at >= 0 && at < count as i64)
+        .and_then(|at| u32::try_from(at).ok())
+        .map(Some)
+        .ok_or_else(|| format!("{what} {value}, and there are {count} so far"))
+}
+
+/// As much of a word as fits in a message.
+fn shown(word: &[u8]) -> String {
+    String::from_utf8_lossy(word).chars().take(24).collect()
+}
+
+/// The colour images of the materials of an MTL file: `(material, file)`, in the order of the
+/// file; the image's path is taken from the folder of the MTL file.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn read_images(path: &Path) -> FitResult<Vec<(String, PathBuf)>> {
+    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut material = String::new();
+    let mut images = Vec::new();
+    for line in String::from_utf8_lossy(&bytes).lines() {
+        let line = line.trim();
+        let Some((keyword, rest)) = line.split_once(char::is_whitespace) else {
+            continue;
+        };
+        match keyword.to_ascii_lowercase().as_str() {
+            "newmtl" => material = rest.trim().to_owned(),
+            "map_kd" => {
+                let name = without_options(rest).replace('\\', "/");
+                let beside = Path::new(&name).file_name().map(|name| folder.join(name));
+                // What was written on another machine may name its folders; the image is here.
+                let file = match beside {
+                    Some(beside) if !folder.join(&name).is_file() && beside.is_file() => beside,
+                    _ => folder.join(&name),
+                };
+                images.push((material.clone(), file));
+            }
+            _ => {}
+        }
+    }
+    Ok(images)
+}
+
+/// What follows the options (`-s 1 1 1`, `-clamp on`) of a map: the file's name, which may have
+/// spaces.
+fn without_options(rest: &str) -> &str {
+    let mut rest = rest.trim();
+    let mut option = false;
+    loop {
+        let (word, more) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        let value = word.parse::<f64>().is_ok() || matches!(word, "on" | "off");
+        if more.is_empty() || !(word.starts_with('-') || (option && value)) {
+            return rest;
+        }
+        option = true;
+        rest = more.trim_start();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_count_from_one_or_from_the_end() {
+        let obj = Obj::parse(
+            b"v 0 0 0\nv 1 0 0 0.5 0.25 1\r\nv 0 1 0\nvt 0.5 0.25\nusemtl skin\n\
+              f 1/1 2//7 -1/-1/2\nf -3 -2 -1\n",
+        )
+        .expect("parses");
+        assert_eq!(obj.polygon(0), [[0, 0], [1, NONE], [2, 0]]);
+        assert_eq!(obj.polygon(1), [[0, NONE], [1, NONE], [2, NONE]]);
+        assert_eq!(obj.runs[1].material, "skin");
+        assert!(obj.colours.is_empty(), "one colour for three vertices");
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_its_line() {
+        for (text, cause) in [
+            ("v 0 0\n", "line 1: too few numbers"),
+            ("v 0 0 x\n", "line 1: `x` is no number"),
+            ("v 0 0 0\n\nv nan 0 0\n", "line 3: `nan` is not finite"),
+            (
+                "v 0 0 0\nf 1 1 2\n",
+                "line 2: vertex 2, and there are 1 so far",
+            ),
+            ("v 0 0 0\nf 1 1 -2\n", "line 2: vertex -2"),
+            ("v 0 0 0\nf 1 1 0\n", "line 2: vertex 0"),
+            ("v 0 0 0\nf 1/-1 1 1\n", "line 2: texture coordinate -1"),
+            ("v 0 0 0\nf /1 1 1\n", "line 2: a corner without a vertex"),
+        ] {
+            let found = Obj::parse(text.as_bytes()).expect_err(text);
+            assert!(found.starts_with(cause), "{found}");
+        }
+    }
+
+    #[test]
+    fn an_image_is_what_follows_the_options() {
+        for (rest, name) in [
+            ("james.jpg", "james.jpg"),
+            ("-s 1 1 1 -clamp on my face.png", "my face.png"),
+            ("-bm 0.3 12.png", "12.png"),
+        ] {
+            assert_eq!(without_options(rest), name);
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! PLY files: meshes of any kind are read; registered faces, the template's vertices in their
+//! order in mm, are read and written.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use glam::{DVec2, DVec3};
+use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+
+use super::files::write_atomically;
+use crate::fit::head::template::Template;
+use crate::fit::{FitError, FitResult};
+
+/// Writes a mesh as binary little-endian PLY: f32 positions and triangles. The file appears
+/// whole or not at all.
+pub fn write_mesh(path: &Path, positions: &[DVec3], triangles: &[[u32; 3]]) -> FitResult<()> {
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n\
+         property float y\nproperty float z\nelement face {}\n\
+         property list uchar int vertex_indices\nend_header\n",
+        positions.len(),
+        triangles.len()
+    )
+    .into_bytes();
+    bytes.reserve(12 * positions.len() + 13 * triangles.len());
+    for p in positions {
+        for value in p.as_vec3().to_array() {
+            bytes.extend(value.to_le_bytes());
+        }
+    }
+    for triangle in triangles {
+        bytes.push(3);
+        for vertex in triangle {
+            bytes.extend(vertex.to_le_bytes());
+        }
+    }
+    write_atomically(path, &bytes)
+}
+
+/// What a PLY file says of a mesh; other elements and properties are passed over.
+#[derive(Debug, Clone, Default)]
+pub struct PlyMesh {
+    /// Vertices in the file's units, all finite.
+    pub positions: Vec<DVec3>,
+    /// Texture coordinates of the vertices (`s t`, `u v` or `texture_u texture_v`), or none.
+    pub uvs: Vec<DVec2>,
+    /// sRGB colours of the vertices (`red green blue`), or none.
+    pub colours: Vec<[u8; 3]>,
+    /// Polygons, whose vertices exist.
+    pub faces: Vec<Face>,
+    /// Images named in comments (`TextureFile NAME`), in order.
+    pub images: Vec<String>,
+}
+
+/// A polygon of a [`PlyMesh`].
+#[derive(Debug, Clone, Default)]
+pub struct Face {
+    /// Its corners (`vertex_indices` or `vertex_index`).
+    pub vertices: Vec<u32>,
+    /// The corners' texture coordinates, u and v in turn (`texcoord`), or none.
+    pub uvs: Vec<f64>,
+    /// Which of the images they belong to (`texnumber`).
+    pub image: i64,
+}
+
+/// Reads a mesh from a PLY file, ascii or binary of either endianness.
+///
+/// # Errors
+/// When the file is no PLY, ends early, or has vertices without x, y and z, numbers that are not
+/// finite, or faces of vertices that do not exist: with the element and its number.
+pub fn read_mesh(path: &Path) -> FitResult<PlyMesh> {
+    read(path, true)
+}
+
+/// Reads the vertex positions of a PLY file, ascii or binary of either endianness.
+pub fn read_positions(path: &Path) -> FitResult<Vec<DVec3>> {
+    Ok(read(path, false)?.positions)
+}
+
+fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
+    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    if !bytes.starts_with(b"ply") {
+        return Err(FitError::file(
+            path,
+            "does not start with `ply`: no PLY file",
+        ));
+    }
+    let mut reader = Reader::new(Cursor::new(&bytes));
+    let header = Parser::<Vertex>::new()
+        .read_header(&mut reader)
+        .map_err(|e| FitError::file(path, format!("header: {}", one_line(&e))))?;
+    let mut mesh = PlyMesh {
+        images: header.comments.iter().filter_map(|c| image(c)).collect(),
+        ..PlyMesh::default()
+    };
+    let mut found = false;
+    for (name, element) in &header.elements {
+        let fail = |cause: String| FitError::file(path, format!("element `{name}`: {cause}"));
+        // A record takes a byte at the very least: no file can hold more of them.
+        if element.count > bytes.len() {
+            return Err(fail(format!(
+                "{} of them in a file of {} bytes",
+                element.count,
+                bytes.len()
+            )));
+        }
+        let has = |property: &str| element.properties.iter().any(|(name, _)| name == property);
+        if name == "face" && faces {
+            mesh.faces = Parser::<Face>::new()
+                .read_payload_for_element(&mut reader, element, &header)
+                .map_err(|e| fail(one_line(&e)))?;
+            continue;
+        }
+        let vertices = Parser::<Vertex>::new()
+            .read_payload_for_element(&mut reader, element, &header)
+            .map_err(|e| fail(one_line(&e)))?;
+        if name == "vertex" {
+            if let Some(axis) = ["x", "y", "z"].iter().find(|axis| !has(axis)) {
+                return Err(fail(format!("no property `{axis}`")));
+            }
+            if let Some(bad) = vertices.iter().position(|v| !v.position.is_finite()) {
+                return Err(fail(format!("vertex {bad} is not finite")));
+            }
+            let textured = vertices.iter().all(|v| v.uv.is_finite());
+            let coloured = ["red", "green", "blue"].iter().all(|c| has(c));
+            if textured {
+                mesh.uvs = vertices.iter().map(|v| v.uv).collect();
+            }
+            if coloured {
+                mesh.colours = vertices.iter().map(|v| v.colour).collect();
+            }
+            mesh.positions = vertices.iter().map(|v| v.position).collect();
+            found = true;
+            if !faces {
+                break;
+            }
+        }
+    }
+    if !found {
+        return Err(FitError::file(path, "no element `vertex`"));
+    }
+    for (index, face) in mesh.faces.iter().enumerate() {
+        let count = mesh.positions.len();
+        if let Some(&bad) = face.vertices.iter().find(|&&v| v as usize >= count) {
+            // A negative index reads as one beyond all that a file can hold.
+            let cause = format!("face {index} has vertex {}, of {count}", bad as i32);
+            return Err(FitError::file(path, cause));
+        }
+    }
+    Ok(mesh)
+}
+
+/// The library's errors span lines, and what follows `String:` is its own state.
+fn one_line(error: &dyn std::fmt::Display) -> String {
+    let text = error.to_string();
+    if text.contains("failed to fill whole buffer") {
+        return "the file ends in the middle of it".into();
+    }
+    let text = text.split("String:").next().unwrap_or_default();
+    let text = text.replace("Couldn't read element line.", "no row of finite numbers");
+    let text = text.replace("Line ", "line ");
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The file that a comment such as `TextureFile face.png` names.
+fn image(comment: &str) -> Option<String> {
+    let (keyword, name) = comment.trim().split_once(char::is_whitespace)?;
+    keyword
+        .eq_ignore_ascii_case("texturefile")
+        .then(|| name.trim().to_owned())
+}
+
+/// Reads every `.ply` of a folder as a face registered to the template, sorted by name.
+///
+/// The name is the file's without its ending. A file with another number of vertices is an error,
+/// and so is a folder without faces.
+pub fn read_faces(dir: &Path, template: &Template) -> FitResult<Vec<(String, Vec<DVec3>)>> {
+    let entries = std::fs::read_dir(dir).map_err(|e| FitError::file(dir, e))?;
+    let mut paths = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|e| FitError::file(dir, e))?.path();
+        if path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("ply"))
+        {
+            paths.push(path);
+        }
+    }
+    if paths.is_empty() {
+        return Err(FitError::file(dir, "no .ply files"));
+    }
+    paths.sort();
+    paths
+        .iter()
+        .map(|path| {
+            let positions = read_positions(path)?;
+            if positions.len() != template.positions.len() {
+                let cause = format!(
+                    "{} vertices where the template has {}: not registered to this template",
+                    positions.len(),
+                    template.positions.len()
+                );
+                return Err(FitError::file(path, cause));
+            }
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            Ok((name.into_owned(), positions))
+        })
+        .collect()
+}
+
+/// A vertex; what its element does not have stays NaN or black.
+struct Vertex {
+    position: DVec3,
+    uv: DVec2,
+    colour: [u8; 3],
+}
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Vertex {
+            position: DVec3::NAN,
+            uv: DVec2::NAN,
+            colour: [0; 3],
+        }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let place = match name {
+            "x" => &mut self.position.x,
+            "y" => &mut self.position.y,
+            "z" => &mut self.position.z,
+            "s" | "u" | "texture_u" => &mut self.uv.x,
+            "t" | "v" | "texture_v" => &mut self.uv.y,
+            "red" | "green" | "blue" => {
+                let channel = ["red", "green", "blue"].iter().position(|c| *c == name);
+                let value = match property {
+                    Property::UChar(value) => value,
+                    // Floats are 0 to 1.
+                    _ => scalar(&property).map_or(0, |value| (value * 255.0).round() as u8),
+                };
+                channel.into_iter().for_each(|c| self.colour[c] = value);
+                return PropertyAccessResult::Set;
+            }
+            _ => return PropertyAccessResult::Ignored,
+        };
+        match scalar(&property) {
+            Some(value) => *place = value,
+            None => return PropertyAccessResult::Ignored,
+        }
+        PropertyAccessResult::Set
+    }
+}
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Face::default()
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        match name {
+            "vertex_indices" | "vertex_index" => {
+                self.vertices = match property {
+                    Property::ListInt(list) => list.into_iter().map(|v| v as u32).collect(),
+                    Property::ListUInt(list) => list,
+                    Property::ListUShort(list) => list.into_iter().map(u32::from).collect(),
+                    Property::ListShort(list) => list.into_iter().map(|v| v as u32).collect(),
+                    Property::ListUChar(list) => list.into_iter().map(u32::from).collect(),
+                    Property::ListChar(list) => list.into_iter().map(|v| v as u32).collect(),
+                    _ => return PropertyAccessResult::Ignored,
+                };
+            }
+            "texcoord" => {
+                self.uvs = match property {
+                    Property::ListFloat(list) => list.into_iter().map(f64::from).collect(),
+                    Property::ListDouble(list) => list,
+                    _ => return PropertyAccessResult::Ignored,
+                };
+            }
+            "texnumber" => self.image = scalar(&property).map_or(0, |number| number as i64),
+            _ => return PropertyAccessResult::Ignored,
+        }
+        PropertyAccessResult::Set
+    }
+}
+
+/// The value of a property that is no list.
+fn scalar(property: &Property) -> Option<f64> {
+    Some(match *property {
+        Property::Float(value) => value.into(),
+        Property::Double(value) => value,
+        Property::Char(value) => value.into(),
+        Property::UChar(value) => value.into(),
+        Property::Short(value) => value.into(),
+        Property::UShort(value) => value.into(),
+        Property::Int(value) => value.into(),
+        Property::UInt(value) => value.into(),
+        _ => return None,
+    })
+}
