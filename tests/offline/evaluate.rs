@@ -9,7 +9,7 @@ use phiz::fit::head::expression::{Expressions, Performer};
 use phiz::fit::head::template::Template;
 use phiz::fit::mesh::align::Rigid;
 use phiz::fit::mesh::surface::Surface;
-use phiz::fit::picture::render::normals;
+use phiz::fit::mesh::surface::normals;
 use phiz::fit::register::warp::{Kernel, Warp};
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::simulate::{Settings, Simulated, Simulator};

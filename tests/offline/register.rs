@@ -10,7 +10,7 @@ use phiz::fit::head::expression::{Expressions, Performer};
 use phiz::fit::head::generic_head::flip;
 use phiz::fit::head::template::Template;
 use phiz::fit::mesh::align::Rigid;
-use phiz::fit::picture::render::normals;
+use phiz::fit::mesh::surface::normals;
 use phiz::fit::register::batch::{Job, register_scan};
 use phiz::fit::register::{Pulls, Registered, Registrar, Settings};
 use phiz::fit::scan::Scan;

@@ -112,7 +112,7 @@ fn each_is_monotone_over_its_range() {
 #[test]
 fn sliders_end_where_the_head_is_still_whole() {
     use glam::DVec3;
-    use phiz::fit::mesh::folds::{Folds, Stretches};
+    use phiz::fit::head::folds::{Folds, Stretches};
     let triangles = head_model().parts().topology.triangles();
     let place = |face: &Face| -> Vec<DVec3> {
         let each = face.positions().iter();

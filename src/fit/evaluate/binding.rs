@@ -7,7 +7,7 @@ use crate::fit::FitResult;
 use crate::fit::head::template::Template;
 use crate::fit::mesh::resample::SurfacePoint;
 use crate::fit::mesh::surface::Surface;
-use crate::fit::picture::render::normals;
+use crate::fit::mesh::surface::normals;
 use crate::fit::truth::ict::{Ict, NARROW_FACE};
 
 /// How far a vertex of the reference may be off ICT's mean and still be held to a spot of it, mm.

@@ -21,8 +21,8 @@ use serde::Serialize;
 
 pub use self::binding::Binding;
 use crate::fit::head::expression::{Expressions, Performer};
+use crate::fit::head::folds::{Crossings, Folds};
 use crate::fit::head::template::Template;
-use crate::fit::mesh::folds::{Crossings, Folds};
 use crate::fit::mesh::resample::SurfacePoint;
 use crate::fit::mesh::surface::Surface;
 use crate::fit::truth::ict::Ict;

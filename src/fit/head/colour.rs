@@ -8,7 +8,7 @@ use super::eyeball::Eyeball;
 use super::region::point;
 use super::template::Template;
 use crate::fit::FitResult;
-use crate::fit::picture::render::normals;
+use crate::fit::mesh::surface::normals;
 
 type Rgb = [f64; 3];
 

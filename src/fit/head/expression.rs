@@ -19,8 +19,8 @@ use super::base_mesh::{BaseMesh, read_target};
 use super::template::Template;
 use crate::FaceModel;
 use crate::expression::STEP;
+use crate::fit::head::folds::{Folds, edge_neighbours};
 use crate::fit::mesh::align::Rigid;
-use crate::fit::mesh::folds::{Folds, edge_neighbours};
 use crate::fit::{FitError, FitResult};
 
 /// How often displacements are lessened around folds, at most.

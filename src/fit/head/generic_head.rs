@@ -4,6 +4,7 @@
 //! a linear operator on the base mesh's vertices), given eyeballs, split into triangles, coloured,
 //! divided into regions and numbered region by region. The rest pose is the average adult.
 
+use crate::fit::mesh::surface::closest_on_triangle;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::path::Path;
 
@@ -624,43 +625,6 @@ pub fn closest(positions: &[DVec3], triangles: &[[u32; 3]], p: DVec3) -> Vec<(u3
         .collect();
     let sum: f64 = kept.iter().map(|&(_, w)| w).sum();
     kept.into_iter().map(|(v, w)| (v, w / sum)).collect()
-}
-
-/// Barycentric weights of the point of a triangle closest to `p` (Ericson, "Real-time collision
-/// detection", 2005, section 5.1.5).
-pub fn closest_on_triangle([a, b, c]: [DVec3; 3], p: DVec3) -> [f64; 3] {
-    let (ab, ac, ap) = (b - a, c - a, p - a);
-    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return [1.0, 0.0, 0.0];
-    }
-    let bp = p - b;
-    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return [0.0, 1.0, 0.0];
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let v = d1 / (d1 - d3);
-        return [1.0 - v, v, 0.0];
-    }
-    let cp = p - c;
-    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return [0.0, 0.0, 1.0];
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let w = d2 / (d2 - d6);
-        return [1.0 - w, 0.0, w];
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return [0.0, 1.0 - w, w];
-    }
-    let scale = 1.0 / (va + vb + vc);
-    [1.0 - (vb + vc) * scale, vb * scale, vc * scale]
 }
 
 /// The name of a landmark's mirror image; its own on the midline.

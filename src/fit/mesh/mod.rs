@@ -1,8 +1,7 @@
 //! Meshes of any kind: closest points on their [`surface`], [`geodesic`] distances, rigid and similar ways to
-//! [`align`] them, [`folds`] in them, and the same surface in other triangles ([`resample`]).
+//! [`align`] them, and the same surface in other triangles ([`resample`]). It knows no other room.
 
 pub mod align;
-pub mod folds;
 pub mod geodesic;
 pub mod resample;
 pub mod surface;

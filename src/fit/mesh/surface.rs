@@ -5,9 +5,6 @@ use parry3d::bounding_volume::Aabb;
 use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 
-use crate::fit::head::generic_head::closest_on_triangle;
-use crate::fit::picture::render::normals;
-
 /// A triangle mesh with a bounding volume hierarchy.
 ///
 /// The hierarchy is single precision and only finds the triangle; points and weights are double.
@@ -182,6 +179,56 @@ pub fn border(vertices: usize, triangles: &[[u32; 3]]) -> Vec<bool> {
 fn single(p: DVec3) -> Vector {
     let p = p.as_vec3();
     Vector::new(p.x, p.y, p.z)
+}
+
+/// Area-weighted vertex normals, of unit length.
+pub fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; positions.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|v| positions[v as usize]);
+        let normal = (b - a).cross(c - a);
+        for &vertex in triangle {
+            normals[vertex as usize] += normal;
+        }
+    }
+    normals.iter().map(|n| n.normalize_or_zero()).collect()
+}
+
+/// Barycentric weights of the point of a triangle closest to `p` (Ericson, "Real-time collision
+/// detection", 2005, section 5.1.5).
+pub fn closest_on_triangle([a, b, c]: [DVec3; 3], p: DVec3) -> [f64; 3] {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return [0.0, 1.0, 0.0];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let v = d1 / (d1 - d3);
+        return [1.0 - v, v, 0.0];
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return [0.0, 0.0, 1.0];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let w = d2 / (d2 - d6);
+        return [1.0 - w, 0.0, w];
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return [0.0, 1.0 - w, w];
+    }
+    let scale = 1.0 / (va + vb + vc);
+    [1.0 - (vb + vc) * scale, vb * scale, vc * scale]
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! A z-buffer rasteriser in perspective with smooth normals, a colour a vertex or a texture, three
 //! lights and supersampling. Light is summed linearly and written as sRGB.
 
+use crate::fit::mesh::surface::normals;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
@@ -304,19 +305,6 @@ impl Prepared {
             }
         }
     }
-}
-
-/// Area-weighted vertex normals, of unit length.
-pub fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
-    let mut normals = vec![DVec3::ZERO; positions.len()];
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|v| positions[v as usize]);
-        let normal = (b - a).cross(c - a);
-        for &vertex in triangle {
-            normals[vertex as usize] += normal;
-        }
-    }
-    normals.iter().map(|n| n.normalize_or_zero()).collect()
 }
 
 /// Whether a triangle has a texture.

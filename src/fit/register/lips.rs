@@ -8,9 +8,9 @@
 use glam::DVec3;
 
 use crate::fit::FitResult;
+use crate::fit::head::folds::{Crossings, edge_neighbours};
 use crate::fit::head::region::point;
 use crate::fit::head::template::Template;
-use crate::fit::mesh::folds::{Crossings, edge_neighbours};
 use crate::fit::mesh::geodesic::Geodesic;
 
 /// How far a lip reaches from its inner edge along the surface, mm; beyond nothing is moved.

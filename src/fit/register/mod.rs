@@ -52,11 +52,11 @@ use self::space::{Bending, Observation};
 use self::statistical::Shape;
 use self::warp::{Kernel, Warp};
 use crate::fit::detect::Detector;
+use crate::fit::head::folds::{Folds, edge_neighbours};
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::Rigid;
-use crate::fit::mesh::folds::{Folds, edge_neighbours};
 use crate::fit::mesh::surface::Surface;
-use crate::fit::picture::render::normals;
+use crate::fit::mesh::surface::normals;
 use crate::fit::scan::{Scan, spread};
 use crate::fit::{FitError, FitResult};
 

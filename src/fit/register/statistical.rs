@@ -9,7 +9,7 @@ use super::prior::ShapePrior;
 use crate::fit::head::expression::Expression;
 use crate::fit::mesh::align::Rigid;
 use crate::fit::mesh::surface::Surface;
-use crate::fit::picture::render::normals;
+use crate::fit::mesh::surface::normals;
 
 /// One measurement of the surface, with an error of [`SURFACE_ERROR`], is taken to be independent
 /// of the next over this area, mm^2: what faces leave unexplained by a prior is smooth.

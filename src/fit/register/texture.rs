@@ -19,8 +19,9 @@ use rayon::prelude::*;
 use crate::fit::head::template::Template;
 use crate::fit::learn::smooth::cotangent_edges;
 use crate::fit::mesh::align::vertex_areas;
+use crate::fit::mesh::surface::normals;
 use crate::fit::mesh::surface::{Hit, Surface};
-use crate::fit::picture::render::{normals, write_png};
+use crate::fit::picture::render::write_png;
 use crate::fit::scan::{Scan, Texture};
 use crate::fit::{FitError, FitResult};
 

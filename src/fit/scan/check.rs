@@ -4,10 +4,10 @@ use glam::{DMat3, DVec3};
 use nalgebra::Matrix3;
 
 use super::Scan;
-use crate::fit::head::generic_head::closest_on_triangle;
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::Rigid;
-use crate::fit::picture::render::normals;
+use crate::fit::mesh::surface::closest_on_triangle;
+use crate::fit::mesh::surface::normals;
 use crate::fit::{FitError, FitResult};
 
 /// The farthest that a landmark may lie off the surface, mm.

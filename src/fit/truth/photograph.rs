@@ -255,7 +255,7 @@ impl<'a> Photographer<'a> {
         normals: &[DVec3],
         fitted: impl Fn(DVec3) -> DVec3,
     ) -> f64 {
-        let facing = crate::fit::picture::render::normals(&photo.person, &self.ict.triangles);
+        let facing = crate::fit::mesh::surface::normals(&photo.person, &self.ict.triangles);
         let facing = self.binding.truth(&facing, self.ict);
         let skin = self.binding.truth(&photo.person, self.ict);
         let eye = photo.camera.position();

@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use super::ict::Ict;
 use super::photograph::{Photograph, SIZE};
 use crate::Random;
-use crate::fit::picture::render::normals;
+use crate::fit::mesh::surface::normals;
 use crate::photo::raster::{NOTHING, Raster};
 use crate::srgb::{BRIGHTNESS, byte};
 

@@ -120,7 +120,7 @@ impl<'a> Simulator<'a> {
             .map(|p| p.on(&person, &self.ict.triangles))
             .collect();
         if settings.noise > 0.0 {
-            let normals = crate::fit::picture::render::normals(&positions, &triangles);
+            let normals = crate::fit::mesh::surface::normals(&positions, &triangles);
             let mut random = stream(3);
             for (position, normal) in positions.iter_mut().zip(normals) {
                 *position += normal * settings.noise * random.normal();

@@ -7,7 +7,7 @@ use parry3d::bounding_volume::Aabb;
 use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 
-use crate::fit::head::template::Template;
+use super::template::Template;
 use crate::fit::{FitError, FitResult};
 
 /// The cosine of 120 degrees, beyond which two neighbouring triangles are folded over.
@@ -188,7 +188,7 @@ impl Crossings {
     pub fn new(template: &Template) -> FitResult<Self> {
         let rest = &template.positions;
         let points = (36..68)
-            .map(|i| crate::fit::head::region::point(template, &format!("ibug_{i:02}")))
+            .map(|i| super::region::point(template, &format!("ibug_{i:02}")))
             .collect::<FitResult<Vec<DVec3>>>()?;
         let mut triangles = template.part_triangles("skin")?;
         triangles.extend(template.part_triangles("mouth cavity")?);
@@ -288,7 +288,7 @@ mod tests {
                     let (p, q) = (edges[i], edges[(i + 1) % 3]);
                     let (d, e) = (n.dot(p - face[0]), n.dot(q - face[0]));
                     let at = p.lerp(q, d / (d - e));
-                    let on = crate::fit::head::generic_head::closest_on_triangle(*face, at);
+                    let on = crate::fit::mesh::surface::closest_on_triangle(*face, at);
                     let foot: DVec3 = (0..3).map(|i| face[i] * on[i]).sum();
                     d * e < 0.0 && foot.distance(at) < 1e-9
                 })
