@@ -13,7 +13,7 @@ use glam::Vec3;
 
 use crate::Random;
 use crate::error::range;
-use crate::model::{Attribute, FaceModel, LIMIT, Reach, Surround};
+use crate::model::{FaceModel, LIMIT, Reach, Surround};
 use crate::{Error, Result};
 use anchor::{Anchor, Regions};
 
@@ -206,7 +206,8 @@ impl Face {
     /// # Errors
     /// When no attribute has that name.
     pub fn attribute(&self, name: &str) -> Result<f64> {
-        Ok(self.model.attribute(name)?.read(&self.sigmas()))
+        let attribute = self.model.attribute(name)?;
+        Ok(self.model.parts().attributes[attribute].read(&self.sigmas()))
     }
 
     /// Makes attributes read values, in their units, by the most probable change of the coefficients that
@@ -226,13 +227,13 @@ impl Face {
         for (name, value) in asked {
             model.asked(name, *value)?;
         }
-        let wanted: Vec<(&Attribute, f64)> = (model.parts().attributes.iter())
+        let wanted: Vec<f64> = (model.parts().attributes.iter())
             .map(|attribute| {
                 let named = asked.iter().find(|(name, _)| *name == attribute.name);
-                let value = named.map_or_else(|| attribute.read(&present), |&(_, value)| value);
-                (attribute, value)
+                named.map_or_else(|| attribute.read(&present), |&(_, value)| value)
             })
             .collect();
+        let wanted: Vec<(usize, f64)> = wanted.into_iter().enumerate().collect();
         let free = self.free(None)?;
         let mut steered = present;
         model.steer(&mut steered, &free, &wanted);
@@ -352,7 +353,7 @@ impl Face {
         }
         let free = self.free(options.regions.as_deref())?;
         let model = self.model.clone();
-        let mut asked: Vec<(&Attribute, f64)> = Vec::new();
+        let mut asked: Vec<(usize, f64)> = Vec::new();
         for (name, value) in &options.attributes {
             asked.push((model.asked(name, *value)?, *value));
         }

@@ -4,10 +4,12 @@
 //! face around what is locked, or with some attributes, and dragging a vertex are all conditional
 //! distributions of it.
 
+use std::borrow::Cow;
+
 use glam::{DVec3, Vec3};
 use nalgebra::DMatrix;
 
-use crate::model::{Attribute, FaceModel, LIMIT, along};
+use crate::model::{FaceModel, LIMIT, along};
 
 /// The product of two matrices, in one place of the code, column by column: nalgebra's own for matrices
 /// of any size has kernels that take as much of the module as drawing a face, and these are small.
@@ -78,11 +80,10 @@ impl FaceModel {
     /// With w the read-out and S the covariance of the free coefficients given the others, all of
     /// the way is gone when all are free, and else the part (w . S w) / (w . R w) of it, as if
     /// what the others tell of the attribute were yet unknown.
-    pub(crate) fn steer(&self, drawn: &mut [f64], free: &[usize], asked: &[(&Attribute, f64)]) {
+    pub(crate) fn steer(&self, drawn: &mut [f64], free: &[usize], asked: &[(usize, f64)]) {
         if asked.is_empty() || free.is_empty() {
             return;
         }
-        let correlation = &self.derived.correlation;
         // Nothing is held nearly always, and nothing then has to be taken out of the correlation.
         let given =
             (free.len() < self.parts().population()).then(|| self.conditional_covariance(free));
@@ -90,14 +91,16 @@ impl FaceModel {
             .map(|&i| drawn[i].abs().max(LIMIT.into()))
             .collect();
         let steps: Vec<_> = (asked.iter())
-            .map(|&(attribute, wanted)| {
-                let (all, whole) = along(correlation, &attribute.reading);
+            .map(|&(which, wanted)| {
+                let attribute = &self.parts().attributes[which];
+                let (all, whole) = &self.derived.along[which];
                 let (along, own) = match &given {
-                    None => (all, whole),
+                    None => (Cow::from(all), *whole),
                     Some(covariance) => {
                         let weights: Vec<f32> =
                             free.iter().map(|&i| attribute.reading[i]).collect();
-                        along(covariance, &weights)
+                        let (along, own) = along(covariance, &weights);
+                        (along.into(), own)
                     }
                 };
                 let reads = attribute.read(drawn);
@@ -112,7 +115,7 @@ impl FaceModel {
                 let missing = goal - attribute.read(drawn);
                 off |= missing.abs() > *met;
                 let amount = missing / own.max(1e-12);
-                for ((&i, a), &limit) in free.iter().zip(along).zip(&limits) {
+                for ((&i, a), &limit) in free.iter().zip(along.iter()).zip(&limits) {
                     // Not `clamp`, as in `drag`.
                     drawn[i] = (drawn[i] + amount * a).max(-limit).min(limit);
                 }

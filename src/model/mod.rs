@@ -130,6 +130,8 @@ pub(crate) struct Derived {
     /// The correlation and its lower Cholesky factor.
     pub correlation: DMatrix<f64>,
     pub cholesky: DMatrix<f64>,
+    /// Of each attribute with the read-out w: R w and w . R w.
+    pub along: Vec<(Vec<f64>, f64)>,
     pub fingerprint: u32,
 }
 
@@ -159,8 +161,16 @@ impl FaceModel {
             parts.correlation.iter().map(|&r| f64::from(r)),
         );
         let mut fingerprint = blob.fingerprint();
-        if let Some(read) = read_attributes(&blob, &correlation)? {
+        if let Some(read) = read_attributes(&blob, population)? {
             (fingerprint, parts.attributes) = read;
+        }
+        let mut changes = Vec::new();
+        for attribute in &parts.attributes {
+            let (change, variance) = along(&correlation, &attribute.reading);
+            if variance.is_nan() || variance < 1e-12 {
+                return Err(unsound(attribute));
+            }
+            changes.push((change, variance));
         }
         let Some(cholesky) = correlation.clone().cholesky() else {
             return Err(Error::Blob(
@@ -189,6 +199,7 @@ impl FaceModel {
                 start: OnceLock::new(),
                 correlation,
                 cholesky: cholesky.l(),
+                along: changes,
                 fingerprint,
             }),
             parts: Arc::new(parts),
@@ -223,18 +234,19 @@ impl FaceModel {
         })
     }
 
-    pub(crate) fn attribute(&self, name: &str) -> Result<&Attribute> {
-        let found = self.parts.attributes.iter().find(|a| a.name == name);
+    /// Which of the attributes has a name.
+    pub(crate) fn attribute(&self, name: &str) -> Result<usize> {
+        let found = self.parts.attributes.iter().position(|a| a.name == name);
         found.ok_or_else(|| Error::Unknown {
             kind: "attribute",
             name: name.to_owned(),
         })
     }
 
-    /// An attribute of which a value may be asked for.
-    pub(crate) fn asked(&self, name: &str, value: f64) -> Result<&Attribute> {
+    /// Which of the attributes it is of which a value may be asked for.
+    pub(crate) fn asked(&self, name: &str, value: f64) -> Result<usize> {
         let attribute = self.attribute(name)?;
-        let [least, most] = attribute.limits.map(f64::from);
+        let [least, most] = self.parts.attributes[attribute].limits.map(f64::from);
         match (least..=most).contains(&value) {
             true => Ok(attribute),
             false => Err(Error::Value {
@@ -678,14 +690,11 @@ fn read_rigid(blob: &Blob, name: &str, count: u32) -> Result<Vec<Rigid>> {
 
 /// The attributes, if there are any, and the fingerprint of the model without them: they name its
 /// faces and change none, so that a face's code stays good when they are learned anew.
-fn read_attributes(
-    blob: &Blob,
-    correlation: &DMatrix<f64>,
-) -> Result<Option<(u32, Vec<Attribute>)>> {
+fn read_attributes(blob: &Blob, population: usize) -> Result<Option<(u32, Vec<Attribute>)>> {
     let Some((fingerprint, words)) = blob.record::<(u32, Vec<String>)>("attributes")? else {
         return Ok(None);
     };
-    let each = 4 + correlation.nrows();
+    let each = 4 + population;
     let numbers = blob.floats("read-outs", words.len() / 3 * each, 1e6)?;
     let mut attributes: Vec<Attribute> = Vec::new();
     for (words, numbers) in words.chunks_exact(3).zip(numbers.chunks_exact(each)) {
@@ -699,15 +708,18 @@ fn read_attributes(
             reading: numbers[4..].to_vec(),
         };
         let twice = attributes.iter().any(|a| a.name == attribute.name);
-        let varies = along(correlation, &attribute.reading).1 >= 1e-12;
         let is_part = (0.0..=1.0).contains(&attribute.explained);
-        if twice || !varies || !is_part || numbers[0] >= numbers[1] {
-            let name = attribute.name;
-            return Err(Error::Blob(format!("attribute \"{name}\" is not sound")));
+        if twice || !is_part || numbers[0] >= numbers[1] {
+            return Err(unsound(&attribute));
         }
         attributes.push(attribute);
     }
     Ok(Some((fingerprint, attributes)))
+}
+
+fn unsound(attribute: &Attribute) -> Error {
+    let name = &attribute.name;
+    Error::Blob(format!("attribute \"{name}\" is not sound"))
 }
 
 /// How many there are of what controls name by number.

@@ -7,7 +7,7 @@ use js_sys::{Array, Object, Reflect};
 use wasm_bindgen::prelude::*;
 
 use crate::anatomy::{Landmark, Measure, Part};
-use crate::model::{About, Blending, FaceModel, along};
+use crate::model::{About, Blending, FaceModel};
 
 /// A plain object of these fields.
 #[inline(never)]
@@ -118,8 +118,7 @@ pub(super) fn info(model: &FaceModel) -> JsValue {
         ]));
     }
     let attributes = Array::new();
-    for attribute in &parts.attributes {
-        let (_, variance) = along(&model.derived.correlation, &attribute.reading);
+    for (attribute, (_, variance)) in parts.attributes.iter().zip(&model.derived.along) {
         attributes.push(&object(&[
             ("name", string(&attribute.name)),
             ("description", string(&attribute.description)),

@@ -78,6 +78,8 @@ export async function budget() {
     await page.locator(`.tab[data-group="${group}"]`).click();
     found[name] = await drag(name);
   }
+  await page.locator('.tab.whole').click();
+  for (const name of ['Age', 'Sex', 'African shape']) found[name] = await drag(name);
   await page.getByRole('tab', { name: 'Expressions' }).click();
   const smile = page.getByRole('slider', { name: 'mouthSmile' }).first();
   await smile.waitFor({ timeout: 30_000 });

@@ -18,3 +18,11 @@ export function element(tag, attributes = {}, ...children) {
   made.append(...children);
   return made;
 }
+
+/**
+ * What an element says, which is laid out again only if it is something else.
+ * @param {HTMLElement} where @param {string} words
+ */
+export function say(where, words) {
+  if (where.textContent !== words) where.textContent = words;
+}

@@ -212,20 +212,40 @@ const NORMAL = /* glsl */ `
  */
 export function fitSphere(positions, vertices, centre) {
   // |p|^2 = 2 c.p + (r^2 - |c|^2), solved about the mean so that the numbers stay small.
-  const mean = [0, 0, 0];
   const n = vertices.length;
-  for (let i = 0; i < n; i++) {
-    for (let k = 0; k < 3; k++) mean[k] += positions[3 * vertices[i] + k] / n;
-  }
-  const a = Array.from({ length: 4 }, () => new Float64Array(5));
+  let [cx, cy, cz] = [0, 0, 0];
   for (let i = 0; i < n; i++) {
     const o = 3 * vertices[i];
-    const x = positions[o] - mean[0];
-    const y = positions[o + 1] - mean[1];
-    const z = positions[o + 2] - mean[2];
-    const row = [2 * x, 2 * y, 2 * z, 1, x * x + y * y + z * z];
-    for (let j = 0; j < 4; j++) for (let k = 0; k < 5; k++) a[j][k] += row[j] * row[k];
+    cx += positions[o];
+    cy += positions[o + 1];
+    cz += positions[o + 2];
   }
+  [cx, cy, cz] = [cx / n, cy / n, cz / n];
+  let [xx, xy, xz, yy, yz, zz, xs, ys, zs, s] = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+  for (let i = 0; i < n; i++) {
+    const o = 3 * vertices[i];
+    const x = positions[o] - cx;
+    const y = positions[o + 1] - cy;
+    const z = positions[o + 2] - cz;
+    const square = x * x + y * y + z * z;
+    xx += x * x;
+    xy += x * y;
+    xz += x * z;
+    yy += y * y;
+    yz += y * z;
+    zz += z * z;
+    xs += x * square;
+    ys += y * square;
+    zs += z * square;
+    s += square;
+  }
+  // About the mean the coordinates sum to nothing.
+  const a = [
+    [4 * xx, 4 * xy, 4 * xz, 0, 2 * xs],
+    [4 * xy, 4 * yy, 4 * yz, 0, 2 * ys],
+    [4 * xz, 4 * yz, 4 * zz, 0, 2 * zs],
+    [0, 0, 0, n, s],
+  ];
   for (let j = 0; j < 4; j++) {
     let pivot = j;
     for (let k = j + 1; k < 4; k++) if (Math.abs(a[k][j]) > Math.abs(a[pivot][j])) pivot = k;
@@ -237,7 +257,7 @@ export function fitSphere(positions, vertices, centre) {
     }
   }
   const [x, y, z, w] = a.map((row, j) => row[4] / row[j]);
-  centre.set(mean[0] + x, mean[1] + y, mean[2] + z);
+  centre.set(cx + x, cy + y, cz + z);
   return Math.sqrt(w + x * x + y * y + z * z);
 }
 
@@ -366,6 +386,8 @@ export function createEyes(sockets, pores) {
   return {
     meshes: eyes.map((eye) => eye.mesh),
     centres: eyes.map((eye) => eye.mesh.position),
+    /** What it goes by beside the eyeballs. */
+    landmarks: names.flat(),
     /** What `EYE_GLSL` goes by. */
     look,
     /** @param {Float32Array} positions */

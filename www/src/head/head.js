@@ -238,6 +238,11 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   const teeth = createTeeth(rest, at, verticesOf(/^mouth cavity$/), vertexOf);
   eyes.update(rest);
   lashes.update(rest, eyes.centres);
+  // How many of the first vertices are of the eyes or of what stands around them.
+  const ofEyes = new Uint32Array(vertexCount + 1);
+  const edges = eyes.landmarks.flatMap((name) => (stencils.get(name) ?? []).map(([vertex]) => vertex));
+  for (const vertex of [...eyeVertices.flat(), ...lashes.vertices, ...edges]) ofEyes[vertex + 1] = 1;
+  for (let v = 0; v < vertexCount; v++) ofEyes[v + 1] += ofEyes[v];
 
   const group = new Group();
   group.add(mesh, ...eyes.meshes, lashes.mesh, ...(teeth?.meshes ?? []));
@@ -278,8 +283,10 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     const { expression } = from;
     skin.fold(expression);
     eyes.turn(turnsOf(expression), Object.keys(expression).length > 0);
-    eyes.update(present);
-    lashes.update(present, eyes.centres);
+    if (ofEyes[end] > ofEyes[first]) {
+      eyes.update(present);
+      lashes.update(present, eyes.centres);
+    }
     for (const one of tresses) one.update(present);
     teeth?.update(present, shiftsOf(expression));
   }

@@ -150,51 +150,61 @@ export function createLashes(triangles, rest, vertexOf) {
   mesh.name = 'lashes';
   mesh.raycast = () => {};
 
-  const root = new Vector3();
-  const next = new Vector3();
-  const out = new Vector3();
-  const point = new Vector3();
-  const before = new Vector3();
+  // What is the same on every face: the edge of the lid that it stands on, how far along that, how long it is.
+  const rooted = lashes.map(({ lid, at, length, lean, curl }) => {
+    const where = at * (lid.path.length - 1);
+    const i = Math.min(lid.path.length - 2, Math.floor(where));
+    // Longest at the outer third, short at the inner corner.
+    const outward = lid.outer === 1 ? at : 1 - at;
+    const reach = length * (0.45 + 0.75 * outward * (1 - 0.55 * outward) * 1.6);
+    return { from: 3 * lid.path[i], to: 3 * lid.path[i + 1], part: where - i, lid, lean, curl, reach };
+  });
   /**
-   * Follows each lash from its root to its tip.
+   * Follows each lash from its root to its tip. It is traced with every event of a drag, so that all of it is plain numbers.
    * @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
-   * @param {(point: Vector3, course: Vector3, t: number) => void} pass where it is, and where from
+   * @param {(x: number, y: number, z: number, dx: number, dy: number, dz: number, t: number) => void} pass where it is, and where from
    */
   function trace(positions, eyes, pass) {
-    for (const { lid, at, length, lean, curl } of lashes) {
-      const where = at * (lid.path.length - 1);
-      const i = Math.min(lid.path.length - 2, Math.floor(where));
-      root.fromArray(positions, 3 * lid.path[i]);
-      next.fromArray(positions, 3 * lid.path[i + 1]);
-      root.lerp(next, where - i);
-      const centre = eyes[lid.outer];
-      out.subVectors(root, centre).normalize();
+    for (const { from, to, part, lid, lean, curl, reach } of rooted) {
+      const rootX = positions[from] + part * (positions[to] - positions[from]);
+      const rootY = positions[from + 1] + part * (positions[to + 1] - positions[from + 1]);
+      const rootZ = positions[from + 2] + part * (positions[to + 2] - positions[from + 2]);
+      const { x, y, z } = eyes[lid.outer];
+      const [ox, oy, oz] = [rootX - x, rootY - y, rootZ - z];
+      const far = Math.sqrt(ox * ox + oy * oy + oz * oz);
       // Lashes fan out: sideways with their place on the lid, always forward.
-      const fan = out.x * 1.25;
-      out.set(fan + lean * 0.5, lid.rise * 0.12, Math.max(0.75, out.z)).normalize();
-      // Longest at the outer third, short at the inner corner.
-      const outward = lid.outer === 1 ? at : 1 - at;
-      const reach = length * (0.45 + 0.75 * outward * (1 - 0.55 * outward) * 1.6);
+      let wayX = (ox / far) * 1.25 + lean * 0.5;
+      let wayY = lid.rise * 0.12;
+      let wayZ = Math.max(0.75, oz / far);
+      const long = Math.sqrt(wayX * wayX + wayY * wayY + wayZ * wayZ);
+      wayX /= long;
+      wayY /= long;
+      wayZ /= long;
+      let [lastX, lastY, lastZ] = [rootX - wayX, rootY - wayY, rootZ - wayZ];
       for (let s = 0; s <= SEGMENTS; s++) {
         const t = s / SEGMENTS;
-        point
-          .copy(root)
-          .addScaledVector(out, reach * (t - 0.22 * t * t))
-          .setComponent(1, root.y + out.y * reach * t + lid.rise * reach * (0.42 * curl * t * t - 0.3 * t * (1 - t)));
-        if (s === 0) before.copy(point).sub(out);
-        before.subVectors(point, before);
-        pass(point, before, t);
-        before.copy(point);
+        const out = reach * (t - 0.22 * t * t);
+        const px = rootX + wayX * out;
+        const py = rootY + wayY * reach * t + lid.rise * reach * (0.42 * curl * t * t - 0.3 * t * (1 - t));
+        const pz = rootZ + wayZ * out;
+        pass(px, py, pz, px - lastX, py - lastY, pz - lastZ, t);
+        lastX = px;
+        lastY = py;
+        lastZ = pz;
       }
     }
   }
   /** @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first */
   function update(positions, eyes) {
     let o = 0;
-    trace(positions, eyes, (at, way) => {
+    trace(positions, eyes, (x, y, z, dx, dy, dz) => {
       for (let side = 0; side < 2; side++, o += 3) {
-        at.toArray(array, o);
-        way.toArray(course, o);
+        array[o] = x;
+        array[o + 1] = y;
+        array[o + 2] = z;
+        course[o] = dx;
+        course[o + 1] = dy;
+        course[o + 2] = dz;
       }
     });
     position.needsUpdate = along.needsUpdate = true;
@@ -208,9 +218,11 @@ export function createLashes(triangles, rest, vertexOf) {
     const points = new Float32Array(lashes.length * rings * SIDES * 3);
     const normals = new Float32Array(points.length);
     const triangles = [];
-    const [across, up, outward] = [new Vector3(), new Vector3(), new Vector3()];
+    const [at, way, across, up, outward] = Array.from({ length: 5 }, () => new Vector3());
     let o = 0;
-    trace(positions, eyes, (at, way, t) => {
+    trace(positions, eyes, (x, y, z, dx, dy, dz, t) => {
+      at.set(x, y, z);
+      way.set(dx, dy, dz);
       across.set(1, 0, 0).cross(way).normalize();
       up.crossVectors(across, way).normalize();
       for (let side = 0; side < SIDES; side++, o += 3) {
@@ -231,6 +243,8 @@ export function createLashes(triangles, rest, vertexOf) {
   }
   return {
     mesh,
+    /** What they stand on. */
+    vertices: lids.flatMap((lid) => lid.path),
     update,
     bodies,
     /** As the screen shows it, sRGB. */

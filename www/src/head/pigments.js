@@ -23,33 +23,36 @@ const LIPS = [0.76, 0.38, 0.39];
 const PALE = [1.13, 1.72, 1.68];
 const PAINTED = [0.78, 0.16, 0.24];
 
-/** Hair, from fair to black; sRGB. @type {[number, string][]} */
-const HAIR = [[0, '#b99a68'], [0.35, '#7a5c3b'], [REST.hair, '#2e1f17'], [1, '#0d0a09']];
+/** @typedef {readonly [place: number, ...Color[]]} Stop */
+/** @param {[number, ...string[]]} stop in sRGB @returns {Stop} */
+const stop = ([place, ...colours]) => [place, ...colours.map((colour) => new Color(colour))];
+/** Hair, from fair to black. */
+const HAIR = [stop([0, '#b99a68']), stop([0.35, '#7a5c3b']), stop([REST.hair, '#2e1f17']), stop([1, '#0d0a09'])];
 const RED = new Color('#8f3f19');
 const GREY = new Color('#a3a09b');
 /** Lashes at rest, as the screen shows them. They follow brows by less: they are paler only at their ends. */
 const LASHES = [0.075, 0.045, 0.035];
 const FOLLOWS = 0.45;
 
-/** Irises without melanin are blue, with a little of it green and hazel: near the pupil and around it; sRGB. @type {[number, string, string][]} */
+/** Irises without melanin are blue, with a little of it green and hazel: near the pupil and around it. */
 const IRIS = [
-  [0, '#65727a', '#4c6681'],
-  [0.22, '#71786c', '#5a7078'],
-  [0.38, '#75653c', '#566448'],
-  [0.52, '#74532a', '#565334'],
-  [REST.iris, '#6b4a2a', '#57452e'],
-  [1, '#33200f', '#22150c'],
+  stop([0, '#65727a', '#4c6681']),
+  stop([0.22, '#71786c', '#5a7078']),
+  stop([0.38, '#75653c', '#566448']),
+  stop([0.52, '#74532a', '#565334']),
+  stop([REST.iris, '#6b4a2a', '#57452e']),
+  stop([1, '#33200f', '#22150c']),
 ];
 
 /**
- * @template {[number, ...string[]]} T
- * @param {T[]} stops @param {number} at @param {number} column
+ * @param {readonly Stop[]} stops @param {number} at @param {number} column
+ * @returns {Color}
  */
 function between(stops, at, column) {
   const next = Math.max(1, stops.findIndex(([place]) => place >= at));
   const [from, to] = [stops[next - 1], stops[next]];
-  const colour = new Color(/** @type {string} */ (from[column]));
-  return colour.lerp(new Color(/** @type {string} */ (to[column])), (at - from[0]) / (to[0] - from[0]));
+  const [one, other] = /** @type {Color[]} */ ([from[column], to[column]]);
+  return one.clone().lerp(other, (at - from[0]) / (to[0] - from[0]));
 }
 
 /**

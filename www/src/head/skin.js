@@ -397,9 +397,10 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         gl_FragColor = overBackdrop(gl_FragColor.rgb, vShade.z);`,
       );
   };
+  const most = (/** @type {Vector4} */ { x, y, z, w }) => Math.max(x, y, z, w);
   function crease() {
     const { aged, foldsRight, foldsLeft, creased, lineMap, lineFrame } = uniforms;
-    creased.value = Math.max(...aged.value, ...foldsRight.value, ...foldsLeft.value);
+    creased.value = Math.max(aged.value.x, aged.value.y, most(foldsRight.value), most(foldsLeft.value));
     if (lineMap.value !== hairless || creased.value === 0) return;
     const { map, frame } = paintLines(landmarks);
     lineMap.value = createMap(map);

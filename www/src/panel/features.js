@@ -148,7 +148,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
     sliders.replaceChildren(...rows.map(({ slider }) => slider.root));
     more.hidden = all.length <= FIRST;
     more.textContent = open ? text.fewer : text.more(all.length - FIRST);
-    refresh();
+    refreshAll();
   }
 
   const [least, most] = model.blending.limits;
@@ -191,6 +191,11 @@ export function createFeatures(editor, { distributions, limits, random, preview 
       measures.refresh();
     }
     alpha.show(face.alpha);
+  }
+  /** What no gesture changes. */
+  function refreshAll() {
+    refresh();
+    if (!visible) return;
     const locked = face.locked;
     for (const [group, tab] of tabs) {
       tab.setAttribute('aria-pressed', String(group === chosen));
@@ -217,7 +222,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
     feature.hidden = isPerson;
     person.root.hidden = !isPerson;
     person.shown(visible && isPerson);
-    if (isPerson) return refresh();
+    if (isPerson) return refreshAll();
     heading.textContent = titleOf(group);
     const name = titleOf(group).toLowerCase();
     for (const [button, words] of /** @type {const} */ ([
@@ -258,7 +263,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
   choose(chosen);
   limits.onChange(build);
   editor.onShape(refresh);
-  editor.onStep(refresh);
+  editor.onStep(refreshAll);
 
   return {
     root,
@@ -266,7 +271,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
     shown(now) {
       visible = now;
       person.shown(now && chosen === PERSON);
-      refresh();
+      refreshAll();
     },
     choose,
     get chosen() {

@@ -1,4 +1,4 @@
-import { element } from '../frame/element.js';
+import { element, say } from '../frame/element.js';
 import { spoken, text } from '../text.js';
 
 /** Which measures belong to which feature, by the words in their names; the rest are the head's. */
@@ -30,10 +30,10 @@ export function createMeasures(model, face) {
   function refresh() {
     for (const { name, value, change } of rows) {
       const mm = face.measure(name);
-      value.textContent = text.millimetres(mm);
       const was = before?.get(name) ?? mm;
       const differs = Math.abs(mm - was) >= 0.05;
-      change.textContent = differs ? text.change(mm - was) : '';
+      say(value, text.millimetres(mm));
+      say(change, differs ? text.change(mm - was) : '');
     }
   }
 

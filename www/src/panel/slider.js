@@ -61,7 +61,7 @@ export function createSlider(spec) {
   let rounded = NaN;
   let said = '';
   /** @type {number | null} */
-  let ghost = null;
+  let haunts = null;
 
   function hold() {
     if (held) return;
@@ -213,15 +213,11 @@ export function createSlider(spec) {
     spec.typed.take(Math.min(spec.typed.max, Math.max(spec.typed.min, typed)));
   }
 
-  const track = element(
-    'div',
-    { class: 'track' },
-    element('span', { class: 'line' }),
-    element('span', { class: 'fill' }),
-    element('span', { class: 'ghost' }),
-    element('span', { class: 'thumb' }),
-    input,
-  );
+  // Each is told its own place: what the track is told, all that is in it has to be styled for again.
+  const fill = element('span', { class: 'fill' });
+  const ghost = element('span', { class: 'way' }, element('span', { class: 'ghost' }));
+  const thumb = element('span', { class: 'way' }, element('span', { class: 'thumb' }));
+  const track = element('div', { class: 'track' }, element('span', { class: 'line' }), fill, ghost, thumb, input);
   if (distribution) {
     track.prepend(bell(distribution.density));
     // Where people end.
@@ -231,7 +227,6 @@ export function createSlider(spec) {
   }
   track.style.setProperty('--least', String(place(min)));
   track.style.setProperty('--most', String(place(max)));
-  track.style.setProperty('--rest', String(place(spec.neutral)));
   const root = element(
     'div',
     { class: 'control' },
@@ -257,10 +252,10 @@ export function createSlider(spec) {
       if (!(drag && input.valueAsNumber === present)) input.valueAsNumber = present;
       rounded = input.valueAsNumber;
       const at = place(present);
-      track.style.setProperty('--at', String(at));
+      thumb.style.translate = `${100 * at}%`;
       const rest = place(spec.neutral);
-      track.style.setProperty('--from', String(Math.min(at, rest)));
-      track.style.setProperty('--to', String(Math.max(at, rest)));
+      fill.style.setProperty('--from', String(Math.min(at, rest)));
+      fill.style.setProperty('--to', String(Math.max(at, rest)));
       if (input.getAttribute('aria-valuetext') !== words) {
         input.setAttribute('aria-valuetext', words);
         value.textContent = words;
@@ -274,10 +269,10 @@ export function createSlider(spec) {
      * @param {number | null} before
      */
     ghost(before) {
-      if (before === null && ghost === null) return;
-      ghost = before;
+      if (before === haunts) return;
+      haunts = before;
       track.classList.toggle('has-ghost', before !== null);
-      if (before !== null) track.style.setProperty('--ghost', String(place(before)));
+      if (before !== null) ghost.style.translate = `${100 * place(before)}%`;
     },
   };
 }

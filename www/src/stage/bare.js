@@ -1,11 +1,11 @@
-import { whole } from '../head/colouring.js';
+import { REST } from '../head/colouring.js';
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
 import { text } from '../text.js';
 
 const BARE = { crop: 0, length: 0, beard: 0, beardLength: 0 };
 /** What of a colouring is hair that can be hidden. @param {import('../head/colouring.js').Colouring} colouring */
-const hairOf = (colouring) => Object.keys(BARE).map((name) => whole(colouring)[name]);
+const hairOf = (colouring) => Object.keys(BARE).map((name) => colouring[name] ?? REST[name]);
 
 /**
  * Hides hair and beard, to see the head below while it is shaped: a button, and a key on the canvas. The face keeps
@@ -20,18 +20,22 @@ export function createBare(editor, canvas, repaint) {
   let before = '';
   const button = element('button', { type: 'button', class: 'tool', 'aria-label': text.hideHair, title: text.hideHairAbout, onclick: toggle }, icon('hair'));
 
+  /** @param {boolean} now */
+  function show(now) {
+    bare = now;
+    button.setAttribute('aria-pressed', String(bare));
+  }
   function refresh() {
     const hair = hairOf(editor.colouring);
     const now = hair.join();
-    if (now !== before) bare = false;
+    if (now === before) return;
     before = now;
     button.hidden = hair.every((value) => value === 0);
-    button.setAttribute('aria-pressed', String(bare));
+    show(false);
   }
   function toggle() {
     if (button.hidden) return;
-    bare = !bare;
-    refresh();
+    show(!bare);
     repaint();
   }
   canvas.addEventListener('keydown', (event) => {
