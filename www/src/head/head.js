@@ -187,6 +187,12 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     model.parts
       .filter((part) => name.test(part.name))
       .flatMap(({ first, count }) => [...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => corners[corner]))]);
+  const pouch = verticesOf(/^mouth cavity$/);
+  // How much of each vertex lies deep in the mouth, not just behind the lips.
+  const inside = new Uint8Array(vertexCount);
+  const lips = at.get('ibug_66')?.[2] ?? 0;
+  for (const v of pouch) inside[v] = 255 * Math.min(1, Math.max(0, (lips - rest[3 * v + 2] - 3) / 2));
+  geometry.setAttribute('inside', new BufferAttribute(Uint8Array.from(corners, (v) => inside[v]), 1, true));
   const grows = growth(rest, at, verticesOf(/cavit/), skinTriangles);
   geometry.setAttribute('growth', new BufferAttribute(Float32Array.from({ length: 2 * cornerCount }, (_, i) => (i % 2 ? grows.beard : grows.scalp)[corners[i >> 1]]), 2));
   const folding = foldingOf(rest, at);
@@ -217,6 +223,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   /** @type {ReturnType<typeof import('../hair/onhead.js').growHair>} */
   let tresses = [];
   const mesh = new Mesh(geometry, skin.material);
+  mesh.customDepthMaterial = skin.shadow;
   mesh.castShadow = true;
   mesh.receiveShadow = true;
   mesh.name = 'skin';
@@ -235,7 +242,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     return stencil.reduce((best, entry) => (entry[1] > best[1] ? entry : best))[0];
   };
   const lashes = createLashes(skinTriangles, rest, vertexOf);
-  const teeth = createTeeth(rest, at, verticesOf(/^mouth cavity$/), vertexOf);
+  const teeth = createTeeth(rest, at, pouch, vertexOf);
   eyes.update(rest);
   lashes.update(rest, eyes.centres);
   // How many of the first vertices are of the eyes or of what stands around them.

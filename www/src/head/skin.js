@@ -1,4 +1,4 @@
-import { Color, DataTexture, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4 } from 'three';
+import { Color, DataTexture, MeshDepthMaterial, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4 } from 'three';
 import { BACKDROP_GLSL, backdropUniforms } from '../stage/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../stage/environment.js';
 import { SCATTERED } from '../hair/scattered.js';
@@ -271,6 +271,24 @@ const OCCLUSION = /* glsl */ `
  */
 export const SKIN_GLSL = { DECLARATIONS, COLOUR, ROUGHNESS, SLOPE };
 
+/** More than it came out of any of two thousand people who differ twice as much as people do, mm. */
+const DEEPER = 10;
+
+/**
+ * What lies deep in a mouth comes out of few chins, and is drawn behind them all the same.
+ * @param {{ vertexShader: string }} shader
+ */
+function keepInside(shader) {
+  shader.vertexShader = shader.vertexShader.replace('#include <common>', '#include <common>\nattribute float inside;').replace(
+    '#include <project_vertex>',
+    /* glsl */ `#include <project_vertex>
+    {
+      vec4 back = projectionMatrix * (mvPosition - vec4(0.0, 0.0, ${DEEPER.toFixed(1)} * inside, 0.0));
+      gl_Position.z = back.z / back.w * gl_Position.w;
+    }`,
+  );
+}
+
 /** The fine down on skin, which catches light at the edge. */
 const FUZZ = new Color(0.95, 0.72, 0.62);
 
@@ -377,6 +395,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         vHeat = heat;
         vWorn = uv;`,
       );
+    keepInside(shader);
     shader.fragmentShader = shader.fragmentShader
       .replace('#include <common>', `#include <common>\nuniform mat3 normalMatrix;\n${DECLARATIONS}`)
       .replace('#include <lights_physical_pars_fragment>', LIGHTS)
@@ -406,8 +425,12 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     lineMap.value = createMap(map);
     lineFrame.value.fromArray(frame);
   }
+  const shadow = new MeshDepthMaterial();
+  shadow.onBeforeCompile = keepInside;
   return {
     material,
+    /** What casts its shadow. */
+    shadow,
     uniforms,
     /** @param {Readonly<Record<string, number>>} expression weights by ARKit's names */
     fold(expression) {

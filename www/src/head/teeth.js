@@ -29,6 +29,13 @@ export const OPEN = [1.9, 3.9];
 
 /** The corners and the middles of the lips' inner line; the chin from its right to its left. */
 const NAMES = ['ibug_60', 'ibug_64', 'ibug_62', 'ibug_66', 'ibug_06', 'ibug_07', 'ibug_08', 'ibug_09', 'ibug_10'];
+/** How far below their edges the lower gum may show under the skin, as sizes of teeth are. */
+const UNDER_SKIN = [5, 17];
+/** How far the lower gum stands back from the edges of its teeth, and how thick the skin before it is. */
+const GUM_BACK = 2;
+const THICK = 4;
+/** More than any lower front teeth lean back; a gum that leans no more would still come out of few chins. */
+const MOST_LEAN = 0.6;
 
 /** Grids come round to where they began, and to points: what is in one place has one normal. @param {BufferGeometry} geometry */
 function closeSeams(geometry) {
@@ -154,7 +161,9 @@ function row(mould, sizes, [half, long], up) {
       const size = Math.hypot(normal[0], normal[1]);
       const scallop = 0.9 * Math.abs(Math.sin((here / last) * Math.PI * sizes.length));
       const roll = Math.PI * (v - 0.5);
-      const y = up * (sizes[0][1] - 3.6 * u + scallop + 4.5 + 5 * Math.sin(roll) * (1 - 0.25 * Math.cos(roll)));
+      // The chin goes back sooner than what is below the nose, and a lower lip shows less of its gum.
+      const tall = up > 0 ? 5 : 3.4;
+      const y = up * (sizes[0][1] - 3.6 * u + scallop + tall * (0.9 + Math.sin(roll) * (1 - 0.25 * Math.cos(roll))));
       const t = -1.9 + 1.6 * Math.cos(roll) - 3.5 * v;
       return {
         at: [side * (x + (normal[0] / size) * t), y, z + (normal[1] / size) * t],
@@ -205,21 +214,17 @@ function lie([far, near, tip, close, away], out) {
  */
 export function createTeeth(rest, landmarks, pouch, vertexOf) {
   const [corner, other, above, below, ...chin] = NAMES.map((name) => landmarks.get(name));
-  if (!corner || !other || !above || !below || !chin.every(Boolean)) return null;
-  const wide = Math.abs(other[0] - corner[0]);
-  const scale = wide / 2 / HALF_MOUTH;
+  if (!corner || !other || !above || !below || !chin.every(Boolean) || pouch.length === 0) return null;
+  const scale = Math.abs(other[0] - corner[0]) / 2 / HALF_MOUTH;
   const middle = (other[0] + corner[0]) / 2;
-  const line = (above[1] + below[1]) / 2;
-  /** The pouch behind the lips, which teeth stand behind. @param {1 | -1} up */
-  const wall = (up) =>
-    pouch.filter((v) => {
-      const high = (up * (rest[3 * v + 1] - line)) / scale;
-      const deep = (above[2] - rest[3 * v + 2]) / scale;
-      return Math.abs(rest[3 * v] - middle) < 7 * scale && high > 1 && high < 12 && deep < 12;
-    });
-  const walls = [wall(1), wall(-1)];
-  if (walls.some((list) => list.length === 0)) return null;
-  const anchors = [...NAMES.map(vertexOf), ...walls[0], ...walls[1]];
+  // The skin between the lower lip and the chin, in the middle, where it lies deepest.
+  const inside = new Set(pouch);
+  const dent = Array.from({ length: rest.length / 3 }, (_, v) => v).filter((v) => {
+    const [x, y, z] = rest.subarray(3 * v, 3 * v + 3);
+    const down = (below[1] - y) / scale;
+    return !inside.has(v) && Math.abs(x - middle) < 2 * scale && down > UNDER_SKIN[0] && down < 2 * UNDER_SKIN[1] && z > below[2] - 25 * scale;
+  });
+  const anchors = [...NAMES.map(vertexOf), ...dent];
 
   const rows = /** @type {const} */ ([
     [1, UPPER, ARCH.upper],
@@ -249,8 +254,6 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
   const still = anchors.map(() => new Vector3());
   const jaw = new Matrix4();
   const now = new Matrix4();
-  const behind = (/** @type {number} */ first, /** @type {number} */ count) =>
-    Math.min(...still.slice(first, first + count).map(({ z }) => z));
 
   /**
    * Where both rows are in a face.
@@ -272,6 +275,14 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
     // The upper edges show a little below the line between the lips; the lower ones stand behind them.
     above.makeScale(size, size, size).setPosition(x, y - 2.6 * size, before);
     below.makeScale(size, size, size).setPosition(x, y - 1.3 * size, beneath);
+    // Where the skin below the lip lies deep, teeth lean back.
+    let lean = 0;
+    for (const skin of still.slice(NAMES.length)) {
+      const down = (y - skin.y) / size - 1.3;
+      if (down < UNDER_SKIN[0] || down > UNDER_SKIN[1]) continue;
+      lean = Math.max(lean, ((beneath - skin.z) / size + THICK - GUM_BACK) / down);
+    }
+    below.elements[6] = Math.min(MOST_LEAN, lean) * size;
     jaw.multiplyMatrices(lie(points.slice(4, NAMES.length), now), lie(still.slice(4, NAMES.length), jaw).invert());
     below.premultiply(jaw);
     return points[2].distanceTo(points[3]) / size;
