@@ -329,7 +329,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
     },
     /** @param {Pigments} colours */
     paint(colours) {
-      colour.value.copy(colours.brows);
+      colour.value.copy(colours.hair);
       style = styleOf(colours);
       shared.halfWidth.value = broad * slender();
       gloss.value = glossOf();

@@ -30,6 +30,8 @@ const stop = ([place, ...colours]) => [place, ...colours.map((colour) => new Col
 const HAIR = [stop([0, '#b99a68']), stop([0.35, '#7a5c3b']), stop([REST.hair, '#2e1f17']), stop([1, '#0d0a09'])];
 const RED = new Color('#8f3f19');
 const GREY = new Color('#a3a09b');
+/** Brows turn grey later than the head, and keep dark hairs among the white. */
+const BROWS_GREY = 0.45;
 /** Lashes at rest, as the screen shows them. They follow brows by less: they are paler only at their ends. */
 const LASHES = [0.075, 0.045, 0.035];
 const FOLLOWS = 0.45;
@@ -101,7 +103,8 @@ export function pigments(tone, colouring) {
     /** How much of the lips is not painted, 1 at rest and 0 at full. */
     bare: lips > REST.lips ? 1 - far : 1,
     lips: own.clone().multiply(new Color(lipRed, lipGreen, lipBlue)),
-    brows: strands,
+    hair: strands,
+    brows: hairColour(hair, red, BROWS_GREY * grey),
     lashes: new Color(lr, lg, lb),
     /** 0 is none, 2 twice as many as at rest. */
     bushy: 2 * brows,

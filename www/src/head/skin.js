@@ -63,6 +63,7 @@ const DECLARATIONS = /* glsl */ `
   uniform vec4 faceFrame;
   uniform vec4 browFrame;
   uniform vec3 browColour;
+  uniform vec3 hairColour;
   uniform float bushy;
   uniform vec3 lipColour;
   uniform float lipCover;
@@ -192,7 +193,7 @@ const COLOUR = /* glsl */ `
     vec2 grown = vGrowth + 0.3 * (broad.a - 0.5) + vec2(0.8, -0.8) * (strand.g - 0.5);
     grown = smoothstep(vec2(-0.3, -0.35), vec2(0.45, 0.4), grown) * dense * (1.0 - lip);
     float thick = grown.x;
-    vec3 hair = scattered(browColour);
+    vec3 hair = scattered(hairColour);
     // Roots show through the skin; hairs lie over it.
     tone = mix(tone, mix(tone * 0.6, hair, 0.6 + 0.2 * thick), thick * (0.3 + 0.65 * thick));
     underHair = smoothstep(0.1, 0.7, thick) * covered.x;
@@ -204,7 +205,7 @@ const COLOUR = /* glsl */ `
     float beard = grown.y * (1.0 - smoothSkin) * (1.0 - photographed);
     float rank = 1.7 * strand.g - 0.45;
     float whisker = smoothstep(-0.25, 0.25, 1.25 * beard - rank) * min(1.0, 5.0 * beard) * (0.5 + 0.45 * beard);
-    tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), browColour, 0.75 * beard), beard * (0.45 + 0.45 * beard));
+    tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), hairColour, 0.75 * beard), beard * (0.45 + 0.45 * beard));
     tone = mix(tone, hair * 0.85, beard * covered.y * 0.8);
     tone = mix(tone, hair * (0.3 + (0.6 + 0.6 * beard) * strand.g) * (1.0 - 0.1 * covered.y), whisker);
     hairs = max(hairs, whisker);
@@ -315,6 +316,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     faceFrame: { value: new Vector4().fromArray(face.frame) },
     browFrame: { value: new Vector4().fromArray(brows.frame) },
     browColour: { value: new Color() },
+    hairColour: { value: new Color() },
     bushy: { value: 1 },
     /** Painted when there is hair. */
     strandMap: { value: hairless },
@@ -441,12 +443,13 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       crease();
     },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ skin, bright, lips, bare, brows, bushy, dense, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, bare, hair, brows, bushy, dense, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
       uniforms.lipCover.value = 1 - 0.34 * bare;
       uniforms.browColour.value.copy(brows);
+      uniforms.hairColour.value.copy(hair);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
       uniforms.covered.value.set(Math.min(1, 6 * style.length), Math.min(1, 6 * whiskers.length));

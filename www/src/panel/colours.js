@@ -48,11 +48,11 @@ const PAINTED = {
   lips: ({ lips }) => lips,
   // Between hairs there is skin.
   brows: ({ skin, brows, bushy }) => skin.clone().lerp(brows, 0.35 * bushy),
-  hair: ({ brows }) => brows,
-  red: ({ brows }) => brows,
-  grey: ({ brows }) => brows,
-  crop: ({ skin, brows, dense }) => skin.clone().lerp(brows, 0.9 * dense[0]),
-  beard: ({ skin, brows, dense }) => skin.clone().lerp(brows, 0.7 * dense[1]),
+  hair: ({ hair }) => hair,
+  red: ({ hair }) => hair,
+  grey: ({ hair }) => hair,
+  crop: ({ skin, hair, dense }) => skin.clone().lerp(hair, 0.9 * dense[0]),
+  beard: ({ skin, hair, dense }) => skin.clone().lerp(hair, 0.7 * dense[1]),
   iris: ({ iris }) => iris.outer.clone().lerp(iris.inner, 0.3),
 };
 
