@@ -59,5 +59,5 @@ mod wasm;
 pub use error::{Error, Result};
 pub use expression::{Expressions, Performance};
 pub use face::{Face, Randomize};
-pub use model::FaceModel;
+pub use model::{FaceModel, IncomingModel};
 pub use random::Random;

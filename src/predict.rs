@@ -21,6 +21,7 @@ const ROWS: usize = 4 * READ;
 const MOST_PREDICTORS: usize = 8;
 
 /// An order of a mesh's vertices and what predicts each from earlier ones.
+#[derive(Debug)]
 pub(crate) struct Walk {
     order: Vec<u32>,
     /// Predictors of `order[i]` are those from `starts[i]` to `starts[i + 1]`.

@@ -359,6 +359,19 @@ impl<'a> Blob<'a> {
     /// # Errors
     /// [`Error::Version`] for another version, [`Error::Blob`] for everything else that is wrong.
     pub fn parse(bytes: &'a [u8], kind: Kind) -> Result<Self> {
+        Self::open(bytes, kind, true)
+    }
+
+    /// The container of which these bytes are the first, unchecked: sections that are not there yet are
+    /// missing. Whoever reads them has to check the whole ([`Blob::parse`]) before what was read counts.
+    ///
+    /// # Errors
+    /// When the header is not there yet, or as [`Blob::parse`].
+    pub(crate) fn first_bytes(bytes: &'a [u8], kind: Kind) -> Result<Self> {
+        Self::open(bytes, kind, false)
+    }
+
+    fn open(bytes: &'a [u8], kind: Kind, whole: bool) -> Result<Self> {
         let bad = |why: String| Err(Error::Blob(why));
         if bytes.len() < PREAMBLE {
             return bad(format!(
@@ -385,15 +398,14 @@ impl<'a> Blob<'a> {
             ));
         }
         let total = word(bytes, 16) as usize;
-        if total != bytes.len() {
+        if whole && total != bytes.len() {
             return bad(format!(
                 "it says that it is {total} bytes long, but {} are here",
                 bytes.len()
             ));
         }
         let expected = u64::from_le_bytes(bytes[32..40].try_into().unwrap_or_default());
-        let found = checksum(bytes);
-        if found != expected {
+        if whole && checksum(bytes) != expected {
             return bad("its checksum does not match: the bytes were damaged".into());
         }
         if word(bytes, 12) != kind.code() {
@@ -430,6 +442,9 @@ impl<'a> Blob<'a> {
                 .filter(|_| offset >= header_end && offset.is_multiple_of(ALIGNMENT))
                 .and_then(|end| bytes.get(offset..end));
             let Some(section) = section else {
+                if !whole {
+                    continue;
+                }
                 return bad(format!("section {i} lies outside of it"));
             };
             rows.push(Row {
@@ -477,6 +492,11 @@ impl<'a> Blob<'a> {
                 "section \"{name}\" is of another type"
             ))),
         }
+    }
+
+    /// Whether a section is there.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.find(name).is_some()
     }
 
     fn find(&self, name: &str) -> Option<&Row<'a>> {

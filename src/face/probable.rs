@@ -4,8 +4,6 @@
 //! face around what is locked, or with some attributes, and dragging a vertex are all conditional
 //! distributions of it.
 
-use std::borrow::Cow;
-
 use glam::{DVec3, Vec3};
 use nalgebra::DMatrix;
 
@@ -95,12 +93,11 @@ impl FaceModel {
                 let attribute = &self.parts().attributes[which];
                 let (all, whole) = &self.derived.along[which];
                 let (along, own) = match &given {
-                    None => (Cow::from(all), *whole),
+                    None => (all.clone(), *whole),
                     Some(covariance) => {
                         let weights: Vec<f32> =
                             free.iter().map(|&i| attribute.reading[i]).collect();
-                        let (along, own) = along(covariance, &weights);
-                        (along.into(), own)
+                        along(covariance, &weights)
                     }
                 };
                 let reads = attribute.read(drawn);
@@ -115,7 +112,7 @@ impl FaceModel {
                 let missing = goal - attribute.read(drawn);
                 off |= missing.abs() > *met;
                 let amount = missing / own.max(1e-12);
-                for ((&i, a), &limit) in free.iter().zip(along.iter()).zip(&limits) {
+                for ((&i, a), &limit) in free.iter().zip(along).zip(&limits) {
                     // Not `clamp`, as in `drag`.
                     drawn[i] = (drawn[i] + amount * a).max(-limit).min(limit);
                 }

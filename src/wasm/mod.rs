@@ -37,15 +37,34 @@ pub struct FaceModel {
     blob: Vec<u8>,
 }
 
+/// A model blob whose bytes come in one after the other.
 #[wasm_bindgen]
-impl FaceModel {
-    /// Reads a model blob, and keeps it if that is wanted.
-    pub fn parse(bytes: Vec<u8>, keep: bool) -> Result<FaceModel, JsError> {
-        let model = crate::FaceModel::parse(&bytes).map_err(error)?;
-        let blob = if keep { bytes } else { Vec::new() };
-        Ok(Self { model, blob })
+#[derive(Default)]
+pub struct IncomingModel(crate::IncomingModel);
+
+#[wasm_bindgen]
+impl IncomingModel {
+    /// Of which nothing is there yet.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> Self {
+        Self::default()
     }
 
+    /// Takes the next bytes.
+    pub fn push(&mut self, bytes: Vec<u8>) {
+        self.0.push(bytes);
+    }
+
+    /// The model, once all bytes are there; it keeps them if that is wanted.
+    pub fn finish(&mut self, keep: bool) -> Result<FaceModel, JsError> {
+        let (model, bytes) = self.0.finish().map_err(error)?;
+        let blob = if keep { bytes } else { Vec::new() };
+        Ok(FaceModel { model, blob })
+    }
+}
+
+#[wasm_bindgen]
+impl FaceModel {
     /// The blob that was kept, a copy.
     pub fn blob(&self) -> Vec<u8> {
         self.blob.clone()

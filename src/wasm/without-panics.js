@@ -40,11 +40,50 @@ const PANICS = new RegExp(
 /** The files that the places of panics name: Rust's own, other crates' and ours. */
 const FILE = /(?:\/rustc\/[0-9a-f]{40}\/library\/|crates\/|src\/)[\w/.-]+?\.rs/g;
 
+/** What panics of Rust's own libraries and of nalgebra would say; no message of an error has these words. */
+const SENTENCES = [
+  'index out of bounds: the len is ',
+  ' but the index is ',
+  ' out of range for slice of length ',
+  'copy_from_slice: source slice length (',
+  ') does not match destination slice length (',
+  'Dot product dimensions mismatch for shapes ',
+  ': left rows != right rows.',
+  'Allocation from iterator error: the iterator did not yield the correct number of elements.',
+  'one-time initialization may not be performed recursively',
+  'internal error: entered unreachable code: invalid Once state',
+  'a Display implementation returned an error unexpectedly',
+  'chunk size must be non-zero',
+  'mid > len',
+  'Formatting argument out of range',
+  'attempt to join into collection with len > usize::MAX',
+  'Tried to shrink to a larger capacity',
+  'Gemv: dimensions mismatch.',
+  'Axcpy: mismatched vector shapes.',
+  'Axpy: mismatched vector shapes.',
+  'Matrix slicing out of bounds.',
+  'Data storage buffer dimension mismatch.',
+  'Matrix index out of bounds.',
+  'Matrix addition/subtraction dimensions mismatch.',
+  'Cannot compute the trace of non-square matrix.',
+  'Incompatible shape for transposition.',
+  'Matrix init. from row iterator: iterator not long enough.',
+  'The input matrix must be square.',
+  'called `Result::unwrap()` on an `Err` value',
+  'called `Option::unwrap()` on a `None` value',
+  'a formatting trait implementation returned an error when the underlying stream did not',
+  'attempt to divide by zero',
+  'attempt to calculate the remainder with a divisor of zero',
+  'RefCell already mutably borrowed',
+  'RefCell already borrowed',
+];
+
 /**
- * Wipes the places that panics would name, a record of file, line and column each, which nobody reads any more.
- * @param {Buffer} wasm @returns {number} how many
+ * Wipes what nobody reads any more: what panics would say, and the places that they would name, a record of file, line
+ * and column each.
+ * @param {Buffer} wasm @returns {{ places: number, sentences: number }} how many
  */
-function forgetPlaces(wasm) {
+function forget(wasm) {
   let at = 8;
   const number = () => {
     let [value, shift] = [0, 0];
@@ -77,6 +116,15 @@ function forgetPlaces(wasm) {
   for (const { memory, file, size } of segments) {
     for (const { index, 0: name } of wasm.toString('latin1', file, file + size).matchAll(FILE)) files.set(memory + index, name.length);
   }
+  let sentences = 0;
+  for (const { file, size } of segments) {
+    for (const sentence of SENTENCES) {
+      for (let i = wasm.indexOf(sentence, file); i >= 0 && i + sentence.length <= file + size; i = wasm.indexOf(sentence, i)) {
+        wasm.fill(0, i, i + sentence.length);
+        sentences += 1;
+      }
+    }
+  }
   let places = 0;
   const named = new Set();
   for (const { memory, file, size } of segments) {
@@ -93,11 +141,11 @@ function forgetPlaces(wasm) {
       if (start >= 0 && start < size) wasm.fill(0, file + start, file + start + (files.get(name) ?? 0));
     }
   }
-  return places;
+  return { places, sentences };
 }
 
 const wasm = readFileSync(from);
-const places = forgetPlaces(wasm);
+const { places, sentences } = forget(wasm);
 const module = binaryen.readBinary(wasm);
 module.setFeatures(
   Features.BulkMemory |
@@ -118,6 +166,7 @@ for (const { name, module: imported, params, results } of functions) {
 }
 // Another compiler may name them otherwise; then this is to be looked at again.
 if (found < 10) throw new Error(`${from}: only ${found} functions that panic were found`);
+if (sentences < 20) throw new Error(`${from}: only ${sentences} sentences of panics were found`);
 if (places < 100) throw new Error(`${from}: only ${places} places of panics were found`);
 writeFileSync(to, module.emitBinary());
 module.dispose();

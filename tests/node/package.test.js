@@ -411,6 +411,50 @@ for (const build of ['simd', 'scalar']) {
       plain.free();
     });
 
+    /** Bytes as a network gives them. @param {Uint8Array} all @param {number} size of each part @param {string} [fails] after the last */
+    const stream = (all, size, fails) => {
+      let at = 0;
+      return new ReadableStream({
+        async pull(out) {
+          await new Promise((done) => setTimeout(done));
+          if (at < all.length) out.enqueue(Uint8Array.from(all.subarray(at, (at += size))));
+          else if (fails) out.error(new Error(fails));
+          else out.close();
+        },
+      });
+    };
+
+    test('a model may be read while it comes in', async () => {
+      const plain = gunzipSync(bytes);
+      face.randomize({ seed: 5 });
+      for (const given of [stream(bytes, 100_000), stream(plain, 1_000_001), stream(bytes, bytes.length), new Response(bytes), new Response(stream(bytes, 300_000))]) {
+        const mine = await load(given, { build });
+        const same = mine.face();
+        same.randomize({ seed: 5 });
+        assert.equal(same.code, face.code);
+        assert.deepEqual(same.positions, face.positions);
+        mine.free();
+      }
+      face.reset();
+    });
+
+    test('a model that comes in wrongly is an Error with a reason', async () => {
+      const damaged = Uint8Array.from(bytes);
+      damaged.fill(7, 300_000, 300_100);
+      for (const [given, reason] of [
+        [stream(bytes.subarray(0, 700_000), 100_000), /packed bytes are damaged/],
+        [stream(damaged, 100_000), /packed bytes are damaged/],
+        [stream(bytes, 100_000, 'the line is dead'), /the line is dead/],
+        [stream(gunzipSync(bytes).subarray(0, 2_000_000), 100_000), /bytes long/],
+        [stream(new Uint8Array(0), 1), /too few/],
+        [stream(gzipSync(new Uint8Array(64 * 1024 * 1024 + 1)), 1000), /over the limit/],
+        [new Response('not here', { status: 404, statusText: 'Not Found' }), /404 Not Found/],
+        [new Response(null), /no body/],
+      ]) {
+        await assert.rejects(load(given, { build }), (error) => error instanceof Error && reason.test(error.message), `${reason}`);
+      }
+    });
+
     test('a bad blob is an Error with a reason', async () => {
       const plain = gunzipSync(bytes);
       const flip = (blob, at) => Uint8Array.from(blob, (byte, i) => (i === at ? byte ^ 1 : byte));

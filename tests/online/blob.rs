@@ -12,7 +12,7 @@ use phiz::anatomy::{Axis, Quantity};
 use phiz::blob::{VERSION, pack, seal, unpack};
 use phiz::model::{ModelParts, Modes};
 use phiz::quantise::FINEST_STEP;
-use phiz::{Error, FaceModel};
+use phiz::{Error, FaceModel, IncomingModel};
 use proptest::prelude::*;
 
 static BLOB: LazyLock<Vec<u8>> = LazyLock::new(sheet_blob);
@@ -28,6 +28,68 @@ fn refused(bytes: &[u8]) -> String {
     match FaceModel::parse(bytes) {
         Ok(_) => panic!("it was taken"),
         Err(error) => error.to_string(),
+    }
+}
+
+/// The model of bytes that come in so many at a time.
+fn incoming(bytes: &[u8], at_once: usize) -> Result<FaceModel, Error> {
+    let mut incoming = IncomingModel::default();
+    for chunk in bytes.chunks(at_once) {
+        incoming.push(chunk.to_vec());
+    }
+    let (model, all) = incoming.finish()?;
+    assert_eq!(all, bytes);
+    Ok(model)
+}
+
+#[test]
+fn a_model_that_comes_in_by_and_by_is_the_model() {
+    for parts in [sheet(), edited_sheet(), labelled_sheet()] {
+        let blob = parts.write().unwrap();
+        for at_once in [7, 100, 1000, 12_345, blob.len()] {
+            let model = incoming(&blob, at_once).unwrap();
+            assert_eq!(*model.parts(), parts, "{at_once} at a time");
+            let [whole, streamed] = [FaceModel::parse(&blob).unwrap(), model].map(|m| {
+                let mut face = m.face();
+                face.set(&m.parts().controls[0].name, 0.9).unwrap();
+                (
+                    face.code(),
+                    face.positions().to_vec(),
+                    face.normals().to_vec(),
+                )
+            });
+            assert!(whole == streamed, "{at_once} at a time");
+        }
+    }
+}
+
+#[test]
+fn a_model_that_comes_in_damaged_is_refused_as_one_that_is_there() {
+    let blob = &*BLOB;
+    for cut in [0, 20, 39, 500, blob.len() / 2, blob.len() - 1] {
+        let why = incoming(&blob[..cut], 64)
+            .map(|_| ())
+            .unwrap_err()
+            .to_string();
+        assert_eq!(why, refused(&blob[..cut]), "the first {cut}");
+    }
+    for at in (0..blob.len()).step_by(211) {
+        let mut bytes = blob.clone();
+        bytes[at] ^= 4;
+        let why = incoming(&bytes, 64).map(|_| ()).unwrap_err().to_string();
+        assert_eq!(why, refused(&bytes), "byte {at}");
+        // Behind a right checksum it is taken by both or by none.
+        seal(&mut bytes);
+        let [streamed, whole] = [incoming(&bytes, 64), FaceModel::parse(&bytes)].map(|model| {
+            model
+                .map(|m| m.parts().clone())
+                .map_err(|why| why.to_string())
+        });
+        assert_eq!(
+            format!("{streamed:?}"),
+            format!("{whole:?}"),
+            "byte {at}, sealed"
+        );
     }
 }
 

@@ -8,14 +8,15 @@
 /**
  * Reads a model.
  *
- * @param bytes a `.phiz` file: a blob, packed as gzip or not. It is copied; you may drop it
- *   afterwards.
+ * @param file a `.phiz` file: a blob, packed as gzip or not. Bytes are copied; you may drop them
+ *   afterwards. Of a response, such as `await fetch('model.phiz')`, or a stream, what comes in is
+ *   inflated and read while the rest is still on its way.
  * @param options `build` forces one of the two wasm builds; by default the faster one that this
  *   machine can run.
  * @throws Error with the reason when the bytes are not a usable blob.
  */
 export function load(
-  bytes: Uint8Array | ArrayBuffer,
+  file: Uint8Array | ArrayBuffer | Response | ReadableStream<Uint8Array>,
   options?: { build?: 'simd' | 'scalar' },
 ): Promise<FaceModel>;
 

@@ -100,40 +100,72 @@ function isPacked(bytes) {
   return bytes[0] === 0x1f && bytes[1] === 0x8b;
 }
 
-/**
- * A model on disk is gzip; a blob that is not packed comes back as it is.
- * @param {Uint8Array} bytes
- */
-async function unpack(bytes) {
-  if (!isPacked(bytes)) return bytes;
-  if (typeof DecompressionStream !== 'function') {
-    throw new Error('this browser has no DecompressionStream, which unpacks models: it is too old');
-  }
-  // The stream takes a copy: what the caller gave stays the caller's.
-  const stream = new Blob([/** @type {BlobPart} */ (bytes)]).stream();
-  const reader = stream.pipeThrough(new DecompressionStream('gzip')).getReader();
-  const chunks = [];
-  let length = 0;
-  for (;;) {
-    const { value } = await reader.read().catch((why) => {
-      throw new Error(`not a usable phiz blob: its packed bytes are damaged: ${why.message}`);
-    });
-    if (!value) break;
-    length += value.length;
-    if (length > MOST_BYTES) {
-      await reader.cancel();
-      const most = `over the limit of ${MOST_BYTES} bytes`;
-      throw new Error(`not a usable phiz blob: unpacked it is ${most}`);
-    }
-    chunks.push(value);
-  }
-  const blob = new Uint8Array(length);
+/** Those of a file, in one. @param {readonly Uint8Array[]} chunks */
+function joined(chunks) {
+  const bytes = new Uint8Array(chunks.reduce((sum, { length }) => sum + length, 0));
   let at = 0;
   for (const chunk of chunks) {
-    blob.set(chunk, at);
+    bytes.set(chunk, at);
     at += chunk.length;
   }
-  return blob;
+  return bytes;
+}
+
+/**
+ * Hands over the bytes of a blob as they come: a model on disk is gzip, and is inflated on the way.
+ * @param {ReadableStream<Uint8Array>} file
+ * @param {(bytes: Uint8Array) => void} take
+ * @param {(bytes: Uint8Array) => void} [seen] the file's own
+ */
+async function unpackTo(file, take, seen = () => {}) {
+  let length = 0;
+  /** @param {Uint8Array} bytes */
+  function count(bytes) {
+    length += bytes.length;
+    if (length > MOST_BYTES) throw new Error(`not a usable phiz blob: unpacked it is over the limit of ${MOST_BYTES} bytes`);
+    take(bytes);
+  }
+  const source = file.getReader();
+  /** @type {WritableStreamDefaultWriter<BufferSource> | null} */
+  let packed = null;
+  /** @type {Promise<unknown>} */
+  let inflating = Promise.resolve();
+  /** @param {ReadableStream<Uint8Array>} readable */
+  async function inflate(readable) {
+    const inflated = readable.getReader();
+    for (;;) {
+      const { value } = await inflated.read().catch((why) => {
+        throw new Error(`not a usable phiz blob: its packed bytes are damaged: ${why.message}`);
+      });
+      if (!value) return;
+      count(value);
+    }
+  }
+  try {
+    for (let first = true; ; first = false) {
+      const { value } = await source.read();
+      if (!value) break;
+      seen(value);
+      if (first && isPacked(value)) {
+        if (typeof DecompressionStream !== 'function') {
+          throw new Error('this browser has no DecompressionStream, which unpacks models: it is too old');
+        }
+        const { writable, readable } = new DecompressionStream('gzip');
+        packed = writable.getWriter();
+        inflating = inflate(/** @type {ReadableStream<Uint8Array>} */ (readable));
+      }
+      // What inflates tells why it takes no more.
+      if (packed) await Promise.race([packed.write(/** @type {Uint8Array<ArrayBuffer>} */ (value)).catch(() => inflating), inflating]);
+      else count(value);
+    }
+    await packed?.close().catch(() => {});
+    await inflating;
+  } catch (why) {
+    source.cancel().catch(() => {});
+    packed?.abort().catch(() => {});
+    inflating.catch(() => {});
+    throw why;
+  }
 }
 
 /**
@@ -143,6 +175,18 @@ async function unpack(bytes) {
 function copy(bytes) {
   return ArrayBuffer.isView(bytes) ? new Uint8Array(bytes) : new Uint8Array(bytes.slice(0));
 }
+
+/** The blob in a file's bytes. @param {Uint8Array} bytes */
+async function unpack(bytes) {
+  if (!isPacked(bytes)) return bytes;
+  /** @type {Uint8Array[]} */
+  const chunks = [];
+  await unpackTo(streamOf(bytes), (chunk) => chunks.push(chunk));
+  return joined(chunks);
+}
+
+/** @param {Uint8Array} bytes */
+const streamOf = (bytes) => new Blob([/** @type {BlobPart} */ (bytes)]).stream();
 
 /** @param {'simd' | 'scalar'} build */
 function instance(build) {
@@ -165,24 +209,54 @@ export async function prepare({ build = fastestBuild() } = {}) {
 }
 
 /**
- * @param {Uint8Array | ArrayBuffer} bytes
+ * @param {Uint8Array | ArrayBuffer | Response | ReadableStream<Uint8Array>} file
  * @param {{ build?: 'simd' | 'scalar' }} [options]
  */
-export async function load(bytes, { build = fastestBuild() } = {}) {
-  const given = ArrayBuffer.isView(bytes) ? bytes : new Uint8Array(bytes);
+export async function load(file, { build = fastestBuild() } = {}) {
+  const given = file instanceof ArrayBuffer ? new Uint8Array(file) : file;
   const there = ready.get(build);
   // A blob has far more bytes than a file: where nothing has to be waited for, the module's copy is the
   // only one.
-  if (there && !isPacked(given)) {
-    return new FaceModel(there.glue.FaceModel.parse(given, true), there, null);
+  if (there && ArrayBuffer.isView(given) && !isPacked(given)) {
+    const incoming = new there.glue.IncomingModel();
+    incoming.push(given);
+    try {
+      return new FaceModel(incoming.finish(true), there, null);
+    } finally {
+      incoming.free();
+    }
   }
-  const instantiated = instance(build);
-  // A copy, as it was given, for the module that fits photos: should it come, it reads its own.
-  const packed = copy(bytes);
-  // The one comes in while the other is unpacked.
-  const unpacked = unpack(packed);
-  const [found, blob] = await Promise.all([instantiated, unpacked]);
-  return new FaceModel(found.glue.FaceModel.parse(blob, false), found, packed);
+  if (given instanceof Response && !given.ok) throw new Error(`${given.url}: ${given.status} ${given.statusText}`.trim());
+  // The file is kept as it was given, for the module that fits photos: should it come, it reads its own.
+  /** @type {Uint8Array[]} */
+  const kept = [];
+  const stream = given instanceof Response ? given.body : ArrayBuffer.isView(given) ? streamOf(copy(given)) : given;
+  if (!stream) throw new Error('the response has no body');
+  // The module may come while the file does. What is there of both is read.
+  /** @type {import('./raw.js').IncomingModel | null} */
+  let incoming = null;
+  /** @type {Uint8Array[]} */
+  let waiting = [];
+  const begun = instance(build).then((found) => {
+    incoming = new found.glue.IncomingModel();
+    for (const bytes of waiting) incoming.push(bytes);
+    waiting = [];
+    return { found, incoming };
+  });
+  const come = unpackTo(
+    stream,
+    (bytes) => {
+      if (incoming) incoming.push(bytes);
+      else waiting.push(bytes);
+    },
+    (bytes) => kept.push(bytes),
+  );
+  const [{ found, incoming: whole }] = await Promise.all([begun, come]);
+  try {
+    return new FaceModel(whole.finish(false), found, joined(kept));
+  } finally {
+    whole.free();
+  }
 }
 
 export class FaceModel {

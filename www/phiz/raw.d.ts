@@ -1,9 +1,15 @@
 // The classes that wasm-bindgen makes of `src/wasm`, as `index.js` uses them. Not part of the
 // package: it lets `tsc` check the wrapper before any wasm is built.
 
+export class IncomingModel {
+  constructor();
+  push(bytes: Uint8Array): void;
+  finish(keep: boolean): FaceModel;
+  free(): void;
+}
+
 export class FaceModel {
   private constructor();
-  static parse(bytes: Uint8Array, keep: boolean): FaceModel;
   blob(): Uint8Array;
   info(): import('phiz').ModelInfo;
   face(): Face;

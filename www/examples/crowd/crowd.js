@@ -33,7 +33,7 @@ const select = /** @type {HTMLSelectElement} */ (document.querySelector('select'
 const slider = /** @type {HTMLInputElement} */ (document.querySelector('input'));
 
 const response = await fetch(new URL('../../model.phiz', document.baseURI));
-const model = await load(await response.arrayBuffer());
+const model = await load(response);
 await MeshoptSimplifier.ready;
 
 const median = model.face();

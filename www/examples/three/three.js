@@ -20,7 +20,7 @@ const form = /** @type {HTMLFormElement} */ (document.querySelector('form'));
 const status = /** @type {HTMLElement} */ (document.querySelector('[role=status]'));
 
 const response = await fetch(new URL('../../model.phiz', document.baseURI));
-const model = await load(await response.arrayBuffer());
+const model = await load(response);
 const face = model.face();
 
 const geometry = new BufferGeometry();

@@ -2,42 +2,54 @@ import { Failure } from './failure.js';
 import { text } from '../text.js';
 
 /**
- * Fetches a model and tells how far it is.
+ * A file, of which it is told how much is there; what is wrong with it is a `Failure`.
  * @param {string | URL} url
  * @param {(fraction: number) => void} progress
  * @param {(why: string) => string} [failed] what to say when it does not come
+ * @returns {Promise<ReadableStream<Uint8Array>>}
  */
-export async function download(url, progress, failed = text.noModel) {
+export async function open(url, progress, failed = text.noModel) {
+  const failure = (/** @type {unknown} */ error) => new Failure(failed(error instanceof Error ? error.message : String(error)));
   let response;
   try {
     response = await fetch(url);
   } catch (error) {
-    throw new Failure(failed(error instanceof Error ? error.message : String(error)));
+    throw failure(error);
   }
   if (!response.ok || !response.body) {
     throw new Failure(failed(`${response.status} ${response.statusText}`.trim()));
   }
   // The length counts compressed bytes when the server compresses: then it is only a hint.
   const total = Number(response.headers.get('content-length')) || 2_000_000;
-  const chunks = [];
-  let length = 0;
   const reader = response.body.getReader();
-  try {
-    for (;;) {
-      const { done, value } = await reader.read();
-      if (done) break;
-      chunks.push(value);
-      length += value.length;
-      progress(Math.min(1, length / total));
-    }
-  } catch (error) {
-    throw new Failure(failed(error instanceof Error ? error.message : String(error)));
+  let length = 0;
+  return new ReadableStream({
+    async pull(out) {
+      try {
+        const { value } = await reader.read();
+        if (!value) return out.close();
+        length += value.length;
+        progress(Math.min(1, length / total));
+        out.enqueue(value);
+      } catch (error) {
+        out.error(failure(error));
+      }
+    },
+    cancel: (why) => reader.cancel(why),
+  });
+}
+
+/**
+ * All of a file.
+ * @param {string | URL} url
+ * @param {(why: string) => string} failed
+ */
+export async function download(url, failed) {
+  const reader = (await open(url, () => {}, failed)).getReader();
+  const chunks = [];
+  for (;;) {
+    const { value } = await reader.read();
+    if (!value) return new Blob(chunks).arrayBuffer();
+    chunks.push(/** @type {Uint8Array<ArrayBuffer>} */ (value));
   }
-  const bytes = new Uint8Array(length);
-  let at = 0;
-  for (const chunk of chunks) {
-    bytes.set(chunk, at);
-    at += chunk.length;
-  }
-  return bytes;
 }

@@ -1,5 +1,5 @@
 import { load } from 'phiz';
-import { download } from './download.js';
+import { download, open } from './download.js';
 import { element } from './element.js';
 import { Failure } from './failure.js';
 import { text } from '../text.js';
@@ -27,7 +27,7 @@ export function checkBrowser() {
 export async function loadHead(url) {
   try {
     const response = await fetch(url);
-    return response.ok ? await load(await response.arrayBuffer()) : null;
+    return response.ok ? await load(response) : null;
   } catch {
     return null;
   }
@@ -35,10 +35,12 @@ export async function loadHead(url) {
 
 /** @param {URL} url @param {(fraction: number) => void} progress */
 export async function loadModel(url, progress) {
-  const bytes = await download(url, progress);
+  const file = await open(url, progress);
   try {
-    return await load(bytes);
+    // It is read while it comes in.
+    return await load(file);
   } catch (error) {
+    if (error instanceof Failure) throw error;
     throw new Failure(text.badModel(error instanceof Error ? error.message : String(error)));
   }
 }
@@ -54,7 +56,7 @@ export function createExpressionFile(model, url, loaded) {
   let coming = null;
   async function fetchAll() {
     if (!url) throw new Error(text.noExpressionsHere);
-    const bytes = await download(url, () => {}, (why) => `${why}.`);
+    const bytes = await download(url, (why) => `${why}.`);
     // What is said about it is on the screen before the work begins.
     await new Promise((painted) => setTimeout(painted));
     await model.loadExpressions(bytes);
