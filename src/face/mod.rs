@@ -252,19 +252,21 @@ impl Face {
     /// When no control has that name, the value is outside 0..=1, or the control's measure or one
     /// that is held cannot be had; the face then stays as it was.
     pub fn set(&mut self, control: &str, value: f64) -> Result<()> {
-        let control = self.model.control(control)?.clone();
+        let model = self.model.clone();
+        let control = model.control(control)?;
         let wanted = control.quantile(value)?;
         if let Some(measure) = control.measure {
-            return self.set_along(&control, measure as usize, f64::from(wanted));
+            return self.set_along(control, measure as usize, f64::from(wanted));
         }
-        let before = self.before();
+        // A copy for nothing would be felt: this is what a slider does.
+        let before = (!self.held.is_empty()).then(|| self.before());
         let mut coefficients = self.coefficients();
         let amount = (wanted - control.read(&coefficients)) / control.gain();
         for &(i, change) in &control.direction {
             coefficients[i as usize] += amount * change;
         }
         self.change(&coefficients)?;
-        self.hold_beside(&control, before)
+        before.map_or(Ok(()), |before| self.hold_beside(control, before))
     }
 
     /// Puts a region, or everything, back to the median person. Locked regions stay, and what is

@@ -63,10 +63,26 @@ function table(title, race) {
   }
 }
 
+/** Vertices of the small region that the aim for events without a surround speaks of. */
+const SMALL = 3000;
+
+/** What an event of such a region would take, between two that have less and more. @param {any} report */
+function small({ events, moved }) {
+  const names = ['nose, next to no surround', 'mouth, next to no surround'];
+  const [from, to] = names.map((name) => moved[name]);
+  const at = (/** @type {string} */ who) => {
+    const [less, more] = names.map((name) => events[name][who].us);
+    return less + ((SMALL - from) / (to - from)) * (more - less);
+  };
+  const [own, other] = [at('phiz, simd'), at('changed modes in JS, three.js')];
+  console.log(`\na region of ${SMALL} vertices, between nose (${from}) and mouth (${to}): ${own.toFixed(1)} us, three.js ${other.toFixed(0)} us, ${(other / own).toFixed(0)} x`);
+}
+
 /** @param {string} where @param {any} report */
 function print(where, report) {
   console.log(`\n== ${where}: ${report.vertices} vertices, ${report.triangles} triangles, ${report.modes} coefficients`);
   for (const [what, race] of Object.entries(report.events)) table(`${what}: an event, to positions and normals`, race);
+  small(report);
   table('normals of all vertices', report.normals);
   table(`sums of all modes, ${(report.modeBytes / 1e6).toFixed(2)} MB of i16`, report.sums);
   console.log('\nloading, ms');

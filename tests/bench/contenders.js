@@ -135,15 +135,21 @@ export async function measure({ load, three, packed, blob, head, kernels, say })
   /** @type {[string, string, number | undefined][]} */
   const sliders = [...new Set(controls.map((c) => c.group))].map((group) => [group, controls.find((c) => c.group === group).name, undefined]);
   // The smallest surround there is: nearly a feature by itself.
-  sliders.push(['mouth, next to no surround', controls.find((c) => c.group === 'mouth').name, 3]);
+  const least = simd.blending.limits[0];
+  for (const group of ['nose', 'mouth']) sliders.push([`${group}, next to no surround`, controls.find((c) => c.group === group).name, least]);
+  /** How many vertices they move. @type {Record<string, number>} */
+  report.moved = {};
   for (const [what, control, alpha] of sliders) {
     say(what);
     const face = simd.face();
     if (alpha) for (const own of [face, faces.simd, faces.scalar]) own.alpha = alpha;
+    const before = face.positions.slice();
     const wanted = values.map((value) => {
       face.set(control, value);
       return face.coefficients.slice();
     });
+    const after = face.positions;
+    report.moved[what] = before.filter((_, i) => i % 3 === 0 && [i, i + 1, i + 2].some((k) => before[k] !== after[k])).length;
     for (const own of Object.values(faces)) own.coefficients = wanted[0];
     report.events[what] = race({
       'phiz, simd': (turn) => faces.simd.set(control, values[turn % 16]),
