@@ -266,6 +266,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   let shiftsOf = () => unmoved;
   teeth?.update(rest, unmoved);
 
+  let wasAtRest = false;
   /**
    * Takes over a range of the face's vertices.
    * @param {import('phiz').Face} from
@@ -288,8 +289,12 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     }
     present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
     const { expression } = from;
-    skin.fold(expression);
-    eyes.turn(turnsOf(expression), Object.keys(expression).length > 0);
+    const isAtRest = Object.keys(expression).length === 0;
+    if (!(isAtRest && wasAtRest)) {
+      skin.fold(expression);
+      eyes.turn(turnsOf(expression), !isAtRest);
+    }
+    wasAtRest = isAtRest;
     if (ofEyes[end] > ofEyes[first]) {
       eyes.update(present);
       lashes.update(present, eyes.centres);

@@ -116,7 +116,8 @@ export function createPerson(editor) {
   function refresh() {
     if (!visible) return;
     for (const { name, placeOf, slider } of rows) {
-      const at = placeOf(face.attribute(name));
+      // What one slider moves of the others by what nobody sees is not shown anew.
+      const at = Math.round(1e4 * placeOf(face.attribute(name))) / 1e4;
       slider.show(at);
       const was = start && placeOf(start.reads.get(name) ?? 0);
       slider.ghost(was !== null && Math.abs(was - at) > 0.005 ? was : null);
