@@ -87,6 +87,8 @@ export async function budget() {
   await page.getByRole('tab', { name: 'Features' }).click();
   await page.locator('.tab[data-group="nose"]').click();
   found['nose 1, smiling'] = await drag('nose 1');
+  await page.locator('.tab.whole').click();
+  found['Age, smiling'] = await drag('Age');
   await context.close();
   await browser.close();
   await site.close();
