@@ -213,8 +213,9 @@ impl Reading {
     #[inline(never)]
     fn block(&mut self, blob: &Blob) -> Result<()> {
         let bad = |why: String| Err(Error::Blob(why));
+        // Whoever has modes of more blocks has more than there is to read.
         let Some(header) = self.header.blocks.get(self.blocks.len()) else {
-            return Ok(());
+            return bad("modes of no block".into());
         };
         let block = read_block(blob, header, self)?;
         let blocks = &mut self.blocks;

@@ -64,6 +64,25 @@ fn a_model_that_comes_in_by_and_by_is_the_model() {
 }
 
 #[test]
+fn modes_of_more_blocks_than_there_are_do_not_keep_a_reader_busy() {
+    let parts = labelled_sheet();
+    let mut bytes = parts.write().unwrap();
+    for (name, more) in [("attributes", 0), ("read-outs", 1)] {
+        let name = format!("{name:\0<16}");
+        let at = bytes
+            .windows(16)
+            .position(|w| w == name.as_bytes())
+            .unwrap();
+        let other = format!("{:\0<16}", format!("modes.{}", parts.blocks.len() + more));
+        bytes[at..at + 16].copy_from_slice(other.as_bytes());
+    }
+    seal(&mut bytes);
+    let model = incoming(&bytes, 1000).unwrap();
+    assert!(model.parts().attributes.is_empty());
+    assert_eq!(model.parts(), FaceModel::parse(&bytes).unwrap().parts());
+}
+
+#[test]
 fn a_model_that_comes_in_damaged_is_refused_as_one_that_is_there() {
     let blob = &*BLOB;
     for cut in [0, 20, 39, 500, blob.len() / 2, blob.len() - 1] {
