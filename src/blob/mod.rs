@@ -362,8 +362,8 @@ impl<'a> Blob<'a> {
         Self::open(bytes, kind, true)
     }
 
-    /// The container of which these bytes are the first, unchecked: sections that are not there yet are
-    /// missing. Whoever reads them has to check the whole ([`Blob::parse`]) before what was read counts.
+    /// The container of which these bytes are the first, unchecked: the table ends before the first section
+    /// that is not there yet, so that a name means what it means in the whole. Whoever reads them has to check the whole ([`Blob::parse`]) before what was read counts.
     ///
     /// # Errors
     /// When the header is not there yet, or as [`Blob::parse`].
@@ -443,7 +443,7 @@ impl<'a> Blob<'a> {
                 .and_then(|end| bytes.get(offset..end));
             let Some(section) = section else {
                 if !whole {
-                    continue;
+                    break;
                 }
                 return bad(format!("section {i} lies outside of it"));
             };

@@ -227,13 +227,13 @@ impl Face {
         for (name, value) in asked {
             model.asked(name, *value)?;
         }
-        let wanted: Vec<f64> = (model.parts().attributes.iter())
-            .map(|attribute| {
+        let wanted: Vec<(usize, f64)> = (model.parts().attributes.iter().enumerate())
+            .map(|(i, attribute)| {
                 let named = asked.iter().find(|(name, _)| *name == attribute.name);
-                named.map_or_else(|| attribute.read(&present), |&(_, value)| value)
+                let value = named.map_or_else(|| attribute.read(&present), |&(_, value)| value);
+                (i, value)
             })
             .collect();
-        let wanted: Vec<(usize, f64)> = wanted.into_iter().enumerate().collect();
         let free = self.free(None)?;
         let mut steered = present;
         model.steer(&mut steered, &free, &wanted);

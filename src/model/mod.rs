@@ -44,6 +44,9 @@
 //! their other corners. All is modulo 2^32, and numbers are kept in the order of the walk.
 //!
 //! What other targets follow is not kept: [`Surround::new`] finds it again.
+//!
+//! Sections are written in the order in which they are read, so that a model can be read while it comes in
+//! ([`IncomingModel`]); in another order it is read all the same, once all of it is there.
 
 mod attribute;
 mod block;

@@ -13,7 +13,7 @@
  *   inflated and read while the rest is still on its way.
  * @param options `build` forces one of the two wasm builds; by default the faster one that this
  *   machine can run.
- * @throws Error with the reason when the bytes are not a usable blob.
+ * @throws Error with the reason when the bytes are not a usable blob, or do not come.
  */
 export function load(
   file: Uint8Array | ArrayBuffer | Response | ReadableStream<Uint8Array>,

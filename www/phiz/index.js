@@ -185,7 +185,7 @@ async function unpack(bytes) {
   return joined(chunks);
 }
 
-/** @param {Uint8Array} bytes */
+/** A copy comes out of it, whatever becomes of the bytes. @param {Uint8Array} bytes */
 const streamOf = (bytes) => new Blob([/** @type {BlobPart} */ (bytes)]).stream();
 
 /** @param {'simd' | 'scalar'} build */
@@ -230,7 +230,7 @@ export async function load(file, { build = fastestBuild() } = {}) {
   // The file is kept as it was given, for the module that fits photos: should it come, it reads its own.
   /** @type {Uint8Array[]} */
   const kept = [];
-  const stream = given instanceof Response ? given.body : ArrayBuffer.isView(given) ? streamOf(copy(given)) : given;
+  const stream = given instanceof Response ? given.body : ArrayBuffer.isView(given) ? streamOf(given) : given;
   if (!stream) throw new Error('the response has no body');
   // The module may come while the file does. What is there of both is read.
   /** @type {import('./raw.js').IncomingModel | null} */

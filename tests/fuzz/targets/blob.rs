@@ -1,5 +1,5 @@
-//! Whatever the bytes, reading them as a model must end in a model or an error, and a model that
-//! comes out must take every use. Panics, overflows, reads out of bounds, endless loops and huge
+//! Whatever the bytes, reading them as a model, all at once or while they come in, must end in the same model or
+//! error, and a model that comes out must take every use. Panics, overflows, reads out of bounds, endless loops and huge
 //! allocations are findings.
 //!
 //! The first byte picks the mode. Even: the rest is the blob, as it is. Odd: the rest is a list of
@@ -10,7 +10,7 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use phiz::FaceModel;
+use phiz::{FaceModel, IncomingModel};
 use phiz::blob::seal;
 
 #[path = "../../common/mod.rs"]
@@ -85,7 +85,18 @@ fuzz_target!(|input: &[u8]| {
         return;
     };
     let bytes = if mode % 2 == 0 { rest.to_vec() } else { changed(rest) };
-    if let Ok(model) = FaceModel::parse(&bytes) {
+    let mut incoming = IncomingModel::default();
+    for chunk in bytes.chunks(bytes.len() / 7 + 1) {
+        incoming.push(chunk.to_vec());
+    }
+    let streamed = incoming.finish().map(|(model, _)| model.parts().clone());
+    // Packed bytes are for the one that has them all.
+    let whole = FaceModel::parse(&bytes);
+    if !bytes.starts_with(&[0x1f, 0x8b]) {
+        let told = whole.as_ref().map(|model| model.parts().clone());
+        assert_eq!(format!("{streamed:?}"), format!("{:?}", told.as_ref().map_err(|why| *why)));
+    }
+    if let Ok(model) = whole {
         common::exercise(&model);
     }
 });

@@ -217,7 +217,8 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
   if (!corner || !other || !above || !below || !chin.every(Boolean) || pouch.length === 0) return null;
   const scale = Math.abs(other[0] - corner[0]) / 2 / HALF_MOUTH;
   const middle = (other[0] + corner[0]) / 2;
-  // The skin between the lower lip and the chin, in the middle, where it lies deepest.
+  // The skin between the lower lip and the chin, in the middle, where it lies deepest; on other faces some of it is
+  // nearer the lip.
   const inside = new Set(pouch);
   const dent = Array.from({ length: rest.length / 3 }, (_, v) => v).filter((v) => {
     const [x, y, z] = rest.subarray(3 * v, 3 * v + 3);
