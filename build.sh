@@ -428,8 +428,8 @@ people() {
         --short www/docs/validation -o "$work/report"
 }
 
-# bench_kernels BUILD RUSTFLAGS [WASM-OPT FLAG...]: the kernels and their plain twins, in
-# target/bench/BUILD, with the flags of the package's build.
+# bench_kernels BUILD RUSTFLAGS [WASM-OPT FLAG...]: the kernels, their plain twins and nalgebra's, in
+# target/bench/BUILD, all with flags that make them fast and not small.
 bench_kernels() {
     local build=$1 flags=$2 out=$ROOT/target/bench-$1
     shift 2
@@ -438,7 +438,7 @@ bench_kernels() {
         --target wasm32-unknown-unknown
     quietly "bench-bindings-$build" wasm-bindgen --target web --out-name bench \
         --out-dir "$ROOT/target/bench/$build" "$out/wasm32-unknown-unknown/release/phiz_bench.wasm"
-    quietly "bench-optimise-$build" wasm-opt -O3 "${WASM_FEATURES[@]}" "$@" \
+    quietly "bench-optimise-$build" wasm-opt -O3 --low-memory-unused "${WASM_FEATURES[@]}" "$@" \
         "target/bench/$build/bench_bg.wasm" -o "target/bench/$build/bench_bg.wasm"
 }
 

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use glam::Vec3;
-use wide::{f64x4, i16x8};
+use wide::{i16x8, i32x4};
 
 use crate::kernel::{CHUNK, Modes};
 use crate::{Face, FaceModel};
@@ -21,15 +21,21 @@ pub fn all_modes(model: &FaceModel) -> impl Iterator<Item = (&Modes, Range<usize
 /// Sums all modes for coefficients in units of 1/65536 sigma; the sums are only looked at.
 pub fn sum_modes(model: &FaceModel, coefficients: &[i32]) -> f64 {
     let mut seen = 0.0;
-    let mut sums = [f64x4::ZERO; CHUNK / 4];
+    let mut sums = [i32x4::ZERO; CHUNK / 4];
     for (modes, own) in all_modes(model) {
-        let weights = modes.weights(&coefficients[own]);
-        for first in (0..modes.numbers()).step_by(CHUNK) {
-            modes.sum(&weights, first, 1.0, &mut sums);
-            seen += sums[0].to_array()[0];
+        for part in modes.weights(&coefficients[own]) {
+            for first in (0..modes.numbers()).step_by(CHUNK) {
+                modes.sum(&part, first, &mut sums);
+                seen += part.unit * f64::from(sums[0].to_array()[0]);
+            }
         }
     }
     seen
+}
+
+/// Sums all positions of a face, from the mean on, without normals.
+pub fn sum_positions(face: &mut Face) {
+    face.sum(false);
 }
 
 /// Reads all that [`sum_modes`] reads and does next to nothing with it.

@@ -4,10 +4,10 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
-use wide::f64x4;
+use wide::i32x4;
 
 use super::{Face, GRID};
-use crate::kernel::{CHUNK, Modes, Patch, add_to};
+use crate::kernel::{CHUNK, Modes, Patch, add_to, round_to};
 
 /// What anchors take back is rounded to whole multiples of this, mm, 8 nanometres: sums of it are
 /// exact, as all others are.
@@ -91,17 +91,15 @@ impl Face {
     }
 
     /// Sums all positions, of what is shown or of what shall be.
-    fn sum(&mut self, shown: bool) {
+    pub(crate) fn sum(&mut self, shown: bool) {
         let model = self.model.clone();
         self.sums.resize(model.parts().mean.len(), [0.0; 3]);
-        let all = self.sums.iter_mut().zip(&mut self.positions);
-        for ((sum, position), mean) in all.zip(&model.parts().mean) {
-            *position = *mean;
+        for (sum, mean) in self.sums.iter_mut().zip(&model.parts().mean) {
             *sum = mean.as_dvec3().to_array();
         }
         let mut out = Sums {
             sums: &mut self.sums,
-            positions: &mut self.positions,
+            positions: &mut [],
         };
         for (b, block) in model.parts().blocks.iter().enumerate() {
             let own = block.coefficients();
@@ -116,6 +114,12 @@ impl Face {
                 }
             }
         }
+        // There is one position more.
+        let positions = &mut self.positions[..self.sums.len()];
+        round_to(
+            self.sums.as_flattened(),
+            bytemuck::cast_slice_mut(positions),
+        );
     }
 
     /// How a vertex moves with each coefficient: mm a sigma.
@@ -149,22 +153,20 @@ impl Face {
 /// Where positions are summed.
 struct Sums<'a> {
     sums: &'a mut [[f64; 3]],
+    /// As the sums; none while more is added.
     positions: &'a mut [Vec3],
 }
 
 impl Sums<'_> {
     /// Adds what modes with a change of their coefficients move vertices by.
     fn add(&mut self, modes: &Modes, vertices: &[u32], change: &[i32]) {
-        // Most faces have no edits.
-        if change.iter().all(|&c| c == 0) {
-            return;
-        }
-        let weights = modes.weights(change);
         let scale = f64::from(modes.step()) / GRID;
-        let mut by = [f64x4::ZERO; CHUNK / 4];
-        for (chunk, vertices) in vertices.chunks(CHUNK / 3).enumerate() {
-            modes.sum(&weights, CHUNK * chunk, scale, &mut by);
-            self.shift(vertices, bytemuck::cast_slice(&by));
+        let mut by = [i32x4::ZERO; CHUNK / 4];
+        for part in modes.weights(change) {
+            for (chunk, vertices) in vertices.chunks(CHUNK / 3).enumerate() {
+                modes.sum(&part, CHUNK * chunk, &mut by);
+                self.shift(vertices, bytemuck::cast_slice(&by), scale * part.unit);
+            }
         }
     }
 
@@ -174,36 +176,50 @@ impl Sums<'_> {
         if states[0] == states[1] {
             return;
         }
-        let weights = states.map(|state| modes.weights(state));
+        let parts = states.map(|state| modes.weights(state));
         let scale = f64::from(modes.step()) / (GRID * ANCHORED);
-        let mut sums = [[f64x4::ZERO; CHUNK / 4]; 2];
+        let mut by = [i32x4::ZERO; CHUNK / 4];
         for (chunk, vertices) in vertices.chunks(CHUNK / 3).enumerate() {
-            for (sums, weights) in sums.iter_mut().zip(&weights) {
-                modes.sum(weights, CHUNK * chunk, scale, sums);
-            }
-            let [old, new] = sums.each_mut();
-            let (old, new): (&[f64], &mut [f64]) =
-                (bytemuck::cast_slice(old), bytemuck::cast_slice_mut(new));
-            for ((new, old), v) in
-                (new.iter_mut().zip(old)).zip(vertices.iter().flat_map(|v| [v; 3]))
-            {
+            let [old, new] = parts.each_ref().map(|parts| {
+                let mut sums = [0.0; CHUNK];
+                for part in parts {
+                    modes.sum(part, CHUNK * chunk, &mut by);
+                    let numbers = bytemuck::cast_slice(&by);
+                    add_to(&mut sums, numbers, scale * part.unit);
+                }
+                sums
+            });
+            let by: &mut [i32] = bytemuck::cast_slice_mut(&mut by);
+            let each = vertices.iter().flat_map(|v| [v; 3]);
+            for (by, ((new, old), v)) in by.iter_mut().zip(new.iter().zip(old).zip(each)) {
                 let share = f64::from(shares[*v as usize]);
-                *new =
-                    ((*new * share).round_ties_even() - (old * share).round_ties_even()) * ANCHORED;
+                // Whatever is farther than 16 m is no face.
+                *by = ((new * share).round_ties_even() - (old * share).round_ties_even()) as i32;
             }
-            self.shift(vertices, new);
+            self.shift(vertices, by, ANCHORED);
         }
     }
 
-    /// Moves vertices (increasing) by three numbers each, mm.
-    fn shift(&mut self, vertices: &[u32], mut by: &[f64]) {
-        for run in vertices.chunk_by(|a, b| a + 1 == *b) {
-            let first = run[0] as usize;
-            let all = first..first + run.len();
-            let (own, rest) = by.split_at(3 * run.len());
-            by = rest;
-            let positions = bytemuck::cast_slice_mut(&mut self.positions[all.clone()]);
-            add_to(self.sums[all].as_flattened_mut(), own, positions);
+    /// Moves vertices (increasing) by three numbers each, in units of mm.
+    fn shift(&mut self, vertices: &[u32], mut by: &[i32], unit: f64) {
+        let mut rest = vertices;
+        while let [first, ..] = *rest {
+            let last = first + rest.len() as u32 - 1;
+            let run = match rest.ends_with(&[last]) {
+                true => rest.len(),
+                false => (rest.iter().zip(first..))
+                    .take_while(|(v, next)| **v == *next)
+                    .count(),
+            };
+            rest = &rest[run..];
+            let all = first as usize..first as usize + run;
+            let (own, others) = by.split_at(3 * run);
+            by = others;
+            let sums = self.sums[all.clone()].as_flattened_mut();
+            add_to(sums, own, unit);
+            if let Some(positions) = self.positions.get_mut(all) {
+                round_to(sums, bytemuck::cast_slice_mut(positions));
+            }
         }
     }
 }

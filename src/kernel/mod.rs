@@ -14,26 +14,42 @@ mod modes;
 mod normals;
 mod surround;
 
-use wide::f64x2;
+use wide::{f64x2, i32x4};
 
 pub(crate) use modes::CHUNK;
 pub use modes::Modes;
 pub(crate) use normals::Patch;
 pub(crate) use surround::Surrounding;
 
-/// Adds numbers, and rounds the sums to f32.
-pub(crate) fn add_to(sums: &mut [f64], numbers: &[f64], rounded: &mut [f32]) {
-    let (pairs, last) = sums.as_chunks_mut::<2>();
-    let (outs, ends) = rounded.as_chunks_mut::<2>();
-    let (numbers, rest) = numbers.as_chunks::<2>();
-    for ((sum, &number), out) in pairs.iter_mut().zip(numbers).zip(outs) {
-        let total = f64x2::new(*sum) + f64x2::new(number);
-        *sum = total.to_array();
-        *out = narrow(total);
+/// Adds whole numbers times a scale to as many sums.
+#[inline(never)]
+pub(crate) fn add_to(sums: &mut [f64], numbers: &[i32], scale: f64) {
+    let (fours, last) = sums.as_chunks_mut::<4>();
+    let (numbers, rest) = numbers.as_chunks::<4>();
+    let scales = f64x2::splat(scale);
+    for (sum, &[a, b, c, d]) in fours.iter_mut().zip(numbers) {
+        let low = f64x2::from_i32x4_lower2(i32x4::new([a, b, 0, 0])) * scales;
+        let high = f64x2::from_i32x4_lower2(i32x4::new([c, d, 0, 0])) * scales;
+        let [e, f, g, h] = *sum;
+        let [e, f] = (f64x2::new([e, f]) + low).to_array();
+        let [g, h] = (f64x2::new([g, h]) + high).to_array();
+        *sum = [e, f, g, h];
     }
-    for ((sum, number), out) in last.iter_mut().zip(rest).zip(ends) {
-        *sum += number;
-        *out = *sum as f32;
+    for (sum, number) in last.iter_mut().zip(rest) {
+        *sum += f64::from(*number) * scale;
+    }
+}
+
+/// Rounds sums to f32, as many of them.
+#[inline(never)]
+pub(crate) fn round_to(sums: &[f64], rounded: &mut [f32]) {
+    let (pairs, last) = sums.as_chunks::<2>();
+    let (outs, ends) = rounded.as_chunks_mut::<2>();
+    for (&sum, out) in pairs.iter().zip(outs) {
+        *out = narrow(f64x2::new(sum));
+    }
+    for (&sum, out) in last.iter().zip(ends) {
+        *out = sum as f32;
     }
 }
 

@@ -1,17 +1,17 @@
 //! Modes as `i16`, and weighted sums of them.
 
-use std::ops::Range;
-
 use glam::Vec3;
-use wide::{f64x4, i16x8, i32x4};
+use wide::{i16x8, i32x4};
 
 use crate::predict::fours;
 use crate::quantise::{Quantised, STEPS, nearest_step};
 
-/// Numbers that are summed side by side.
-const TILE: usize = 16;
-/// Tiles that are summed before their sums are used. Whole vertices: 3 tiles are 16 of them.
-const TILES: usize = 30;
+/// Eights of a tile that have the same two modes, or fours of sums: as many as there are registers for.
+const FOURS: usize = 6;
+/// Numbers that are summed side by side: whole vertices.
+const TILE: usize = 4 * FOURS;
+/// Tiles that are summed before their sums are used.
+const TILES: usize = 20;
 /// Numbers of so many tiles: 160 vertices.
 pub(crate) const CHUNK: usize = TILE * TILES;
 /// The largest magnitude that modes may have in sum, each at its largest: times a weight of 32,767
@@ -20,38 +20,29 @@ const MOST: u32 = 65_536;
 
 /// The modes of a block: numbers in steps, three a support vertex and mode.
 ///
-/// They are laid out for their sum: of each tile of 16 numbers two modes after the other, those two
+/// They are laid out for their sum: of each tile of 24 numbers two modes after the other, those two
 /// number by number, so that one instruction multiplies eight and adds pairs, memory is read from
-/// one end to the other, and two modes of a tile, if no other changed, are one cache line.
+/// one end to the other, and two modes of a tile, if no other changed, are two cache lines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Modes {
     step: f32,
     modes: usize,
     numbers: usize,
-    /// Tile after tile; of each, pair after pair; of each, four of eight.
-    tiles: Vec<i16x8>,
+    /// Tile after tile; of each, pair after pair.
+    tiles: Vec<[i16x8; FOURS]>,
     /// The largest magnitudes of the two modes of each pair, in sum.
     largest: Vec<u32>,
 }
 
-/// Weights of the modes of a block that are not zero, made ready.
-pub(crate) struct Weights {
-    pairs: Vec<Pair>,
-    /// Groups of pairs whose sum fits into `i32`.
-    groups: Vec<Range<usize>>,
-    /// Whether all of `high` is zero.
-    low_only: bool,
-    /// The value of 1 in the weights that were given.
-    unit: i32,
-}
-
-/// The weights of two modes, four times the same: `low + 32768 high`.
-#[derive(Clone, Copy)]
-struct Pair {
-    /// Where the pair's numbers are in a tile.
-    place: usize,
-    low: i16x8,
-    high: i16x8,
+/// A part of the weights of a block's modes, made ready: those of some modes, or the higher or lower
+/// bits of them, so that their sums are `i32`.
+pub(crate) struct Part {
+    /// The first pair of modes.
+    first: usize,
+    /// The weights of it and of pairs that follow it, four times the same.
+    pairs: Vec<i16x8>,
+    /// The value of 1 in the weights that were given: a power of two.
+    pub unit: f64,
 }
 
 impl Modes {
@@ -73,14 +64,14 @@ impl Modes {
     /// whether each is one of 16 bits, as it should be.
     pub(crate) fn of_rows(step: f32, modes: usize, rows: &[i32x4]) -> (Self, bool) {
         let own = fours(modes).max(1);
-        let row = modes.div_ceil(2) * 4;
+        let row = modes.div_ceil(2);
         let numbers = rows.len() / own;
-        let mut tiles = vec![i16x8::ZERO; numbers.div_ceil(TILE) * row];
+        let mut tiles = vec![[i16x8::ZERO; FOURS]; numbers.div_ceil(TILE) * row];
         let mut most = vec![[i32x4::ZERO; 2]; own];
         let tiled = tiles.chunks_exact_mut(row.max(1));
         for (tile, rows) in tiled.zip(rows.chunks(TILE * own)) {
             for (four, rows) in rows.chunks(4 * own).enumerate() {
-                lay(rows, &mut tile[four..], &mut most);
+                lay(rows, tile, four, &mut most);
             }
         }
         let largest = most
@@ -145,8 +136,8 @@ impl Modes {
 
     /// Number `number` of mode `mode`, in steps.
     pub fn get(&self, mode: usize, number: usize) -> i16 {
-        let first = number / TILE * self.row() + number % TILE / 4;
-        self.tiles[first + mode / 2 * 4].to_array()[number % 4 * 2 + mode % 2]
+        let pair = self.tiles[number / TILE * self.row() + mode / 2];
+        pair[number % TILE / 4].to_array()[number % 4 * 2 + mode % 2]
     }
 
     /// How mode `mode` moves the support vertex at `place`, mm.
@@ -158,134 +149,83 @@ impl Modes {
     /// The numbers as they lie in memory.
     #[cfg(feature = "bench")]
     pub(crate) fn tiles(&self) -> &[i16x8] {
-        &self.tiles
+        self.tiles.as_flattened()
     }
 
-    /// How many of eight a tile has.
+    /// How many pairs of modes a tile has.
     fn row(&self) -> usize {
-        self.modes.div_ceil(2) * 4
+        self.modes.div_ceil(2)
     }
 
-    /// Weights, whole numbers below 2^29 in magnitude, one a mode.
-    pub(crate) fn weights(&self, weights: &[i32]) -> Weights {
+    /// Weights, whole numbers below 2^29 in magnitude, one a mode, in parts whose sums add up to the
+    /// whole; none where all weights are zero, and nearly always one.
+    pub(crate) fn weights(&self, weights: &[i32]) -> Vec<Part> {
         // Those that people have are whole multiples of some power of two, and fit then.
         let together = weights.iter().fold(0, |all, w| all | w);
         let shift = together.trailing_zeros().min(30);
         let most = weights.iter().map(|w| (w >> shift).unsigned_abs()).max();
         // The smallest i16 is left out: twice its square is no i32.
-        let low_only = most < Some(1 << 15);
-        let parts = |weight: i32| {
-            let weight = weight >> shift;
-            let high = match low_only {
-                true => 0,
-                false => (weight + (1 << 14)) >> 15,
-            };
-            [weight - (high << 15), high].map(|part| part as i16)
-        };
-        let mut pairs = Vec::new();
-        let mut groups: Vec<Range<usize>> = Vec::new();
-        let mut sum = MOST;
-        for (p, pair) in weights.chunks(2).enumerate() {
-            let [a, b] = [pair[0], pair.get(1).copied().unwrap_or(0)];
-            if a == 0 && b == 0 {
-                continue;
-            }
-            let [a, b] = [a, b].map(parts);
-            let fill = |part: usize| {
-                let [a, b] = [a[part], b[part]];
-                i16x8::new([a, b, a, b, a, b, a, b])
-            };
-            match groups.last_mut() {
-                Some(last) if sum + self.largest[p] <= MOST => last.end += 1,
-                _ => {
-                    groups.push(pairs.len()..pairs.len() + 1);
-                    sum = 0;
+        let fit = most < Some(1 << 15);
+        let mut parts: Vec<Part> = Vec::new();
+        for high in [false, true] {
+            let mut sum = u32::MAX;
+            for (place, pair) in weights.chunks(2).enumerate() {
+                // `low + 32768 high`
+                let of = |weight: i32| {
+                    let weight = weight >> shift;
+                    let above = if fit { 0 } else { (weight + (1 << 14)) >> 15 };
+                    (if high { above } else { weight - (above << 15) }) as i16
+                };
+                let [a, b] = [of(pair[0]), pair.get(1).map_or(0, |&b| of(b))];
+                if a == 0 && b == 0 {
+                    continue;
+                }
+                sum = sum.saturating_add(self.largest[place]);
+                if sum > MOST {
+                    sum = self.largest[place];
+                    parts.push(Part {
+                        first: place,
+                        pairs: Vec::new(),
+                        unit: f64::from(1_u32 << shift) * if high { 32_768.0 } else { 1.0 },
+                    });
+                }
+                if let Some(part) = parts.last_mut() {
+                    part.pairs.resize(place - part.first, i16x8::ZERO);
+                    part.pairs.push(i16x8::new([a, b, a, b, a, b, a, b]));
                 }
             }
-            sum += self.largest[p];
-            pairs.push(Pair {
-                place: 4 * p,
-                low: fill(0),
-                high: fill(1),
-            });
         }
-        Weights {
-            pairs,
-            groups,
-            low_only,
-            unit: 1 << shift,
-        }
+        parts
     }
 
-    /// Weighted sums of the modes, in steps, times `scale`: [`CHUNK`] numbers from number `first` on,
-    /// which is a multiple of it; how many there are.
-    ///
-    /// The sums are whole numbers, and exact while below 2^53.
-    pub(crate) fn sum(
-        &self,
-        weights: &Weights,
-        first: usize,
-        scale: f64,
-        sums: &mut [f64x4; CHUNK / 4],
-    ) -> usize {
-        if weights.pairs.is_empty() {
-            sums.fill(f64x4::ZERO);
-            return self.numbers.saturating_sub(first).min(CHUNK);
-        }
+    /// Weighted sums of the modes by a part of the weights, in steps: whole numbers for [`CHUNK`] numbers
+    /// from number `first` on, which is a multiple of it.
+    pub(crate) fn sum(&self, part: &Part, first: usize, sums: &mut [i32x4; CHUNK / 4]) {
         let row = self.row().max(1);
         let start = (first / TILE * row).min(self.tiles.len());
         let end = (start + TILES * row).min(self.tiles.len());
-        // A power of two.
-        let scale = f64x4::splat(scale * f64::from(weights.unit));
-        let high_unit = f64x4::splat(32_768.0);
-        let tiles = &self.tiles[start..end];
-        let outs = sums.as_chunks_mut::<4>().0;
-        // Nearly always when all changes: one sum, and no place has to be looked up.
-        if weights.low_only && weights.groups.len() == 1 && 4 * weights.pairs.len() == row {
-            for (tile, out) in tiles.chunks_exact(row).zip(outs) {
-                let each = tile.as_chunks().0.iter().zip(&weights.pairs);
-                let [sums] = products(each, |pair| [pair.low]);
-                for (out, sum) in out.iter_mut().zip(sums) {
-                    *out = f64x4::from_i32x4(sum) * scale;
+        let outs = sums.as_chunks_mut::<FOURS>().0;
+        // One length for both, which ends the loop.
+        let count = part.pairs.len().min(row - part.first.min(row));
+        let own = part.first..part.first + count;
+        for (tile, out) in self.tiles[start..end].chunks_exact(row).zip(outs) {
+            let mut sums = [i32x4::ZERO; FOURS];
+            for (pair, &weights) in tile[own.clone()].iter().zip(&part.pairs[..count]) {
+                for (sum, &numbers) in sums.iter_mut().zip(pair) {
+                    *sum += numbers.dot(weights);
                 }
             }
-            return self.numbers.saturating_sub(first).min(CHUNK);
+            *out = sums;
         }
-        for (tile, out) in tiles.chunks_exact(row).zip(outs) {
-            let mut sum = [f64x4::ZERO; 4];
-            for group in &weights.groups {
-                let pairs = &weights.pairs[group.clone()];
-                let own = |pair: &Pair| tile[pair.place..].first_chunk().unwrap_or(&NOTHING);
-                let each = pairs.iter().map(|pair| (own(pair), pair));
-                if weights.low_only {
-                    let [low] = products(each, |pair| [pair.low]);
-                    for (sum, low) in sum.iter_mut().zip(low) {
-                        *sum += f64x4::from_i32x4(low);
-                    }
-                } else {
-                    let [low, high] = products(each, |pair| [pair.low, pair.high]);
-                    for (sum, (low, high)) in sum.iter_mut().zip(low.into_iter().zip(high)) {
-                        *sum += f64x4::from_i32x4(low) + f64x4::from_i32x4(high) * high_unit;
-                    }
-                }
-            }
-            for (out, sum) in out.iter_mut().zip(sum) {
-                *out = sum * scale;
-            }
-        }
-        self.numbers.saturating_sub(first).min(CHUNK)
     }
 }
 
-const NOTHING: [i16x8; 4] = [i16x8::ZERO; 4];
-
-/// Puts up to four numbers into the eights of a tile that are theirs, every fourth from the first on,
-/// and notes the largest magnitudes, and which bits there are beside the sign.
+/// Puts up to four numbers into the eights of a tile that are theirs, and notes the largest magnitudes, and which bits there are beside the sign.
 // Not inlined, as what is done for each of many parts of a model: see `Walk::restore_one`.
 #[cfg_attr(target_arch = "wasm32", inline(never))]
-fn lay(rows: &[i32x4], tile: &mut [i16x8], most: &mut [[i32x4; 2]]) {
+fn lay(rows: &[i32x4], tile: &mut [[i16x8; FOURS]], place: usize, most: &mut [[i32x4; 2]]) {
     let own = most.len();
-    let mut eights = tile.iter_mut().step_by(4);
+    let mut eights = tile.iter_mut().map(|pair| &mut pair[place]);
     for (k, [most, bits]) in most.iter_mut().enumerate() {
         let of = |i: usize| rows.get(i * own + k).copied().unwrap_or(i32x4::ZERO);
         let four = [0, 1, 2, 3].map(of);
@@ -307,23 +247,6 @@ fn lay(rows: &[i32x4], tile: &mut [i16x8], most: &mut [[i32x4; 2]]) {
     }
 }
 
-/// Products of a tile's pairs of modes with sets of weights, summed over the pairs.
-#[inline(always)]
-fn products<'a, const SETS: usize>(
-    each: impl Iterator<Item = (&'a [i16x8; 4], &'a Pair)>,
-    weights: impl Fn(&Pair) -> [i16x8; SETS],
-) -> [[i32x4; 4]; SETS] {
-    let mut sums = [[i32x4::ZERO; 4]; SETS];
-    for (four, pair) in each {
-        for (sums, weight) in sums.iter_mut().zip(weights(pair)) {
-            for (sum, &numbers) in sums.iter_mut().zip(four) {
-                *sum += numbers.dot(weight);
-            }
-        }
-    }
-    sums
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -338,18 +261,19 @@ mod tests {
     }
 
     fn check(modes: &Modes, weights: &[i32]) {
-        let ready = modes.weights(weights);
-        let mut all = 0;
-        for first in (0..modes.numbers()).step_by(CHUNK) {
-            let mut sums = [f64x4::ONE; CHUNK / 4];
-            let count = modes.sum(&ready, first, 0.5, &mut sums);
-            let sums: &[f64] = bytemuck::cast_slice(&sums);
-            for (i, &sum) in (first..).zip(&sums[..count]) {
-                assert_eq!(2.0 * sum, plain(modes, weights, i) as f64, "number {i}");
+        let mut sums = vec![0.0; modes.numbers()];
+        for part in modes.weights(weights) {
+            for (chunk, sums) in sums.chunks_mut(CHUNK).enumerate() {
+                let mut own = [i32x4::ONE; CHUNK / 4];
+                modes.sum(&part, CHUNK * chunk, &mut own);
+                for (sum, own) in sums.iter_mut().zip(bytemuck::cast_slice::<_, i32>(&own)) {
+                    *sum += part.unit * f64::from(*own);
+                }
             }
-            all += count;
         }
-        assert_eq!(all, modes.numbers());
+        for (i, &sum) in sums.iter().enumerate() {
+            assert_eq!(sum, plain(modes, weights, i) as f64, "number {i}");
+        }
     }
 
     #[test]

@@ -201,6 +201,7 @@ export async function measure({ load, three, packed, blob, head, kernels, say })
   report.sums = race({
     'reading the bytes': () => bench.simd.read_modes(),
     'phiz, simd': () => bench.simd.sum_modes(),
+    'phiz, simd, to positions': () => bench.simd.sum_positions(),
     'phiz, scalar': () => bench.scalar.sum_modes(),
     'plain, simd': () => bench.simd.sum_modes_plainly(),
     'nalgebra, simd': () => bench.simd.sum_modes_by_nalgebra(),

@@ -46,6 +46,12 @@ impl Bench {
             ..Default::default()
         };
         face.randomize(&draw).expect("a seed is enough");
+        // One that was drawn has no edits, whose modes would not be summed.
+        let mut all = face.coefficients();
+        all.iter_mut()
+            .filter(|c| **c == 0.0)
+            .for_each(|c| *c = 0.125);
+        face.set_coefficients(&all).expect("as many as there were");
         let plain = bench::all_modes(&model)
             .map(|(modes, coefficients)| {
                 let (count, numbers, step) = (modes.count(), modes.numbers(), modes.step());
@@ -88,6 +94,11 @@ impl Bench {
 
     pub fn sum_modes(&mut self) {
         self.seen += bench::sum_modes(&self.model, &self.coefficients);
+    }
+
+    /// All of the face's positions: sums of modes, added to the mean.
+    pub fn sum_positions(&mut self) {
+        bench::sum_positions(&mut self.face);
     }
 
     pub fn sum_modes_plainly(&mut self) {
