@@ -125,10 +125,10 @@ impl Performance {
             return Ok(());
         }
         std::mem::swap(&mut self.skin, &mut self.before);
-        copy(neutral, &mut self.skin.positions, neutral.len());
-        // A face that keeps no normals has none to begin with.
-        copy(face.normals(), &mut self.skin.normals, neutral.len());
-        if !self.is_at_rest() {
+        copy(neutral, &mut self.skin.positions);
+        if self.is_at_rest() {
+            copy(face.normals(), &mut self.skin.normals);
+        } else {
             self.move_skin(face);
         }
         // What was shown before may have been another head.
@@ -164,6 +164,8 @@ impl Performance {
         for eye in &derived.eyes {
             eye.settle(neutral, turns, positions);
         }
+        // All of them are computed.
+        normals.resize(positions.len(), Vec3::ZERO);
         let whole = &face.model().derived.whole;
         whole.normals(positions, normals);
     }
@@ -185,19 +187,20 @@ impl Performance {
     }
 }
 
-/// Makes a copy of numbers of up to `count` vertices, with zeros after them, one vertex more in all.
+/// Makes a copy of numbers of all vertices, with a zero after them.
 #[inline(never)]
-fn copy(from: &[Vec3], to: &mut Vec<Vec3>, count: usize) {
+fn copy(from: &[Vec3], to: &mut Vec<Vec3>) {
     to.clear();
     to.extend_from_slice(from);
-    to.resize(count + 1, Vec3::ZERO);
+    to.push(Vec3::ZERO);
 }
 
 impl Skin {
     /// The range of vertices in which two of one mesh differ; empty at 0 when they do not.
     fn differs(&self, other: &Self) -> Range<u32> {
         let same = |v: usize| {
-            self.positions[v] == other.positions[v] && self.normals[v] == other.normals[v]
+            // A face at rest may keep no normals.
+            self.positions[v] == other.positions[v] && self.normals.get(v) == other.normals.get(v)
         };
         let Some(first) = (0..self.positions.len()).find(|&v| !same(v)) else {
             return 0..0;

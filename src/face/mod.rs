@@ -134,16 +134,21 @@ impl Face {
         &self.positions[..self.positions.len() - 1]
     }
 
-    /// Unit vertex normals, each triangle counting by its area.
+    /// Unit vertex normals, each triangle counting by its area; empty while none are kept
+    /// ([`Face::keep_normals`]).
     pub fn normals(&self) -> &[Vec3] {
         &self.normals[..self.normals.len().saturating_sub(1)]
     }
 
-    /// Does without normals from now on, which many faces of which only positions are wanted need not
-    /// wait for.
-    #[cfg(feature = "fit")]
-    pub(crate) fn forget_normals(&mut self) {
-        self.normals = Vec::new();
+    /// Whether normals are kept up to date from now on: whoever wants only positions, or shows the face
+    /// with an expression on it, need not wait for them.
+    pub fn keep_normals(&mut self, kept: bool) {
+        if kept != self.normals.is_empty() {
+            return;
+        }
+        self.normals = vec![Vec3::ZERO; if kept { self.positions.len() } else { 0 }];
+        let whole = &self.model.derived.whole;
+        whole.normals(&self.positions, &mut self.normals);
     }
 
     /// The smallest range of vertices outside of which the last change touched neither position

@@ -124,7 +124,7 @@ pub fn write(
                     .map_init(
                         || {
                             let mut face = model.face();
-                            face.forget_normals();
+                            face.keep_normals(false);
                             face
                         },
                         |face, i| Ok((draw(face, i)?, little_endian(face.positions()))),

@@ -165,6 +165,7 @@ impl Face {
     /// The face with its expressions, up to date; none when there never were any.
     fn performed(&mut self) -> Result<Option<&Performance>, JsError> {
         if let Some(performance) = &mut self.performance {
+            self.face.keep_normals(performance.is_at_rest());
             performance.perform(&self.face).map_err(error)?;
         }
         Ok(self.performance.as_ref())
