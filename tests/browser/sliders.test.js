@@ -57,6 +57,14 @@ describe('a slider', () => {
     assert.equal(await rowOf(page, 'nose 1').locator('.ghost').isVisible(), false);
     assert.equal((await page.locator('.measures .change').allTextContents()).join(''), '');
     assert.ok(Math.abs((await thumbAt(page, 'nose 1')) - 0.72) < 0.03);
+    // A drag that follows at once is a step of its own, unlike a run of key presses.
+    const dragged = await value();
+    await page.mouse.down();
+    await page.mouse.move(box.x + 0.4 * box.width, y, { steps: 4 });
+    await page.mouse.up();
+    assert.ok((await value()) < dragged - 0.1);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.equal(await value(), dragged);
 
     // Typed: click the number.
     await rowOf(page, 'nose 1').getByRole('button').click();

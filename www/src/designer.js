@@ -91,6 +91,8 @@ export async function createDesigner(model, stage, chosen) {
   const last = autosave.last();
   const { face, expression, colours, refused, restored } = firstFace(model, last);
   const editor = createEditor(model, face, colours);
+  // Presses of a key may be one step together; what a pointer does is one by itself.
+  document.addEventListener('pointerdown', editor.part, true);
   const toast = createToast();
 
   const touch = window.matchMedia('(pointer: coarse)').matches;

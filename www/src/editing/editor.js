@@ -159,6 +159,7 @@ export function createEditor(model, face, colouring) {
       shapeChanged();
     },
     finish,
+    part: history.part,
     /** @param {string} control @param {number} value */
     set(control, value) {
       step(alone(`set ${control}`), () => attempt(() => face.set(control, value)));

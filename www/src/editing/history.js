@@ -7,7 +7,7 @@
 /** @typedef {{ code: string, locked: string[], held: string[], expression: Record<string, number>, colouring: Colouring }} State */
 /** @typedef {{ before: State, after: State, what: string, at: number }} Step */
 
-/** Presses of an arrow key closer than this (ms) are one gesture. */
+/** Presses of an arrow key closer than this (ms) are one gesture, unlike drags. */
 const TOGETHER = 700;
 
 /** @param {Subject} subject @returns {State} */
@@ -74,6 +74,11 @@ export function createHistory(subject) {
     /** A gesture starts; later calls within the same gesture do nothing. */
     begin() {
       before ??= stateOf(subject);
+    },
+    /** What comes next is a step of its own, however soon. */
+    part() {
+      const last = done.at(-1);
+      if (last) last.at = -Infinity;
     },
     /**
      * The gesture is over.
