@@ -4,7 +4,8 @@ import { points, smoothstep } from '../groundwork/paint.js';
 import { sharpen } from './textures.js';
 
 /**
- * Both brows, hair by hair, along the five points of each.
+ * Both brows, hair by hair, along the five points of each: in red how much of the skin hairs cover, in green as much of how grey
+ * brows are when these hairs turn.
  *
  * @param {import('../groundwork/paint.js').Points} at landmarks of the face at rest, mm
  * @returns {{ map: CanvasTexture, frame: [number, number, number, number] }}
@@ -36,11 +37,13 @@ export function paintBrows(at) {
       const [a, b] = [brow[i], brow[i + 1]];
       return [a[0] + (b[0] - a[0]) * (s - i), a[1] + (b[1] - a[1]) * (s - i)];
     };
-    for (let n = 0; n < 520; n++) {
-      const t = random() ** 1.12;
+    for (let n = 0; n < 720; n++) {
+      const t = random();
       const across = (random() + random()) / 2 - 0.5;
       // A brow begins soft, is fullest at a quarter and runs out in a tail.
-      const half = 4.3 * Math.min(1, 0.6 + 2 * t) * (1 - 0.86 * smoothstep(0.35, 1, t));
+      const half = 4.3 * Math.min(1, 0.6 + 2 * t) * (1 - 0.8 * smoothstep(0.35, 1, t));
+      // As many would be one stroke where it is narrow.
+      if (random() > 0.12 + 0.2 * half) continue;
       const [cx, cy] = along(t);
       const x = cx + (random() - 0.5) * 1.2 - side * 1.5 * (1 - t);
       const y = cy + across * 2 * half - 1.2;
@@ -51,11 +54,11 @@ export function paintBrows(at) {
       const course = Math.atan2(by - ay, Math.abs(bx - ax));
       const rise =
         course + 1.2 * (1 - smoothstep(0, 0.5, t)) + 0.12 - 0.7 * across + (random() - 0.5) * 0.35;
-      const length = (3.4 + 3.2 * random()) * (1 - 0.42 * t);
+      const length = (3.2 + 3.2 * random()) * (1 - 0.38 * t);
       const dx = side * Math.cos(rise) * length;
       const dy = Math.sin(rise) * length;
-      draw.globalAlpha = (0.22 + 0.42 * random()) * Math.min(1, 0.3 + 3 * t) * (1 - 0.45 * smoothstep(0.75, 1, t));
-      draw.strokeStyle = '#fff';
+      draw.globalAlpha = (0.2 + 0.46 * random()) * Math.min(1, 0.3 + 3 * t) * (1 - 0.5 * smoothstep(0.7, 1, t));
+      draw.strokeStyle = `rgb(255 ${255 * (0.2 + 0.75 * random())} 0)`;
       draw.lineWidth = 0.13 + 0.15 * random();
       draw.beginPath();
       draw.moveTo(x, y);

@@ -30,8 +30,8 @@ const stop = ([place, ...colours]) => [place, ...colours.map((colour) => new Col
 const HAIR = [stop([0, '#b99a68']), stop([0.35, '#7a5c3b']), stop([REST.hair, '#2e1f17']), stop([1, '#0d0a09'])];
 const RED = new Color('#8f3f19');
 const GREY = new Color('#a3a09b');
-/** Brows turn grey later than the head, and keep dark hairs among the white. */
-const BROWS_GREY = 0.45;
+/** Brows turn grey later than the head, hair by hair, and keep dark ones. */
+const BROWS_GREY = 0.58;
 /** Lashes at rest, as the screen shows them. They follow brows by less: they are paler only at their ends. */
 const LASHES = [0.075, 0.045, 0.035];
 const FOLLOWS = 0.45;
@@ -104,7 +104,9 @@ export function pigments(tone, colouring) {
     bare: lips > REST.lips ? 1 - far : 1,
     lips: own.clone().multiply(new Color(lipRed, lipGreen, lipBlue)),
     hair: strands,
-    brows: hairColour(hair, red, BROWS_GREY * grey),
+    brows: hairColour(hair, red, 0),
+    /** Of the hairs of brows that have turned grey, and how many have. */
+    greyBrows: { colour: hairColour(hair, red, 1), turned: BROWS_GREY * grey },
     lashes: new Color(lr, lg, lb),
     /** 0 is none, 2 twice as many as at rest. */
     bushy: 2 * brows,

@@ -63,6 +63,7 @@ const DECLARATIONS = /* glsl */ `
   uniform vec4 faceFrame;
   uniform vec4 browFrame;
   uniform vec3 browColour;
+  uniform vec4 browGrey; // the colour of grey hairs, how grey brows are
   uniform vec3 hairColour;
   uniform float bushy;
   uniform vec3 lipColour;
@@ -124,7 +125,8 @@ const COLOUR = /* glsl */ `
   vec4 paint = texture2D(faceMap, faceAt) * front;
   vec2 browAt = (vRest.xy - browFrame.xy) / browFrame.zw;
   float inBrow = step(0.0, min(min(browAt.x, browAt.y), min(1.0 - browAt.x, 1.0 - browAt.y)));
-  float brow = min(1.0, texture2D(browMap, clamp(browAt, 0.0, 1.0)).r * bushy) * inBrow
+  vec2 hairsOfBrow = texture2D(browMap, clamp(browAt, 0.0, 1.0)).rg;
+  float brow = min(1.0, hairsOfBrow.r * bushy) * inBrow
              * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
 
   vec4 folded = vec4(0.5, 0.5, 0.0, 0.0);
@@ -157,7 +159,10 @@ const COLOUR = /* glsl */ `
   tone *= 1.0 - aged.y * folded.a * vec3(0.32, 0.47, 0.57);
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
-  tone = mix(tone, browColour, clamp(brow * 1.15, 0.0, 0.9));
+  // Not all hairs turn grey at once.
+  float turns = hairsOfBrow.g / max(hairsOfBrow.r, 0.01);
+  vec3 browTone = mix(browColour, browGrey.rgb, smoothstep(turns - 0.15, turns + 0.15, browGrey.a));
+  tone = mix(tone, browTone, clamp(brow * 1.15, 0.0, 0.9));
   // How much of what is worn the photo shows.
   float photographed = 0.0;
   if (worn > 0.0) {
@@ -316,6 +321,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     faceFrame: { value: new Vector4().fromArray(face.frame) },
     browFrame: { value: new Vector4().fromArray(brows.frame) },
     browColour: { value: new Color() },
+    browGrey: { value: new Vector4() },
     hairColour: { value: new Color() },
     bushy: { value: 1 },
     /** Painted when there is hair. */
@@ -443,12 +449,14 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       crease();
     },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ skin, bright, lips, bare, hair, brows, bushy, dense, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, bare, hair, brows, greyBrows, bushy, dense, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
       uniforms.lipCover.value = 1 - 0.34 * bare;
       uniforms.browColour.value.copy(brows);
+      const { colour, turned } = greyBrows;
+      uniforms.browGrey.value.set(colour.r, colour.g, colour.b, turned);
       uniforms.hairColour.value.copy(hair);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
