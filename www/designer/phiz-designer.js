@@ -20,21 +20,23 @@ sheet.replaceSync(css);
 /** How many sliders each feature shows when the page does not say. */
 const FIRST = 3;
 
-/** One download a model, however many elements show it. @type {Map<string, Promise<ArrayBuffer>>} */
+/** One download a model, however many elements show it: each reads a clone while it comes in. @type {Map<string, Promise<Response>>} */
 const downloads = new Map();
 
 /** @param {string} url */
 function download(url) {
-  let bytes = downloads.get(url);
-  if (!bytes) {
-    bytes = fetch(url).then((response) => {
+  let response = downloads.get(url);
+  if (!response) {
+    response = fetch(url).then((response) => {
       if (!response.ok) throw new Error(`${url}: ${response.status} ${response.statusText}`.trim());
-      return response.arrayBuffer();
+      // All of it comes at once, whenever it is read; what is cut off is asked for again by the next one.
+      response.clone().arrayBuffer().catch(() => downloads.delete(url));
+      return response;
     });
-    downloads.set(url, bytes);
-    bytes.catch(() => downloads.delete(url));
+    downloads.set(url, response);
+    response.catch(() => downloads.delete(url));
   }
-  return bytes;
+  return response;
 }
 
 /**
@@ -271,7 +273,8 @@ export class PhizDesigner extends HTMLElement {
     let model;
     /** @type {Drawn['scene'] | undefined} */
     let scene;
-    const whole = (/** @type {string} */ name) => download(new URL(name, document.baseURI).href);
+    const url = (/** @type {string} */ name) => new URL(name, document.baseURI).href;
+    const read = async (/** @type {string} */ name) => load((await download(url(name))).clone());
     /** Shows a model's median face, quickly and then wholly; the model is needed no longer. */
     const draw = async (/** @type {import('phiz').FaceModel} */ shown) => {
       const view = createView(shown, this.#stage(), layGroundwork());
@@ -281,7 +284,7 @@ export class PhizDesigner extends HTMLElement {
       // The head is on the screen before the model takes the line.
       await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
       // What loads it says why it cannot.
-      if (early) whole(src).catch(() => {});
+      if (early) download(url(src)).catch(() => {});
       const laid = await view.groundwork;
       if (start !== this.#start) return null;
       const head = view.complete(laid);
@@ -293,13 +296,13 @@ export class PhizDesigner extends HTMLElement {
       /** @type {Drawn | null} */
       let drawn = null;
       if (early) {
-        model = await load(await whole(asked));
+        model = await read(asked);
         if (start === this.#start) drawn = await draw(model);
         model.free();
         model = undefined;
         if (start !== this.#start) return scene?.renderer.forceContextLoss();
       }
-      model = await load(await whole(src));
+      model = await read(src);
       if (start === this.#start) drawn ??= await draw(model);
       if (start !== this.#start || !drawn) {
         scene?.renderer.forceContextLoss();
