@@ -180,17 +180,16 @@ impl Sums<'_> {
         let scale = f64::from(modes.step()) / (GRID * ANCHORED);
         let mut by = [i32x4::ZERO; CHUNK / 4];
         for (chunk, vertices) in vertices.chunks(CHUNK / 3).enumerate() {
-            let [old, new] = parts.each_ref().map(|parts| {
-                let mut sums = [0.0; CHUNK];
+            let mut totals = [[0.0; CHUNK]; 2];
+            for (totals, parts) in totals.iter_mut().zip(&parts) {
                 for part in parts {
                     modes.sum(part, CHUNK * chunk, &mut by);
-                    let numbers = bytemuck::cast_slice(&by);
-                    add_to(&mut sums, numbers, scale * part.unit);
+                    add_to(totals, bytemuck::cast_slice(&by), scale * part.unit);
                 }
-                sums
-            });
+            }
             let by: &mut [i32] = bytemuck::cast_slice_mut(&mut by);
             let each = vertices.iter().flat_map(|v| [v; 3]);
+            let [old, new] = &totals;
             for (by, ((new, old), v)) in by.iter_mut().zip(new.iter().zip(old).zip(each)) {
                 let share = f64::from(shares[*v as usize]);
                 // Whatever is farther than 16 m is no face.

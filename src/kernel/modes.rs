@@ -200,6 +200,7 @@ impl Modes {
 
     /// Weighted sums of the modes by a part of the weights, in steps: whole numbers for [`CHUNK`] numbers
     /// from number `first` on, which is a multiple of it.
+    #[inline(never)]
     pub(crate) fn sum(&self, part: &Part, first: usize, sums: &mut [i32x4; CHUNK / 4]) {
         let row = self.row().max(1);
         let start = (first / TILE * row).min(self.tiles.len());

@@ -486,8 +486,9 @@ export class Face {
    * @throws Error when the model has no such expression, or the weight is not from 0 to 1.
    */
   express(name: string, weight: number): void;
-  /** Every expression that is shown, with its weight; may be assigned, `{}` for a face at rest. */
-  expression: Record<string, number>;
+  /** Every expression that is shown, with its weight; may be assigned, `{}` for a face at rest. The same object until another is shown. */
+  get expression(): Readonly<Record<string, number>>;
+  set expression(shown: Readonly<Record<string, number>>);
 
   /** The whole face as a short string for URLs; may be assigned. */
   code: string;

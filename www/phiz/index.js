@@ -537,6 +537,8 @@ export class Face {
   #model;
   #memory;
   #family;
+  /** What is shown, until that changes. @type {Readonly<Record<string, number>> | null} */
+  #shown = null;
 
   /**
    * @param {RawFace} raw
@@ -645,23 +647,28 @@ export class Face {
     const raw = this.#live;
     const expressions = this.#family.expressions();
     if (!expressions) throw new Error('the model has no expressions yet: see loadExpressions');
+    this.#shown = null;
     raw.express(expressions.raw, name, weight);
   }
   get expression() {
-    const weights = this.#live.weights();
+    const raw = this.#live;
+    if (this.#shown) return this.#shown;
+    const weights = raw.weights();
     /** @type {Record<string, number>} */
     const shown = {};
     for (const [i, name] of this.#model.expressions.entries()) {
       if (weights[i] > 0) shown[name] = weights[i];
     }
-    return shown;
+    return (this.#shown = Object.freeze(shown));
   }
   set expression(shown) {
     const before = this.expression;
+    this.#shown = null;
     this.#live.relax();
     try {
       for (const [name, weight] of Object.entries(shown)) this.express(name, weight);
     } catch (error) {
+      this.#shown = null;
       this.#live.relax();
       for (const [name, weight] of Object.entries(before)) this.express(name, weight);
       throw error;

@@ -267,6 +267,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   teeth?.update(rest, unmoved);
 
   let wasAtRest = false;
+  /** What the skin is folded by. @type {Readonly<Record<string, number>> | null} */
+  let folded = null;
   /**
    * Takes over a range of the face's vertices.
    * @param {import('phiz').Face} from
@@ -291,7 +293,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     const { expression } = from;
     const isAtRest = Object.keys(expression).length === 0;
     if (!(isAtRest && wasAtRest)) {
-      skin.fold(expression);
+      // Folds are the expression's, whoever makes it.
+      if (expression !== folded) skin.fold(expression);
+      folded = expression;
       eyes.turn(turnsOf(expression), !isAtRest);
     }
     wasAtRest = isAtRest;

@@ -25,7 +25,7 @@ const LIGHTS = ShaderChunk.lights_fragment_begin
   .replaceAll('directionalLightShadow.shadowIntensity', '0.55 * directionalLightShadow.shadowIntensity');
 
 /** Between lips that are no further apart than the first nothing is seen, mm, as of 19 in 20 faces at rest; past the second all is. */
-export const OPEN = [1.9, 5.5];
+export const OPEN = [1.9, 4.8];
 
 /** The corners and the middles of the lips' inner line; the chin from its right to its left. */
 const NAMES = ['ibug_60', 'ibug_64', 'ibug_62', 'ibug_66', 'ibug_06', 'ibug_07', 'ibug_08', 'ibug_09', 'ibug_10'];
@@ -294,7 +294,7 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
     anchors,
     update(positions, shifts) {
       const gap = place(positions, shifts, upper.mesh.matrix, lower.mesh.matrix);
-      const light = Math.min(1, Math.max(0, (gap - OPEN[0]) / (OPEN[1] - OPEN[0]))) ** 0.8;
+      const light = Math.min(1, Math.max(0, (gap - OPEN[0]) / (OPEN[1] - OPEN[0]))) ** 0.7;
       for (const { mesh, material } of rows) {
         material.color.setScalar(light);
         material.specularIntensity = 0.45 * light;
