@@ -199,7 +199,7 @@ impl Sums<'_> {
         }
     }
 
-    /// Moves vertices (increasing) by three numbers each, in units of mm.
+    /// Moves vertices (increasing) by three whole numbers each, times `unit` mm.
     fn shift(&mut self, vertices: &[u32], mut by: &[i32], unit: f64) {
         let mut rest = vertices;
         while let [first, ..] = *rest {

@@ -57,6 +57,33 @@ fn a_face_at_rest_is_the_face() {
     assert_eq!(performance.positions(), face.positions());
 }
 
+/// Whoever shows an expression does without the normals of the face at rest, and gets them back.
+#[test]
+fn normals_of_the_face_at_rest_are_kept_or_not() {
+    let (mut with, mut without) = (person(5), person(5));
+    without.keep_normals(false);
+    let mut shown = [&with, &without].map(|_| Performance::new(&EXPRESSIONS));
+    for (slider, weight) in [("nose 1", 0.4), ("head 1", 0.7), ("chin 2", 0.0)] {
+        for (face, performance) in [&mut with, &mut without].into_iter().zip(&mut shown) {
+            face.set(slider, 0.9).unwrap();
+            performance.set("jawOpen", weight).unwrap();
+            performance.perform(face).unwrap();
+        }
+        assert!(without.normals().is_empty());
+        assert_eq!(with.positions(), without.positions());
+        assert_eq!(shown[0].positions(), shown[1].positions());
+        // At rest there are as many as the face keeps.
+        if weight > 0.0 {
+            assert_eq!(shown[0].normals(), shown[1].normals());
+        }
+    }
+    without.keep_normals(true);
+    assert_eq!(with.normals(), without.normals());
+    without.set("eyes 1", 0.2).unwrap();
+    with.set("eyes 1", 0.2).unwrap();
+    assert_eq!(with.normals(), without.normals());
+}
+
 /// Parts that are computed again must be what the whole would be, and whoever copies only what changed
 /// must not miss anything.
 #[test]
