@@ -175,7 +175,7 @@ impl Performance {
         &self.skin.positions[..self.skin.positions.len().saturating_sub(1)]
     }
 
-    /// Unit vertex normals of it.
+    /// Unit vertex normals of it; at rest those that the face keeps ([`Face::keep_normals`]).
     pub fn normals(&self) -> &[Vec3] {
         &self.skin.normals[..self.skin.normals.len().saturating_sub(1)]
     }

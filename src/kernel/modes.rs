@@ -221,7 +221,8 @@ impl Modes {
     }
 }
 
-/// Puts up to four numbers into the eights of a tile that are theirs, and notes the largest magnitudes, and which bits there are beside the sign.
+/// Puts up to four numbers into the eights of a tile that are theirs, at `place` of each pair, and notes
+/// the largest magnitudes, and which bits there are beside the sign.
 // Not inlined, as what is done for each of many parts of a model: see `Walk::restore_one`.
 #[cfg_attr(target_arch = "wasm32", inline(never))]
 fn lay(rows: &[i32x4], tile: &mut [[i16x8; FOURS]], place: usize, most: &mut [[i32x4; 2]]) {

@@ -10,11 +10,6 @@ const FRAMES = 24;
 function meter() {
   const spent = (window.spent = { gl: 0, frames: 0, uploads: 0 });
   const { prototype } = WebGL2RenderingContext;
-  const { readPixels } = prototype;
-  window.drawn = () => {
-    const context = document.querySelector('canvas').getContext('webgl2');
-    readPixels.call(context, 0, 0, 1, 1, context.RGBA, context.UNSIGNED_BYTE, new Uint8Array(4));
-  };
   let inside = false;
   for (const [name, { value }] of Object.entries(Object.getOwnPropertyDescriptors(prototype))) {
     if (typeof value !== 'function') continue;
@@ -54,9 +49,7 @@ export async function budget() {
   const found = {};
   const drag = (/** @type {string} */ name) =>
     page.getByRole('slider', { name, exact: true }).evaluate(async (input, frames) => {
-      // Until the frame is drawn: a processor that draws would take its time from the next event's.
-      const frame = () =>
-        new Promise((done) => requestAnimationFrame(() => setTimeout(done))).then(() => window.drawn());
+      const frame = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
       const [low, high] = [Number(input.min), Number(input.max)];
       const move = (/** @type {number} */ i) => {
         input.value = String(low + (high - low) * (0.5 + 0.4 * Math.sin(i / 3)));

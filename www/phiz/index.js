@@ -661,15 +661,17 @@ export class Face {
     }
     return (this.#shown = Object.freeze(shown));
   }
-  set expression(shown) {
-    const before = this.expression;
+  #relax() {
     this.#shown = null;
     this.#live.relax();
+  }
+  set expression(shown) {
+    const before = this.expression;
+    this.#relax();
     try {
       for (const [name, weight] of Object.entries(shown)) this.express(name, weight);
     } catch (error) {
-      this.#shown = null;
-      this.#live.relax();
+      this.#relax();
       for (const [name, weight] of Object.entries(before)) this.express(name, weight);
       throw error;
     }

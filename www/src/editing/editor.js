@@ -30,7 +30,6 @@ export function createEditor(model, face, colouring) {
   /** @type {Set<() => void>} */
   const colourListeners = new Set();
   let painted = subject.colouring;
-  let steps = 0;
 
   function coloursChanged() {
     if (painted === subject.colouring) return;
@@ -49,12 +48,13 @@ export function createEditor(model, face, colouring) {
   }
 
   /**
-   * One whole step.
+   * One whole step, which is never one with the step before.
    * @template T
    * @param {string} what
    * @param {() => T} change
    */
   function step(what, change) {
+    history.part();
     history.begin();
     try {
       return change();
@@ -83,8 +83,6 @@ export function createEditor(model, face, colouring) {
   function dress(colours) {
     if (face.locked.length === 0) subject.colouring = colours;
   }
-  /** The name of a step that never becomes one with the step before. @param {string} what */
-  const alone = (what) => `${what} (${(steps += 1)})`;
 
   return {
     model,
@@ -162,15 +160,15 @@ export function createEditor(model, face, colouring) {
     part: history.part,
     /** @param {string} control @param {number} value */
     set(control, value) {
-      step(alone(`set ${control}`), () => attempt(() => face.set(control, value)));
+      step(`set ${control}`, () => attempt(() => face.set(control, value)));
     },
     /** @param {string} measure @param {number} mm */
     setMeasure(measure, mm) {
-      step(alone(`set ${measure}`), () => attempt(() => face.setMeasure(measure, mm)));
+      step(`set ${measure}`, () => attempt(() => face.setMeasure(measure, mm)));
     },
     /** @param {string} control of the meanings: what it changed is undone, the rest stays */
     clear(control) {
-      step(alone(`clear ${control}`), () => attempt(() => face.clear(control)));
+      step(`clear ${control}`, () => attempt(() => face.clear(control)));
     },
     /** @param {string} [region] all of the face, with its expression and colours, when absent */
     reset(region) {
@@ -194,7 +192,7 @@ export function createEditor(model, face, colouring) {
     },
     /** One step: these expressions and no others. @param {Record<string, number>} weights 0 to 1 */
     express(weights) {
-      step(alone('express'), () => {
+      step('express', () => {
         face.expression = wholePercents(weights);
       });
     },
@@ -206,10 +204,11 @@ export function createEditor(model, face, colouring) {
     },
     /** One step: this colouring and no other. @param {import('../head/colouring.js').Colouring} colours */
     paint(colours) {
+      history.part();
       history.begin();
       subject.colouring = readColouring(colours);
       coloursChanged();
-      finish(alone('paint'));
+      finish('paint');
     },
     /**
      * @param {Chance} options
@@ -217,7 +216,7 @@ export function createEditor(model, face, colouring) {
      * @returns {number | undefined} the seed, unless the change was refused
      */
     randomise(options, colours) {
-      return step(alone('random'), () =>
+      return step('random', () =>
         attempt(() => {
           const seed = face.randomize(options);
           if (colours) dress(colours(seed));
@@ -231,7 +230,7 @@ export function createEditor(model, face, colouring) {
      *   the colours that it then has unless something is locked, its own when absent
      */
     become(other, { regions, colours }) {
-      step(alone('blend'), () =>
+      step('blend', () =>
         attempt(() => {
           face.blend(other, 1, regions && { regions });
           if (colours) dress(colours);
@@ -244,7 +243,7 @@ export function createEditor(model, face, colouring) {
      * @param {import('../keep/library.js').Likeness} likeness
      */
     take({ code, expression, colouring }) {
-      step(alone('take'), () => {
+      step('take', () => {
         face.code = code;
         if (expression) face.expression = expression;
         if (colouring) subject.colouring = colouring;
@@ -268,14 +267,14 @@ export function createEditor(model, face, colouring) {
     },
     /** @param {string} region */
     toggleLock(region) {
-      step(alone('lock'), () => {
+      step('lock', () => {
         if (face.locked.includes(region)) face.unlock(region);
         else face.lock(region);
       });
     },
     /** @param {string} measure */
     toggleMeasureLock(measure) {
-      step(alone('lock'), () => {
+      step('lock', () => {
         if (face.lockedMeasures.includes(measure)) face.unlockMeasure(measure);
         else face.lockMeasure(measure);
       });

@@ -43,7 +43,6 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
   let grip = null;
   /** @type {PointerEvent | null} */
   let waiting = null;
-  let steps = 0;
 
   const marks = [0, 1].map(() => element('div', { class: 'grip', hidden: true, 'aria-hidden': 'true' }));
 
@@ -149,7 +148,7 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
     controls.enabled = true;
     mark();
     if (!moved) return;
-    editor.finish(`surface (${(steps += 1)})`);
+    editor.finish('surface');
     dragged();
   }
   canvas.addEventListener('pointerup', letGo);

@@ -266,8 +266,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   let shiftsOf = () => unmoved;
   teeth?.update(rest, unmoved);
 
-  let wasAtRest = false;
-  /** What the skin is folded by. @type {Readonly<Record<string, number>> | null} */
+  /** What the skin is folded by and the eyes are turned by. @type {Readonly<Record<string, number>> | null} */
   let folded = null;
   /**
    * Takes over a range of the face's vertices.
@@ -292,13 +291,10 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
     const { expression } = from;
     const isAtRest = Object.keys(expression).length === 0;
-    if (!(isAtRest && wasAtRest)) {
-      // Folds are the expression's, whoever makes it.
-      if (expression !== folded) skin.fold(expression);
-      folded = expression;
-      eyes.turn(turnsOf(expression), !isAtRest);
-    }
-    wasAtRest = isAtRest;
+    if (expression !== folded) skin.fold(expression);
+    // Eyes that turn go by their size as well.
+    if (expression !== folded || !isAtRest) eyes.turn(turnsOf(expression), !isAtRest);
+    folded = expression;
     if (ofEyes[end] > ofEyes[first]) {
       eyes.update(present);
       lashes.update(present, eyes.centres);
