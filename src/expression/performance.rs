@@ -19,10 +19,11 @@ const SHUT: f32 = -0.3;
 pub struct Performance {
     expressions: Expressions,
     weights: Vec<f32>,
-    /// The face that is shown, as its revision, with the weights.
-    shown: Option<(u64, Vec<f32>)>,
+    /// The revision of the face that is shown, with these weights.
+    shown: Option<u64>,
     /// How the face of a revision carries displacements.
     maps: Option<(u64, Maps)>,
+    moves: Moves,
     skin: Skin,
     /// What was shown before.
     before: Skin,
@@ -40,6 +41,24 @@ struct Skin {
 /// The linear maps of displacements on a face, at the nodes of the small and the large scale.
 #[derive(Debug)]
 pub(crate) struct Maps([Vec<Mat3A>; 2]);
+
+/// What expressions do to the mean head. They stay while a face changes under them, and so does this.
+#[derive(Debug, Default)]
+pub(crate) struct Moves {
+    /// By how much each expression is shown.
+    amounts: Vec<f32>,
+    /// The vertices that move.
+    list: Vec<Move>,
+}
+
+/// How far a vertex moves, at the small scale and at the large one.
+#[derive(Debug)]
+struct Move {
+    vertex: u32,
+    /// Its place among those that any expression moves.
+    place: u32,
+    by: [Vec3; 2],
+}
 
 /// A copy has the weights, and has not been put on a face yet.
 impl Clone for Performance {
@@ -59,6 +78,7 @@ impl Performance {
             expressions: expressions.clone(),
             shown: None,
             maps: None,
+            moves: Moves::default(),
             skin: Skin::default(),
             before: Skin::default(),
             changed: 0..0,
@@ -89,12 +109,14 @@ impl Performance {
             });
         }
         self.weights[at] = weight as f32;
+        self.shown = None;
         Ok(())
     }
 
     /// Back to rest.
     pub fn rest(&mut self) {
         self.weights.fill(0.0);
+        self.shown = None;
     }
 
     /// Whether nothing is shown.
@@ -108,20 +130,12 @@ impl Performance {
     /// When the face is of another mesh.
     pub fn perform(&mut self, face: &Face) -> Result<()> {
         let neutral = face.positions();
-        let most = self
-            .expressions
-            .list
-            .iter()
-            .filter_map(|e| e.support.last());
-        if most.max().is_some_and(|&v| v as usize >= neutral.len()) {
+        if self.expressions.derived.places.len() != neutral.len() {
             return Err(Error::Mismatch(
                 "these expressions are for another head than the model's".into(),
             ));
         }
-        let shown = self.shown.as_ref();
-        if shown.is_some_and(|(face_of, weights)| {
-            *face_of == face.revision() && *weights == self.weights
-        }) {
+        if self.shown == Some(face.revision()) {
             return Ok(());
         }
         std::mem::swap(&mut self.skin, &mut self.before);
@@ -137,7 +151,7 @@ impl Performance {
             true => self.skin.differs(&self.before),
             false => 0..neutral.len() as u32,
         };
-        self.shown = Some((face.revision(), self.weights.clone()));
+        self.shown = Some(face.revision());
         Ok(())
     }
 
@@ -154,7 +168,8 @@ impl Performance {
             self.maps = Some((face.revision(), self.expressions.maps(neutral)));
         }
         if let Some((_, maps)) = &self.maps {
-            (self.expressions).carry(maps, &self.weights, &parts.landmarks, neutral, positions);
+            let (moves, landmarks) = (&mut self.moves, &parts.landmarks);
+            (self.expressions).carry(maps, moves, &self.weights, landmarks, neutral, positions);
         }
         let mut turns = [Vec3::ZERO; 2];
         for (expression, &weight) in self.expressions.list.iter().zip(&self.weights) {
@@ -217,38 +232,58 @@ impl Expressions {
     }
 
     /// Moves the skin of a face at rest (all vertices, mm) and its maps by expressions with weights, but
-    /// for what eyeballs do to lids.
+    /// for what eyeballs do to lids. What moves is kept for the next face that shows the same.
     pub(crate) fn carry(
         &self,
         maps: &Maps,
+        moves: &mut Moves,
         weights: &[f32],
         landmarks: &[Landmark],
         neutral: &[Vec3],
         positions: &mut [Vec3],
     ) {
-        let derived = &self.derived;
-        // Of the mean head, at the small scale and at the large one.
-        let mut moves = vec![[Vec3A::ZERO; 2]; derived.moved.len()];
-        for (e, (expression, &weight)) in self.list.iter().zip(weights).enumerate() {
-            if weight <= 0.0 {
-                continue;
-            }
-            let amount = weight * self.gain(e, maps, landmarks, neutral);
-            let [small, large] = [0, 1].map(|scale| amount * derived.part(e, scale));
-            for (&v, &d) in expression.support.iter().zip(&expression.displacements) {
-                let both = &mut moves[derived.places[v as usize] as usize];
-                both[0] += Vec3A::from(d) * small;
-                both[1] += Vec3A::from(d) * large;
+        let mut amounts = weights.to_vec();
+        for (e, amount) in amounts.iter_mut().enumerate() {
+            if *amount > 0.0 {
+                *amount *= self.gain(e, maps, landmarks, neutral);
             }
         }
-        for (scale, carrier) in derived.carriers.iter().enumerate() {
-            for (place, &v) in derived.moved.iter().enumerate() {
-                let d = moves[place][scale];
-                if d != Vec3A::ZERO {
-                    positions[v as usize] += Vec3::from(carrier.carry(&maps.0[scale], place, d));
+        if moves.amounts != amounts {
+            moves.list = self.moves(&amounts);
+            moves.amounts = amounts;
+        }
+        for one in &moves.list {
+            for ((carrier, maps), by) in self.derived.carriers.iter().zip(&maps.0).zip(one.by) {
+                if by != Vec3::ZERO {
+                    let carried = carrier.carry(maps, one.place as usize, by.into());
+                    positions[one.vertex as usize] += Vec3::from(carried);
                 }
             }
         }
+    }
+
+    /// The vertices of the mean head that move when each expression is shown by an amount.
+    fn moves(&self, amounts: &[f32]) -> Vec<Move> {
+        let derived = &self.derived;
+        let still = |(&vertex, place)| Move {
+            vertex,
+            place,
+            by: [Vec3::ZERO; 2],
+        };
+        let mut moves: Vec<Move> = derived.moved.iter().zip(0..).map(still).collect();
+        for (e, (expression, &amount)) in self.list.iter().zip(amounts).enumerate() {
+            if amount <= 0.0 {
+                continue;
+            }
+            let [small, large] = [0, 1].map(|scale| amount * derived.part(e, scale));
+            for (&v, &d) in expression.support.iter().zip(&expression.displacements) {
+                let [less, more] = &mut moves[derived.places[v as usize] as usize].by;
+                *less += d * small;
+                *more += d * large;
+            }
+        }
+        moves.retain(|one| one.by != [Vec3::ZERO; 2]);
+        moves
     }
 
     /// By how much an expression is helped or held back on a face: lids close as far as they are open.
@@ -258,25 +293,22 @@ impl Expressions {
             return 1.0;
         }
         let [mut open, mut left] = [0.0; 2];
-        for (&landmark, sign) in expression
-            .meets
-            .as_flattened()
-            .iter()
-            .zip([1.0, -1.0].iter().cycle())
-        {
-            for &(v, weight) in &landmarks[landmark as usize].stencil {
-                let mut y = neutral[v as usize].y;
-                let weight = sign * weight as f32 / expression.meets.len() as f32;
-                open += weight * y;
-                if let Ok(at) = expression.support.binary_search(&v) {
-                    let d = Vec3A::from(expression.displacements[at]);
-                    let place = derived.places[v as usize] as usize;
-                    for (scale, carrier) in derived.carriers.iter().enumerate() {
-                        let part = derived.part(e, scale);
-                        y += carrier.carry(&maps.0[scale], place, d * part).y;
+        for meet in &expression.meets {
+            for (&landmark, sign) in meet.iter().zip([1.0, -1.0]) {
+                for &(v, weight) in &landmarks[landmark as usize].stencil {
+                    let mut y = neutral[v as usize].y;
+                    let weight = sign * weight as f32 / expression.meets.len() as f32;
+                    open += weight * y;
+                    if let Ok(at) = expression.support.binary_search(&v) {
+                        let d = Vec3A::from(expression.displacements[at]);
+                        let place = derived.places[v as usize] as usize;
+                        for (scale, carrier) in derived.carriers.iter().enumerate() {
+                            let part = derived.part(e, scale);
+                            y += carrier.carry(&maps.0[scale], place, d * part).y;
+                        }
                     }
+                    left += weight * y;
                 }
-                left += weight * y;
             }
         }
         // One that is hardly open has nothing to close.

@@ -8,6 +8,7 @@
 use glam::{DVec3, Vec3};
 
 use super::ict::Ict;
+use crate::expression::Moves;
 use crate::fit::evaluate::Binding;
 use crate::fit::mesh::align::Rigid;
 use crate::{Expressions, FaceModel, Random};
@@ -111,8 +112,9 @@ impl<'a> Mood<'a> {
         let as_f32: Vec<f32> = weights.iter().map(|&w| w as f32).collect();
         let landmarks = &self.model.parts().landmarks;
         let maps = self.expressions.maps(&face);
+        let mut moves = Moves::default();
         self.expressions
-            .carry(&maps, &as_f32, landmarks, &face, &mut moved);
+            .carry(&maps, &mut moves, &as_f32, landmarks, &face, &mut moved);
         let back = align.rotation.transpose();
         let moves: Vec<DVec3> = (binding.vertices.iter())
             .map(|&v| back * (moved[v as usize] - face[v as usize]).as_dvec3())

@@ -1,5 +1,5 @@
 import { readColouring } from '../head/colouring.js';
-import { createHistory, restore, stateOf } from './history.js';
+import { createHistory, restore, sameWeights, stateOf } from './history.js';
 
 /**
  * Expressions are shown in whole per cents, which is what an address keeps of them.
@@ -32,7 +32,8 @@ export function createEditor(model, face, colouring) {
   let painted = subject.colouring;
 
   function coloursChanged() {
-    if (painted === subject.colouring) return;
+    // A slider of the person makes a colouring with every event, and most are alike.
+    if (sameWeights(painted, subject.colouring)) return;
     painted = subject.colouring;
     for (const listener of colourListeners) listener();
   }
