@@ -43,6 +43,13 @@ const SHADOWS = ShaderChunk.lights_fragment_begin.replace(
   /directLight\.color \*= (\( directLight\.visible && receiveShadow \) \? getShadow\( directionalShadowMap[^;]*);/,
   (_, lit) => /* glsl */ `
     float lit = ${lit};
+    // The jaw is far from the neck: its shadow's edge is wide there. It is told by three rings, as one would be grains.
+    if (vShade.z < 1.0) {
+      float wide = 1.0 + 11.0 * sqrt(1.0 - vShade.z);
+      float outer = ${lit.replace('.shadowRadius', '.shadowRadius * wide')};
+      float inner = ${lit.replace('.shadowRadius', '.shadowRadius * 0.6 * wide')};
+      lit = (lit + outer + inner) / 3.0;
+    }
     // Around the terminator the wrap decides, not the head's shadow on itself.
     lit = mix(1.0, lit, smoothstep(-0.2, 0.12, dot(smoothNormal, directLight.direction)));
     // To the powers of 0.8 and 0.95, nearly.
