@@ -38,9 +38,9 @@ const FOLLOWS = 0.45;
 
 /** Irises without melanin are blue, with a little of it green and hazel: near the pupil and around it. */
 const IRIS = [
-  stop([0, '#65727a', '#4c6681']),
-  stop([0.22, '#71786c', '#5a7078']),
-  stop([0.38, '#75653c', '#566448']),
+  stop([0, '#687074', '#51606f']),
+  stop([0.22, '#70746a', '#586669']),
+  stop([0.38, '#6f6240', '#575f49']),
   stop([0.52, '#74532a', '#565334']),
   stop([REST.iris, '#6b4a2a', '#57452e']),
   stop([1, '#33200f', '#22150c']),
