@@ -45,7 +45,9 @@ const VERTEX = /* glsl */ `
   ${PLACE}
   uniform vec2 backdropSize;
   uniform vec2 fade;
-  uniform vec3 colour;
+  uniform vec3 young;
+  uniform vec3 old;
+  uniform float turned;
   uniform float gloss;
   varying vec3 vColour;
   varying vec3 vShine;
@@ -64,7 +66,9 @@ const VERTEX = /* glsl */ `
 
     float tip = outward.w;
     float under = abs(course.w); // 1 is open to the light
-    vec3 hair = scattered(colour) * (0.88 + 0.24 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
+    // Hairs turn grey one after the other.
+    vec3 own = mix(young, old, smoothstep(-0.45, 0.45, 1.9 * turned - 0.45 - fract(strand.y * 43.7)));
+    vec3 hair = scattered(own) * (0.88 + 0.24 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
     float open = mix(0.45, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
     vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
@@ -83,7 +87,7 @@ const VERTEX = /* glsl */ `
       float first = dot(normalize(along + (0.05 + 0.06 * fract(strand.y * 91.0) + tilt) * normal), halfway);
       float second = dot(normalize(along - (0.12 - tilt) * normal), halfway);
       shine += sent * pow(max(0.0, 1.0 - first * first), 45.0) * 0.08;
-      shine += sent * pow(hair, vec3(0.6)) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.2 * (1.0 - 0.7 * colour.r);
+      shine += sent * pow(hair, vec3(0.6)) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.2 * (1.0 - 0.7 * own.r);
     }
     vColour = onScreen(sum);
     vShine = onScreen(sum + gloss * shine) - vColour;
@@ -134,7 +138,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
   const geometry = new BufferGeometry();
   const shifts = new DataTexture(new Float32Array(4), 1, 1, RGBAFormat, FloatType);
   shifts.minFilter = shifts.magFilter = NearestFilter;
-  const colour = { value: new Color() };
+  const [young, old, turned] = [{ value: new Color() }, { value: new Color() }, { value: 0 }];
   const gloss = { value: 1 };
   const drawn = share();
   const broad = half / drawn ** 0.7;
@@ -146,7 +150,9 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
       ...studioUniforms,
       ...shared,
       fineness,
-      colour,
+      young,
+      old,
+      turned,
       gloss,
       fade: { value: new Vector2(...fade) },
     },
@@ -271,9 +277,11 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
     const moved = new Float32Array(4 * hair.locks);
     hair.shifts(positions, moved);
     const [way, up, across] = [new Vector3(), new Vector3(), new Vector3()];
-    const shade = colour.value.toArray();
     for (let n = 0, o = 0, i = 0; n < hair.strands; n++) {
       const lock = 4 * hair.lockOf[n];
+      // As in the shader.
+      const white = smoothstep(-0.45, 0.45, 1.9 * turned.value - 0.45 - ((((n * 0.6180339887) % 1) * 43.7) % 1));
+      const shade = young.value.clone().lerp(old.value, white).toArray();
       for (let s = 0; s < many; s++) {
         const from = n * POINTS + (s === many - 1 ? POINTS - 1 : step * s);
         way.fromArray(shown.course, 8 * from);
@@ -329,7 +337,9 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
     },
     /** @param {Pigments} colours */
     paint(colours) {
-      colour.value.copy(colours.hair);
+      young.value.copy(colours.young);
+      old.value.copy(colours.old);
+      turned.value = colours.turned[0];
       style = styleOf(colours);
       shared.halfWidth.value = broad * slender();
       gloss.value = glossOf();

@@ -103,10 +103,13 @@ export function pigments(tone, colouring) {
     /** How much of the lips is not painted, 1 at rest and 0 at full. */
     bare: lips > REST.lips ? 1 - far : 1,
     lips: own.clone().multiply(new Color(lipRed, lipGreen, lipBlue)),
+    /** Of all hairs together. */
     hair: strands,
-    brows: hairColour(hair, red, 0),
-    /** Of the hairs of brows that have turned grey, and how many have. */
-    greyBrows: { colour: hairColour(hair, red, 1), turned: BROWS_GREY * grey },
+    /** Of hairs that have not turned grey, and of those that have. */
+    young: hairColour(hair, red, 0),
+    old: hairColour(hair, red, 1),
+    /** How many have, on the head and of the brows. @type {[number, number]} */
+    turned: [grey, BROWS_GREY * grey],
     lashes: new Color(lr, lg, lb),
     /** 0 is none, 2 twice as many as at rest. */
     bushy: 2 * brows,

@@ -69,9 +69,10 @@ const DECLARATIONS = /* glsl */ `
   uniform sampler2D browMap;
   uniform vec4 faceFrame;
   uniform vec4 browFrame;
-  uniform vec3 browColour;
-  uniform vec4 browGrey; // the colour of grey hairs, how grey brows are
-  uniform vec3 hairColour;
+  uniform vec3 hairColour; // of all together
+  uniform vec3 youngHair;
+  uniform vec3 oldHair;
+  uniform vec2 turned; // grey: of hair, of brows
   uniform float bushy;
   uniform vec3 lipColour;
   uniform float lipCover;
@@ -168,7 +169,7 @@ const COLOUR = /* glsl */ `
   tone = mix(tone, lips, lip * lipCover);
   // Not all hairs turn grey at once.
   float turns = hairsOfBrow.g / max(hairsOfBrow.r, 0.01);
-  vec3 browTone = mix(browColour, browGrey.rgb, smoothstep(turns - 0.15, turns + 0.15, browGrey.a));
+  vec3 browTone = mix(youngHair, oldHair, smoothstep(turns - 0.15, turns + 0.15, turned.y));
   tone = mix(tone, browTone, clamp(brow * 1.15, 0.0, 0.9));
   // How much of what is worn the photo shows.
   float photographed = 0.0;
@@ -205,7 +206,8 @@ const COLOUR = /* glsl */ `
     vec2 grown = vGrowth + 0.3 * (broad.a - 0.5) + vec2(0.8, -0.8) * (strand.g - 0.5);
     grown = smoothstep(vec2(-0.3, -0.35), vec2(0.45, 0.4), grown) * dense * (1.0 - lip);
     float thick = grown.x;
-    vec3 hair = scattered(hairColour);
+    // The lightest turn grey first.
+    vec3 hair = scattered(mix(youngHair, oldHair, smoothstep(-0.3, 0.3, (2.25 - 0.8 * turned.x) * turned.x - 0.95 + 1.7 * (strand.g - 0.5))));
     // Roots show through the skin; hairs lie over it.
     tone = mix(tone, mix(tone * 0.6, hair, 0.6 + 0.2 * thick), thick * (0.3 + 0.65 * thick));
     underHair = smoothstep(0.1, 0.7, thick) * covered.x;
@@ -217,9 +219,9 @@ const COLOUR = /* glsl */ `
     float beard = grown.y * (1.0 - smoothSkin) * (1.0 - photographed);
     float rank = 1.7 * strand.g - 0.45;
     float whisker = smoothstep(-0.25, 0.25, 1.25 * beard - rank) * min(1.0, 5.0 * beard) * (0.5 + 0.45 * beard);
-    tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), hairColour, 0.75 * beard), beard * (0.45 + 0.45 * beard));
+    tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), 0.5 * hairColour, 0.75 * beard), beard * (0.45 + 0.45 * beard));
     tone = mix(tone, hair * 0.85, beard * covered.y * 0.8);
-    tone = mix(tone, hair * (0.3 + (0.6 + 0.6 * beard) * strand.g) * (1.0 - 0.1 * covered.y), whisker);
+    tone = mix(tone, hair * (0.05 + (1.1 + 0.6 * beard) * strand.g) * (1.0 - 0.1 * covered.y), whisker);
     hairs = max(hairs, whisker);
     underHair = max(underHair, whisker * covered.y);
     lying *= hairs;
@@ -327,8 +329,9 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     browMap: { value: brows.map },
     faceFrame: { value: new Vector4().fromArray(face.frame) },
     browFrame: { value: new Vector4().fromArray(brows.frame) },
-    browColour: { value: new Color() },
-    browGrey: { value: new Vector4() },
+    youngHair: { value: new Color() },
+    oldHair: { value: new Color() },
+    turned: { value: new Vector2() },
     hairColour: { value: new Color() },
     bushy: { value: 1 },
     /** Painted when there is hair. */
@@ -456,14 +459,14 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       crease();
     },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ skin, bright, lips, bare, hair, brows, greyBrows, bushy, dense, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, bare, hair, young, old, turned, bushy, dense, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
       uniforms.lipCover.value = 1 - 0.34 * bare;
-      uniforms.browColour.value.copy(brows);
-      const { colour, turned } = greyBrows;
-      uniforms.browGrey.value.set(colour.r, colour.g, colour.b, turned);
+      uniforms.youngHair.value.copy(young);
+      uniforms.oldHair.value.copy(old);
+      uniforms.turned.value.fromArray(turned);
       uniforms.hairColour.value.copy(hair);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);

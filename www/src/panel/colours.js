@@ -47,7 +47,7 @@ const PAINTED = {
   blood: ({ skin }) => skin,
   lips: ({ lips }) => lips,
   // Between hairs there is skin.
-  brows: ({ skin, brows, bushy }) => skin.clone().lerp(brows, 0.35 * bushy),
+  brows: ({ skin, young, bushy }) => skin.clone().lerp(young, 0.35 * bushy),
   hair: ({ hair }) => hair,
   red: ({ hair }) => hair,
   grey: ({ hair }) => hair,
