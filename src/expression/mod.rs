@@ -31,7 +31,6 @@ use crate::{Error, Result};
 use carry::Carrier;
 use eye::Eye;
 
-pub(crate) use performance::Moves;
 pub use performance::Performance;
 
 /// Displacements are stored in steps of this many mm: a vertex is off by at most 0.017 mm.

@@ -9,7 +9,8 @@
 use base64ct::{Base64UrlUnpadded, Encoding};
 
 use super::anchor::{Anchor, MOST};
-use super::{FARTHEST, Face, GRID};
+use super::{FARTHEST, Face};
+use crate::quantise::PER_SIGMA;
 use crate::{Error, FaceModel, Result};
 
 impl Face {
@@ -39,7 +40,7 @@ impl Face {
         let differences = take_all(&mut rest, self.state.len())?;
         for (&median, difference) in self.model.derived.median.iter().zip(differences) {
             let coefficient = i64::from(median).saturating_add(difference);
-            if coefficient.unsigned_abs() as f64 > f64::from(FARTHEST) * GRID {
+            if coefficient.unsigned_abs() as f64 > f64::from(FARTHEST) * PER_SIGMA {
                 return Err(bad("a coefficient is out of range"));
             }
             state.push(coefficient as i32);

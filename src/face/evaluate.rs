@@ -6,8 +6,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::Vec3;
 use wide::i32x4;
 
-use super::{Face, GRID};
+use super::Face;
 use crate::kernel::{CHUNK, Modes, Patch, add_to, round_to};
+use crate::quantise::PER_SIGMA;
 
 /// What anchors take back is rounded to whole multiples of this, mm, 8 nanometres: sums of it are
 /// exact, as all others are.
@@ -160,7 +161,7 @@ struct Sums<'a> {
 impl Sums<'_> {
     /// Adds what modes with a change of their coefficients move vertices by.
     fn add(&mut self, modes: &Modes, vertices: &[u32], change: &[i32]) {
-        let scale = f64::from(modes.step()) / GRID;
+        let scale = f64::from(modes.step()) / PER_SIGMA;
         let mut by = [i32x4::ZERO; CHUNK / 4];
         for part in modes.weights(change) {
             for (chunk, vertices) in vertices.chunks(CHUNK / 3).enumerate() {
@@ -177,7 +178,7 @@ impl Sums<'_> {
             return;
         }
         let parts = states.map(|state| modes.weights(state));
-        let scale = f64::from(modes.step()) / (GRID * ANCHORED);
+        let scale = f64::from(modes.step()) / (PER_SIGMA * ANCHORED);
         let mut by = [i32x4::ZERO; CHUNK / 4];
         for (chunk, vertices) in vertices.chunks(CHUNK / 3).enumerate() {
             let mut totals = [[0.0; CHUNK]; 2];

@@ -9,9 +9,10 @@ use nalgebra::DMatrix;
 
 use super::anchor::Anchor;
 use super::probable::{product, solve};
-use super::{FARTHEST, Face, GRID};
+use super::{FARTHEST, Face};
 use crate::error::Number;
 use crate::model::Control;
+use crate::quantise::PER_SIGMA;
 use crate::{Error, Result};
 
 /// A held measure is off by no more than this, mm. Positions of 100 mm are f32 with a step of
@@ -272,7 +273,7 @@ impl Face {
                 break;
             }
             let earlier = self.changed.clone();
-            let on_grid = coefficients.iter().map(|c| (c * GRID).round() as i32);
+            let on_grid = coefficients.iter().map(|c| (c * PER_SIGMA).round() as i32);
             self.replace(on_grid.collect());
             if !earlier.is_empty() && !self.changed.is_empty() {
                 let (a, b) = (earlier, &self.changed);

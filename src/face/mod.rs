@@ -14,39 +14,12 @@ use glam::Vec3;
 use crate::Random;
 use crate::error::range;
 use crate::model::{FaceModel, LIMIT, Reach, Surround};
+use crate::quantise::{PER_SIGMA, coarse, grid, micrometres, sigmas};
 use crate::{Error, Result};
 use anchor::{Anchor, Regions};
 
-/// Coefficients live on a grid of 1/65536 sigma, so that a face, its code and its undo history are
-/// the same numbers everywhere. At a mode of 5 mm a step of the grid is 0.08 micrometres: measures are
-/// held to 0.1.
-const GRID: f64 = 65_536.0;
 /// Far beyond any face; every point of the grid up to here is an f32.
 pub(crate) const FARTHEST: f32 = 255.0;
-
-/// Nothing but what is held needs all of the grid: other coefficients take every eighth point of it,
-/// so that up to 4 sigmas they are 16 bits, which is what sums are fastest of.
-const COARSE: f64 = 8.0;
-
-/// The point of the coarse grid nearest to a coefficient in sigmas.
-pub(crate) fn grid(coefficient: f32) -> i32 {
-    coarse(f64::from(coefficient) * GRID)
-}
-
-/// The nearest point of the coarse grid.
-fn coarse(point: f64) -> i32 {
-    ((point / COARSE).round() * COARSE) as i32
-}
-
-/// A point of the grid as a coefficient in sigmas.
-pub(crate) fn sigmas(point: i32) -> f32 {
-    (f64::from(point) / GRID) as f32
-}
-
-/// A length in mm at the nearest whole micrometre, which is what a code keeps of it.
-pub(crate) fn micrometres(mm: f32) -> f32 {
-    (mm * 1000.0).round() / 1000.0
-}
 
 /// A face of a model.
 ///
@@ -93,8 +66,25 @@ pub struct Randomize {
     pub attributes: Vec<(String, f64)>,
 }
 
+impl FaceModel {
+    /// A face: the median person of the population.
+    pub fn face(&self) -> Face {
+        Face::new(self)
+    }
+
+    /// The face of a code that [`Face::code`] made.
+    ///
+    /// # Errors
+    /// [`Error::Code`] when the code is damaged or of another model.
+    pub fn from_code(&self, code: &str) -> Result<Face> {
+        let mut face = self.face();
+        face.set_code(code)?;
+        Ok(face)
+    }
+}
+
 impl Face {
-    pub(crate) fn new(model: &FaceModel) -> Self {
+    fn new(model: &FaceModel) -> Self {
         let parts = model.parts();
         let padded = parts.mean.len() + 1;
         let mut face = Self {
@@ -534,7 +524,10 @@ impl Face {
     }
 
     fn sigmas(&self) -> Vec<f64> {
-        self.state.iter().map(|&c| f64::from(c) / GRID).collect()
+        self.state
+            .iter()
+            .map(|&c| f64::from(c) / PER_SIGMA)
+            .collect()
     }
 
     fn change(&mut self, coefficients: &[f32]) -> Result<()> {

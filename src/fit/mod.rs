@@ -8,7 +8,7 @@
 //! - [`truth`] has people whose shape is known, [`evaluate`](mod@evaluate) measures registrations against them, and
 //!   [`validate`](mod@validate) writes the report on a population and its model.
 //!
-//! All of them work on [`mesh`]es, read and write files by [`format`](mod@format) and draw by [`picture`].
+//! All of them work on [`mesh`]es with [`statistics`] of them, read and write files by [`format`](mod@format) and draw by [`picture`].
 
 pub mod detect;
 pub mod evaluate;
@@ -21,6 +21,7 @@ pub mod register;
 pub mod sample;
 pub mod scan;
 pub mod sparse;
+pub mod statistics;
 pub mod truth;
 pub mod validate;
 

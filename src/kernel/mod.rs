@@ -1,6 +1,6 @@
 //! The arithmetic of an event: from coefficients that changed to positions and normals.
 //!
-//! Coefficients are whole numbers of steps of a sigma ([`crate::face`]), modes are `i16` in steps that
+//! Coefficients are whole numbers of steps of a sigma ([`PER_SIGMA`](crate::quantise::PER_SIGMA)), modes are `i16` in steps that
 //! are whole multiples of a power of two ([`Modes`], [`STEPS`](crate::quantise::STEPS)), and positions
 //! are summed in f64, which holds all of that exactly. So a change of coefficients can be added to
 //! what is there: the bits are those of summing everything again, in whatever order, and a million
@@ -12,14 +12,12 @@
 
 mod modes;
 mod normals;
-mod surround;
 
 use wide::{f64x2, i32x4};
 
 pub(crate) use modes::CHUNK;
 pub use modes::Modes;
 pub(crate) use normals::Patch;
-pub(crate) use surround::Surrounding;
 
 /// Adds whole numbers times a scale to as many sums.
 #[inline(never)]

@@ -55,6 +55,7 @@ mod header;
 mod reach;
 mod read;
 mod surround;
+mod surrounding;
 
 use std::sync::{Arc, OnceLock};
 
@@ -77,7 +78,7 @@ use crate::error::range;
 use crate::kernel::Patch;
 use crate::mesh::Topology;
 use crate::quantise::{COORDINATES, CORRELATIONS, DISTANCES};
-use crate::{Error, Face, Result};
+use crate::{Error, Result};
 use header::{BlockHeader, ControlHeader, Header, SurroundHeader};
 pub(crate) use reach::Reach;
 pub use read::IncomingModel;
@@ -149,21 +150,6 @@ impl FaceModel {
         #[cfg(not(target_arch = "wasm32"))]
         let bytes = &crate::blob::unpack(bytes)?;
         read::model(&Blob::parse(bytes, Kind::Model)?, None)
-    }
-
-    /// A face: the median person of the population.
-    pub fn face(&self) -> Face {
-        Face::new(self)
-    }
-
-    /// The face of a code that [`Face::code`] made.
-    ///
-    /// # Errors
-    /// [`Error::Code`] when the code is damaged or of another model.
-    pub fn from_code(&self, code: &str) -> Result<Face> {
-        let mut face = self.face();
-        face.set_code(code)?;
-        Ok(face)
     }
 
     /// What the model is made of.

@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use crate::kernel::{Modes, Patch, Surrounding};
+use super::surrounding::Surrounding;
+use crate::kernel::{Modes, Patch};
 use crate::model::{Block, ModelParts};
 
 /// What an event of each block touches at one fall-off distance. Faces of the same distance share it.

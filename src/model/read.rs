@@ -127,7 +127,7 @@ pub(super) fn model(blob: &Blob, begun: Option<Reading>) -> Result<FaceModel> {
             Number(median[i].into())
         )));
     }
-    let median = median.into_iter().map(crate::face::grid).collect();
+    let median = median.into_iter().map(crate::quantise::grid).collect();
     Ok(FaceModel {
         derived: Arc::new(Derived {
             reach: Arc::new(Reach::new(&parts, parts.blending.alpha)),
@@ -277,7 +277,7 @@ impl Reading {
         } = header.blending;
         let whole = [least, alpha, most]
             .iter()
-            .all(|&mm| crate::face::micrometres(mm) == mm);
+            .all(|&mm| crate::quantise::micrometres(mm) == mm);
         if !(whole && least > 0.0 && least <= alpha && alpha <= most && most <= FARTHEST_REACH) {
             let [least, alpha, most] = [least, alpha, most].map(|mm| Number(mm.into()));
             return bad(format!(

@@ -399,7 +399,7 @@ impl Fitter {
         for (point, value) in grid.iter_mut().zip((basis * &z).iter()) {
             // Beyond what a face takes lies only what is refused.
             let farthest = f64::from(crate::face::FARTHEST);
-            *point = crate::face::grid(value.clamp(-farthest, farthest) as f32);
+            *point = crate::quantise::grid(value.clamp(-farthest, farthest) as f32);
         }
         let residuals = observed.residuals(&state);
         let inner = &residuals[JAW..];
@@ -409,7 +409,7 @@ impl Fitter {
         let rms_px = (square / inner.len() as f64).sqrt();
         Fit {
             code: crate::face::code::of_state(&self.model, &grid),
-            coefficients: grid.into_iter().map(crate::face::sigmas).collect(),
+            coefficients: grid.into_iter().map(crate::quantise::sigmas).collect(),
             expression: expression.to_vec(),
             camera,
             residuals,

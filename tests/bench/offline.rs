@@ -13,9 +13,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use glam::DVec3;
-use phiz::fit::learn::pca::Spectrum;
 use phiz::fit::mesh::surface::Surface;
 use phiz::fit::register::warp::{Kernel, Warp};
+use phiz::fit::statistics::pca::Spectrum;
 use phiz::{Face, FaceModel, Randomize};
 
 type Failure = Box<dyn std::error::Error>;

@@ -9,9 +9,10 @@ use phiz::FaceModel;
 use phiz::fit::head::template::Template;
 use phiz::fit::mesh::align::{Rigid, vertex_areas};
 use phiz::fit::register::Settings as Registration;
+use phiz::fit::statistics::subspace::Subspace;
 use phiz::fit::truth::population::{self, Labels};
 use phiz::fit::truth::simulate::{Settings, Simulator};
-use phiz::fit::validate::reconstruct::{Areas, FEATURES, Subspace};
+use phiz::fit::validate::areas::{Areas, FEATURES};
 use phiz::fit::validate::{Population, Report, STEPS, page, validate};
 use rayon::prelude::*;
 

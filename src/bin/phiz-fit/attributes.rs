@@ -30,10 +30,11 @@ pub struct AttributesArgs {
 pub fn run(args: &AttributesArgs) -> FitResult<()> {
     let template = super::read_template(&args.template)?;
     let model = super::read_model(&args.model)?;
-    let (names, faces): (Vec<_>, Vec<_>) =
-        super::step("reading faces", || ply::read_faces(&args.faces, &template))?
-            .into_iter()
-            .unzip();
+    let (names, faces): (Vec<_>, Vec<_>) = super::step("reading faces", || {
+        ply::read_faces(&args.faces, template.positions.len())
+    })?
+    .into_iter()
+    .unzip();
     let labels = Labels::read(&args.faces.join("labels.json"), &names)?;
     let source = super::about(&args.faces)?.title;
     let learned = super::step("learning", || {

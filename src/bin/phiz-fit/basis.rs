@@ -98,7 +98,9 @@ enum Area {
 
 pub fn run(args: &BasisArgs) -> FitResult<()> {
     let template = super::read_template(&args.template)?;
-    let faces = super::step("reading faces", || ply::read_faces(&args.faces, &template))?;
+    let faces = super::step("reading faces", || {
+        ply::read_faces(&args.faces, template.positions.len())
+    })?;
     let mut faces: Vec<_> = faces.into_iter().map(|(_, face)| face).collect();
     if let Some(train) = args.compare {
         return compare(args, &template, &faces, train);

@@ -291,10 +291,11 @@ fn synthetic(args: &PopulationArgs) -> FitResult<()> {
 
 fn train(args: &TrainArgs) -> FitResult<()> {
     let template = read_template(&args.template)?;
-    let (_names, faces): (Vec<_>, Vec<_>) =
-        step("reading faces", || ply::read_faces(&args.faces, &template))?
-            .into_iter()
-            .unzip();
+    let (_names, faces): (Vec<_>, Vec<_>) = step("reading faces", || {
+        ply::read_faces(&args.faces, template.positions.len())
+    })?
+    .into_iter()
+    .unzip();
     let about = about(&args.faces)?;
     let settings = Settings {
         tau: args.tau,

@@ -45,7 +45,9 @@ pub struct ValidateArgs {
 pub fn run(args: &ValidateArgs) -> FitResult<()> {
     one_arena();
     let template = super::read_template(&args.template)?;
-    let named = super::step("reading faces", || ply::read_faces(&args.faces, &template))?;
+    let named = super::step("reading faces", || {
+        ply::read_faces(&args.faces, template.positions.len())
+    })?;
     let labels = labels(&args.faces, &named)?;
     let about = super::about(&args.faces)?;
     let drift = match (&args.scans, &args.ict) {

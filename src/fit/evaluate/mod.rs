@@ -9,7 +9,6 @@
 //! - without one: where a vertex lands on each person is carried to ICT's mean head; the error is
 //!   the distance from the mean of these spots over the people.
 
-pub mod binding;
 pub mod exchange;
 
 use std::sync::Mutex;
@@ -19,12 +18,12 @@ use std::time::Instant;
 use glam::DVec3;
 use serde::Serialize;
 
-pub use self::binding::Binding;
 use crate::fit::head::expression::{Expressions, Performer};
 use crate::fit::head::folds::{Crossings, Folds};
 use crate::fit::head::template::Template;
 use crate::fit::mesh::resample::SurfacePoint;
 use crate::fit::mesh::surface::Surface;
+use crate::fit::truth::binding::Binding;
 use crate::fit::truth::ict::Ict;
 use crate::fit::truth::simulate::{Settings, Simulated, Simulator, Truth};
 use crate::fit::{FitError, FitResult};

@@ -9,7 +9,6 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::files::write_atomically;
-use crate::fit::head::template::Template;
 use crate::fit::{FitError, FitResult};
 
 /// Writes a mesh as binary little-endian PLY: f32 positions and triangles. The file appears
@@ -171,11 +170,11 @@ fn image(comment: &str) -> Option<String> {
         .then(|| name.trim().to_owned())
 }
 
-/// Reads every `.ply` of a folder as a face registered to the template, sorted by name.
+/// Reads every `.ply` of a folder as a face registered to a template with so many vertices, sorted by name.
 ///
 /// The name is the file's without its ending. A file with another number of vertices is an error,
 /// and so is a folder without faces.
-pub fn read_faces(dir: &Path, template: &Template) -> FitResult<Vec<(String, Vec<DVec3>)>> {
+pub fn read_faces(dir: &Path, vertices: usize) -> FitResult<Vec<(String, Vec<DVec3>)>> {
     let entries = std::fs::read_dir(dir).map_err(|e| FitError::file(dir, e))?;
     let mut paths = Vec::new();
     for entry in entries {
@@ -195,11 +194,10 @@ pub fn read_faces(dir: &Path, template: &Template) -> FitResult<Vec<(String, Vec
         .iter()
         .map(|path| {
             let positions = read_positions(path)?;
-            if positions.len() != template.positions.len() {
+            if positions.len() != vertices {
                 let cause = format!(
-                    "{} vertices where the template has {}: not registered to this template",
-                    positions.len(),
-                    template.positions.len()
+                    "{} vertices where the template has {vertices}: not registered to this template",
+                    positions.len()
                 );
                 return Err(FitError::file(path, cause));
             }

@@ -11,14 +11,13 @@ use rayon::prelude::*;
 
 use super::cage::Cage;
 use super::generic_head::{flip, mirror_name};
+use super::prior::ShapePrior;
 use super::template::{Landmark, Template};
 use crate::Error;
 use crate::blob::record::record;
 use crate::blob::{Blob, BlobWriter, Kind, pack, unpack};
 use crate::fit::mesh::align::mean_of;
 use crate::fit::mesh::surface::Surface;
-use crate::fit::register::batch::RegisteredFace;
-use crate::fit::register::prior::ShapePrior;
 use crate::fit::{FitError, FitResult};
 use crate::quantise::Quantised;
 
@@ -30,6 +29,15 @@ const ERROR: f64 = 0.08;
 
 /// Landmarks farther than this from a face's surface were not set on it, mm.
 const OFF: f64 = 5.0;
+
+/// A registered face and where its landmarks were set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RegisteredFace {
+    /// All vertices of the template, mm.
+    pub positions: Vec<DVec3>,
+    /// Landmarks in the same pose: place in the template's list, position in mm. May be empty.
+    pub points: Vec<(usize, DVec3)>,
+}
 
 /// Rest pose, prior and landmarks of a template, on its base mesh.
 #[derive(Debug, Clone, PartialEq)]

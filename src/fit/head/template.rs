@@ -7,7 +7,7 @@ use crate::Error;
 pub use crate::anatomy::{Landmark, Part};
 use crate::blob::record::record;
 use crate::blob::{Blob, BlobWriter, Kind};
-use crate::fit::register::prior::ShapePrior;
+use crate::fit::head::prior::ShapePrior;
 use crate::fit::{FitError, FitResult};
 use crate::mesh::Topology;
 

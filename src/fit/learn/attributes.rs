@@ -26,7 +26,7 @@ use crate::FaceModel;
 use crate::fit::head::generic_head::ETHNICITIES;
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::{Rigid, vertex_areas};
-use crate::fit::validate::reconstruct::Subspace;
+use crate::fit::statistics::subspace::Subspace;
 use crate::fit::{FitError, FitResult};
 use crate::model::Attribute;
 

@@ -3,13 +3,13 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::pca::{Pca, Spectrum};
 use super::smooth::{Smoother, Smoothing};
 use super::surround::{self, Loose, border, spread};
 use super::{flat, region_numbers};
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::Rigid;
 use crate::fit::mesh::geodesic::Geodesic;
+use crate::fit::statistics::pca::{Pca, Spectrum};
 use crate::fit::{FitError, FitResult};
 use crate::model::{Blending, FALLOFF_REACH, Surround};
 

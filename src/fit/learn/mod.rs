@@ -1,6 +1,6 @@
 //! From registered faces to a model: align, learn each region, smooth, blend, learn the rest.
 //!
-//! By way of [`pca`], [`smooth`] and [`surround`]; [`measures`](mod@measures) and [`describe`](mod@describe) put it into words, [`semantic`] makes
+//! By way of [`smooth`] and [`surround`]; [`measures`](mod@measures) and [`describe`](mod@describe) put it into words, [`semantic`] makes
 //! named controls of it, [`attributes`] are what labels tell of its faces, and [`crease`] says how clean its seams are.
 
 pub mod attributes;
@@ -8,9 +8,7 @@ pub mod crease;
 pub mod describe;
 mod distribution;
 mod feature;
-pub mod gram;
 pub mod measures;
-pub mod pca;
 pub mod semantic;
 pub mod smooth;
 pub mod surround;
@@ -20,13 +18,13 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use self::describe::describe;
-use self::gram::sums;
 use self::measures::measures;
-use self::pca::Spectrum;
 use self::semantic::{Method, Table};
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::{Rigid, procrustes, vertex_areas, without_proportions};
 use crate::fit::mesh::geodesic::Geodesic;
+use crate::fit::statistics::gram::sums;
+use crate::fit::statistics::pca::Spectrum;
 use crate::fit::{FitError, FitResult};
 use crate::model::{About, Blending, Block, ModelParts, Modes};
 use crate::quantise::{BLOCK_ERROR, COORDINATES, Quantised};

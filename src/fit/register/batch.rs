@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::{Registered, Registrar, Settings};
 use crate::fit::format::files::write_atomically;
 use crate::fit::format::ply;
+use crate::fit::head::people::RegisteredFace;
 use crate::fit::head::template::Template;
 use crate::fit::scan::{Scan, Unit, check, landmarks};
 use crate::fit::{FitError, FitResult};
@@ -234,21 +235,12 @@ pub fn register_scan(
     Ok((prepared, registered))
 }
 
-/// A registered face and where its landmarks were set.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RegisteredFace {
-    /// All vertices of the template, mm.
-    pub positions: Vec<DVec3>,
-    /// Landmarks in the same pose: place in the template's list, position in mm. May be empty.
-    pub points: Vec<(usize, DVec3)>,
-}
-
 /// Reads a folder that [`run`] wrote, by name.
 ///
 /// # Errors
 /// When a face is not registered to `template`, or a file cannot be understood.
 pub fn read_registered(dir: &Path, template: &Template) -> FitResult<Vec<RegisteredFace>> {
-    ply::read_faces(dir, template)?
+    ply::read_faces(dir, template.positions.len())?
         .into_iter()
         .map(|(name, positions)| {
             let path = dir.join(format!("{name}.json"));

@@ -33,7 +33,6 @@ pub mod embed;
 pub mod hair;
 pub mod lips;
 pub mod noise;
-pub mod prior;
 pub mod sheet;
 pub mod space;
 pub mod statistical;

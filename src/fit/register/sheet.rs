@@ -6,8 +6,8 @@ use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Side};
 use glam::DVec3;
 
-use crate::fit::learn::smooth::cotangent_edges;
 use crate::fit::mesh::align::vertex_areas;
+use crate::fit::mesh::cotangent::cotangent_edges;
 use crate::fit::{FitError, FitResult};
 
 /// A sparse matrix by rows.

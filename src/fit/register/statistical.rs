@@ -5,8 +5,8 @@ use glam::{DMat3, DVec3};
 
 use super::Pulls;
 use super::correspondence::{Admission, correspond};
-use super::prior::ShapePrior;
 use crate::fit::head::expression::Expression;
+use crate::fit::head::prior::ShapePrior;
 use crate::fit::mesh::align::Rigid;
 use crate::fit::mesh::surface::Surface;
 use crate::fit::mesh::surface::normals;

@@ -17,8 +17,8 @@ use glam::{DVec2, DVec3, Vec4};
 use rayon::prelude::*;
 
 use crate::fit::head::template::Template;
-use crate::fit::learn::smooth::cotangent_edges;
 use crate::fit::mesh::align::vertex_areas;
+use crate::fit::mesh::cotangent::cotangent_edges;
 use crate::fit::mesh::surface::normals;
 use crate::fit::mesh::surface::{Hit, Surface};
 use crate::fit::picture::render::write_png;

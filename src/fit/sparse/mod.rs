@@ -38,8 +38,8 @@ use serde::{Deserialize, Serialize};
 
 pub use support::{Region, face_parts, head_parts};
 
-use crate::fit::learn::pca::Pca;
 use crate::fit::mesh::geodesic::Geodesic;
+use crate::fit::statistics::pca::Pca;
 use crate::fit::{FitError, FitResult};
 use admm::{Blocks, Effort};
 use start::Start;

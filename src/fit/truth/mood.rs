@@ -8,9 +8,8 @@
 use glam::{DVec3, Vec3};
 
 use super::ict::Ict;
-use crate::expression::Moves;
-use crate::fit::evaluate::Binding;
 use crate::fit::mesh::align::Rigid;
+use crate::fit::truth::binding::Binding;
 use crate::{Expressions, FaceModel, Random};
 
 /// So many of the expressions are shown, at least and at most; those of the left and of the right are
@@ -112,7 +111,8 @@ impl<'a> Mood<'a> {
         let as_f32: Vec<f32> = weights.iter().map(|&w| w as f32).collect();
         let landmarks = &self.model.parts().landmarks;
         let maps = self.expressions.maps(&face);
-        let mut moves = Moves::default();
+        // Of everybody by another expression: nothing is kept for the next.
+        let mut moves = Default::default();
         self.expressions
             .carry(&maps, &mut moves, &as_f32, landmarks, &face, &mut moved);
         let back = align.rotation.transpose();

@@ -12,11 +12,11 @@ use serde::Serialize;
 
 use super::ict::Ict;
 use super::mood::Mood;
-use crate::fit::evaluate::Binding;
 use crate::fit::format::files::write_atomically;
 use crate::fit::head::region::point;
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::Rigid;
+use crate::fit::truth::binding::Binding;
 use crate::fit::{FitError, FitResult};
 use crate::photo::raster::Raster;
 use crate::photo::{Camera, POINTS};

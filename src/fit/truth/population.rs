@@ -718,7 +718,7 @@ mod tests {
         let population = sample(head, &base_mesh_dir().unwrap(), 2, 3).unwrap();
         let dir = tempfile::tempdir().unwrap();
         write(&population, head, dir.path()).unwrap();
-        let faces = read_faces(dir.path(), head).unwrap();
+        let faces = read_faces(dir.path(), head.positions.len()).unwrap();
         assert_eq!(faces[1].0, "face_0001");
         for (a, b) in faces[1].1.iter().zip(&population.faces[1]) {
             // f32 at 200 mm.
@@ -729,7 +729,9 @@ mod tests {
             "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty float y\nproperty int z\nend_header\n1 2 3\n",
         )
         .unwrap();
-        let error = read_faces(dir.path(), head).unwrap_err().to_string();
+        let error = read_faces(dir.path(), head.positions.len())
+            .unwrap_err()
+            .to_string();
         assert!(
             error.contains("odd.ply") && error.contains("1 vertices"),
             "{error}"

@@ -5,13 +5,14 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::areas::Areas;
 use super::held_out::{less, shuffled, whole_faces};
-use super::reconstruct::{Areas, Subspace};
 use super::wide;
 use crate::fit::FitResult;
 use crate::fit::head::template::Template;
 use crate::fit::learn::Learner;
-use crate::fit::learn::gram::inner;
+use crate::fit::statistics::gram::inner;
+use crate::fit::statistics::subspace::Subspace;
 use crate::model::Blending;
 
 /// Errors of one basis.

@@ -8,14 +8,15 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::reconstruct::{Areas, Errors, Subspace};
+use super::areas::{Areas, Errors};
 use super::wide;
 use crate::Random;
 use crate::fit::FitResult;
 use crate::fit::head::template::Template;
 use crate::fit::learn::Learner;
-use crate::fit::learn::gram::{inner, sums};
-use crate::fit::learn::pca::Spectrum;
+use crate::fit::statistics::gram::{inner, sums};
+use crate::fit::statistics::pca::Spectrum;
+use crate::fit::statistics::subspace::Subspace;
 use crate::model::Blending;
 
 /// A mean over faces and its 95 % confidence interval.

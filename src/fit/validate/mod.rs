@@ -4,6 +4,7 @@
 //! [`validate`] computes every number into a [`Report`], which is written as JSON; [`page`] draws
 //! and writes it for people.
 
+pub mod areas;
 pub mod bases;
 pub mod curves;
 pub mod held_out;
@@ -11,7 +12,6 @@ pub mod normality;
 pub mod page;
 mod pictures;
 mod plots;
-pub mod reconstruct;
 
 use std::collections::BTreeMap;
 
@@ -22,16 +22,17 @@ use serde::Serialize;
 use crate::blob::pack;
 use crate::fit::head::template::Template;
 use crate::fit::learn::crease::{Seam, seams};
-use crate::fit::learn::pca::Spectrum;
 use crate::fit::learn::{BlockReport, Learned, Learner, Settings as Learning};
+use crate::fit::statistics::pca::Spectrum;
+use crate::fit::statistics::subspace::fields;
 use crate::fit::truth::population::Labels;
 use crate::fit::{FitError, FitResult};
 use crate::model::About;
 use crate::{FaceModel, Randomize};
+use areas::Areas;
 use curves::{Curves, curves};
 use held_out::{HeldOut, Interval, Pair, cross_validate, folds, shuffled, whole_faces};
 use normality::{Normality, normality};
-use reconstruct::{Areas, fields};
 
 /// The fewest faces of which a part can be held out and the rest learned from.
 const FEWEST: usize = 4;
@@ -320,7 +321,7 @@ pub fn validate<'a>(
 
 /// Modes of the skin as displacements of all vertices, mm a sigma; what is not skin stays.
 fn on_all_vertices(
-    pca: &crate::fit::learn::pca::Pca,
+    pca: &crate::fit::statistics::pca::Pca,
     skin: &[u32],
     template: &Template,
 ) -> Vec<Vec<DVec3>> {

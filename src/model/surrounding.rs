@@ -2,8 +2,8 @@
 
 use wide::{f32x4, i32x4};
 
-use super::Modes;
-use crate::model::{SOURCES, Surround, falloff};
+use super::{SOURCES, Surround, falloff};
+use crate::kernel::Modes;
 use crate::predict::fours;
 
 /// The vertices that follow a block at a fall-off distance, and how its modes move them.

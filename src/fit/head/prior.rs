@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use crate::fit::FitResult;
 use crate::fit::head::generic_head::flip;
 use crate::fit::head::template::Template;
-use crate::fit::learn::pca::Pca;
 use crate::fit::mesh::align::procrustes;
+use crate::fit::statistics::pca::Pca;
 
 /// The most modes that are kept: more than people's heads are known to need at the noise of a
 /// scan, few enough that a fit of all of them takes milliseconds.
