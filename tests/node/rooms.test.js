@@ -81,3 +81,17 @@ test('no two rooms of the offline half know each other', () => {
   assert.ok(known.get('register')?.includes('head'), 'arrows are found');
   assert.equal(circle(known), null);
 });
+
+test('no two rooms of the page load each other', () => {
+  const page = new URL('../../www/src/', import.meta.url);
+  const rooms = readdirSync(page, { withFileTypes: true }).filter((entry) => entry.isDirectory()).map(({ name }) => name);
+  const known = new Map(
+    rooms.map((room) => {
+      const files = readdirSync(new URL(room, page)).filter((name) => name.endsWith('.js'));
+      const code = files.map((name) => readFileSync(new URL(`${room}/${name}`, page), 'utf8').replaceAll(/\/\*[^]*?\*\//g, '').replaceAll(/^\s*\/\/.*$/gm, '')).join('\n');
+      return [room, rooms.filter((other) => new RegExp(`'\\.\\./${other}/`).test(code))];
+    }),
+  );
+  assert.ok(known.get('stage')?.includes('head'), 'arrows are found');
+  assert.equal(circle(known), null);
+});

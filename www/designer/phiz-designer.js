@@ -2,7 +2,7 @@
 
 import { load } from 'phiz';
 import { layGroundwork } from '../src/groundwork/lay.js';
-import { backdropUniforms, paintBackdrop } from '../src/stage/backdrop.js';
+import { backdropUniforms, paintBackdrop } from '../src/rendering/backdrop.js';
 import { COLOURS, readColouring } from '../src/head/colouring.js';
 import { element } from '../src/frame/element.js';
 import { measureTurns } from '../src/head/eyeturns.js';

@@ -1,10 +1,10 @@
 // What the page's first face is measured against: three.js and one sphere of the same skin, lit by
 // one light, as bare as a page can be.
 import { BufferAttribute, Color, DataTexture, DirectionalLight, Mesh, PerspectiveCamera, Scene, SphereGeometry, WebGLRenderer } from 'three';
-import { drawnByProcessor } from '../../../www/src/stage/graphics.js';
+import { drawnByProcessor } from '../../../www/src/rendering/graphics.js';
 import { poreRelief } from '../../../www/src/groundwork/pores.js';
 import { createSkin } from '../../../www/src/head/skin.js';
-import { createTile } from '../../../www/src/head/textures.js';
+import { createTile } from '../../../www/src/rendering/textures.js';
 
 const renderer = new WebGLRenderer({ antialias: !drawnByProcessor() });
 renderer.setSize(innerWidth, innerHeight);

@@ -2,7 +2,7 @@ import { createCircle } from './circle.js';
 import { mixture } from '../head/colouring.js';
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
-import { shows } from '../keep/savedexpression.js';
+import { shows } from '../head/expression.js';
 import { createMorph } from './morph.js';
 import { createSlider } from '../panel/slider.js';
 import { createTray } from './tray.js';

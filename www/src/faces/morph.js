@@ -4,7 +4,7 @@ import { createFaceList } from './facelist.js';
 import { icon } from '../frame/icons.js';
 import { save } from '../keep/save.js';
 import { createSlider } from '../panel/slider.js';
-import { shows } from '../keep/savedexpression.js';
+import { shows } from '../head/expression.js';
 import { text } from '../text.js';
 
 /** How long the way takes, ms; it is played there and back. */

@@ -1,6 +1,6 @@
 import { element } from './element.js';
 import { icon } from './icons.js';
-import { keep, recall } from '../keep/store.js';
+import { keep, recall } from '../store.js';
 import { tapping, text } from '../text.js';
 
 const KEY = 'phiz-toured';

@@ -94,7 +94,7 @@ function distances(polygon, xs, ys, reach) {
  * thin and smooth (lids). Alpha: roots of a beard and of hair, faint.
  *
  * @param {Points} at landmarks of the face at rest, mm
- * @returns {{ map: import('../head/textures.js').Pixels, frame: [number, number, number, number] }} `frame` is
+ * @returns {{ map: import('../rendering/textures.js').Pixels, frame: [number, number, number, number] }} `frame` is
  *   the lower left corner and the size of the map, mm
  */
 export function paintFace(at) {

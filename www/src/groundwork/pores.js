@@ -6,7 +6,7 @@ const CELLS = 34;
 /**
  * A tile of skin relief: red and green hold the slope, blue the height, alpha a coarse mottling.
  * Pores are dents at the points of a jittered grid, joined by the shallow furrows between them.
- * @returns {import('../head/textures.js').Pixels}
+ * @returns {import('../rendering/textures.js').Pixels}
  */
 export function poreRelief() {
   const random = chance(7);

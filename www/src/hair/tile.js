@@ -1,6 +1,6 @@
 import { CanvasTexture, RepeatWrapping } from 'three';
 import { chance } from '../chance.js';
-import { sharpen } from '../head/textures.js';
+import { sharpen } from '../rendering/textures.js';
 
 // A tile of hair that is cropped to the skin, or a beard that is.
 

@@ -2,10 +2,10 @@ import {
   BufferAttribute, BufferGeometry, Color, DataTexture, DoubleSide, DynamicDrawUsage, FloatType, Mesh, MeshDepthMaterial, NearestFilter, RGBAFormat,
   ShaderMaterial, UniformsLib, UniformsUtils, Vector2, Vector3,
 } from 'three';
-import { fineness } from '../stage/averaging.js';
-import { backdropUniforms } from '../stage/backdrop.js';
-import { STUDIO_GLSL, studioUniforms } from '../stage/environment.js';
-import { drawnByProcessor } from '../stage/graphics.js';
+import { fineness } from '../rendering/averaging.js';
+import { backdropUniforms } from '../rendering/backdrop.js';
+import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
+import { drawnByProcessor } from '../rendering/graphics.js';
 import { smoothstep } from '../groundwork/paint.js';
 import { SCATTERED } from './scattered.js';
 import { growOn, POINTS } from './strands.js';

@@ -1,7 +1,7 @@
 import { CanvasTexture } from 'three';
 import { chance } from '../chance.js';
 import { points, smoothstep } from '../groundwork/paint.js';
-import { sharpen } from './textures.js';
+import { sharpen } from '../rendering/textures.js';
 
 /**
  * Both brows, hair by hair, along the five points of each: in red how much of the skin hairs cover, in green as much of how grey

@@ -10,7 +10,7 @@ import {
   Vector3,
 } from 'three';
 import { chance } from '../chance.js';
-import { sharpen } from './textures.js';
+import { sharpen } from '../rendering/textures.js';
 
 // The model gives an eyeball's place and size; the drawn eye is a smoother one at that place: a
 // sphere with a cornea, and an iris seen through it by refraction. All lengths below are in

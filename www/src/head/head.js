@@ -8,7 +8,7 @@ import { smoothed } from '../groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
 import { createTeeth } from './teeth.js';
-import { createMap, createTile } from './textures.js';
+import { createMap, createTile } from '../rendering/textures.js';
 
 /**
  * The vertices on edges that only one triangle has.

@@ -1,5 +1,5 @@
 import { BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Mesh, ShaderMaterial, Vector3 } from 'three';
-import { backdropUniforms } from '../stage/backdrop.js';
+import { backdropUniforms } from '../rendering/backdrop.js';
 import { chance } from '../chance.js';
 
 // A lash is thinner than a pixel from where a face is usually seen. It is drawn at least a pixel

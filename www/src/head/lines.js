@@ -176,7 +176,7 @@ export function foldingOf(rest, at) {
  * Alpha: freckles.
  *
  * @param {import('../groundwork/paint.js').Points} at landmarks of the face at rest, mm
- * @returns {{ map: import('./textures.js').Pixels, frame: [number, number, number, number] }} `frame` is the lower left
+ * @returns {{ map: import('../rendering/textures.js').Pixels, frame: [number, number, number, number] }} `frame` is the lower left
  *   corner and the size of the map, mm
  */
 export function paintLines(at) {

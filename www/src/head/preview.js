@@ -1,5 +1,5 @@
 import { BufferAttribute, BufferGeometry, Mesh, ShaderMaterial, Vector4 } from 'three';
-import { BACKDROP_GLSL, backdropUniforms } from '../stage/backdrop.js';
+import { BACKDROP_GLSL, backdropUniforms } from '../rendering/backdrop.js';
 
 // The head for the moments before its skin, eyes, lashes and light are made: the model's own colours by a
 // lamp and a bright room, a shader that a graphics card has at once.

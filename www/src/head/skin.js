@@ -1,10 +1,10 @@
 import { Color, DataTexture, MeshDepthMaterial, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4 } from 'three';
-import { BACKDROP_GLSL, backdropUniforms } from '../stage/backdrop.js';
-import { STUDIO_GLSL, studioUniforms } from '../stage/environment.js';
+import { BACKDROP_GLSL, backdropUniforms } from '../rendering/backdrop.js';
+import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { SCATTERED } from '../hair/scattered.js';
 import { paintStrands, TILE } from '../hair/tile.js';
 import { foldsOf, paintLines } from './lines.js';
-import { createMap } from './textures.js';
+import { createMap } from '../rendering/textures.js';
 
 // Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
 // stand for that: each colour channel wraps around the terminator by its own amount, the edges

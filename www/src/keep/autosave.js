@@ -1,5 +1,5 @@
 import { encodeColouring, encodeExpression } from './addresscode.js';
-import { keep, recall } from './store.js';
+import { keep, recall } from '../store.js';
 
 /**
  * Keeps the face in the browser after every step.

@@ -1,6 +1,6 @@
 import { readKept } from '../head/colouring.js';
 import { Failure } from '../frame/failure.js';
-import { readExpression } from './savedexpression.js';
+import { readExpression } from '../head/expression.js';
 import { text } from '../text.js';
 
 // The file of a face: JSON with its code, its name, the model that it belongs to and, from version 2 on,

@@ -1,8 +1,8 @@
 import { readKept } from '../head/colouring.js';
 import { sameWeights } from '../editing/history.js';
-import { readExpression } from './savedexpression.js';
+import { readExpression } from '../head/expression.js';
 import { someone } from '../head/someone.js';
-import { keep, recall } from './store.js';
+import { keep, recall } from '../store.js';
 import { text } from '../text.js';
 
 /** The seeds of the faces that everybody finds in the tray. */
@@ -12,7 +12,7 @@ const SEEDS = [3, 7, 12, 19, 24, 31, 42, 58, 63, 77, 85, 96];
  * A face, with its expression and its colours unless it was saved before those were kept.
  * @typedef {{
  *   code: string,
- *   expression?: import('./savedexpression.js').Shown,
+ *   expression?: import('../head/expression.js').Shown,
  *   colouring?: import('../head/colouring.js').Colouring,
  * }} Likeness
  * @typedef {Likeness & { id: string, name: string, own: boolean }} Entry

@@ -1,7 +1,7 @@
 import { element } from '../frame/element.js';
 import { faceFile, readFaceFile } from './facefile.js';
 import { icon } from '../frame/icons.js';
-import { among, shows } from './savedexpression.js';
+import { among, shows } from '../head/expression.js';
 import { text } from '../text.js';
 
 /** @param {Blob} blob @param {string} name */

@@ -1,6 +1,6 @@
 // A file becomes pixels, the right way up, or a sentence that says why not.
 import { Failure } from '../frame/failure.js';
-import { drawnByProcessor } from '../stage/graphics.js';
+import { drawnByProcessor } from '../rendering/graphics.js';
 import { text } from '../text.js';
 import { headerOf } from './exif.js';
 

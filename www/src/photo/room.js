@@ -1,7 +1,7 @@
 import './photo.css';
 import { element } from '../frame/element.js';
 import { Failure } from '../frame/failure.js';
-import { drawnByProcessor } from '../stage/graphics.js';
+import { drawnByProcessor } from '../rendering/graphics.js';
 import { sameWeights } from '../editing/history.js';
 import { icon } from '../frame/icons.js';
 import { text } from '../text.js';

@@ -1,6 +1,6 @@
 import { Vector2 } from 'three';
-import { createAveraging } from './averaging.js';
-import { backdropUniforms } from './backdrop.js';
+import { createAveraging } from '../rendering/averaging.js';
+import { backdropUniforms } from '../rendering/backdrop.js';
 
 /** The smallest picture that is one, pixels a side. */
 const LEAST = 16;

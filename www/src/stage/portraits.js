@@ -1,5 +1,5 @@
 import { element } from '../frame/element.js';
-import { among, shows } from '../keep/savedexpression.js';
+import { among, shows } from '../head/expression.js';
 
 /** The pictures' size, pixels; shown at half of it. */
 const WIDTH = 144;

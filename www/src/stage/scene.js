@@ -10,11 +10,11 @@ import {
   WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { createAveraging } from './averaging.js';
-import { backdropUniforms, createBackdrop, paintBackdrop } from './backdrop.js';
-import { createEnvironment } from './environment.js';
+import { createAveraging } from '../rendering/averaging.js';
+import { backdropUniforms, createBackdrop, paintBackdrop } from '../rendering/backdrop.js';
+import { createEnvironment } from '../rendering/environment.js';
 import { Failure } from '../frame/failure.js';
-import { drawnByProcessor } from './graphics.js';
+import { drawnByProcessor } from '../rendering/graphics.js';
 import { text } from '../text.js';
 
 const DEGREE = Math.PI / 180;

@@ -1,5 +1,5 @@
 import { DataTexture, LinearFilter, LinearMipmapLinearFilter, RepeatWrapping, RGBAFormat } from 'three';
-import { drawnByProcessor } from '../stage/graphics.js';
+import { drawnByProcessor } from './graphics.js';
 
 /** A square picture. @typedef {{ size: number, rgba: Uint8Array | Uint8ClampedArray }} Pixels */
 
