@@ -423,4 +423,26 @@ describe('colours', () => {
     assert.deepEqual(complaints, []);
     await context.close();
   });
+
+  test('lines are painted beside the page before anybody wants them, and where they cannot be, all the same', async () => {
+    const shown = [];
+    for (const blocked of [false, true]) {
+      /** @type {Promise<unknown> | undefined} */
+      let painted;
+      const { context, page, complaints } = await open(browser, site, {
+        sharp: true,
+        prepare: async (page) => {
+          if (blocked) await page.addInitScript(() => delete window.Worker);
+          else painted = page.waitForEvent('worker', (worker) => /lines/.test(worker.url())).then((worker) => worker.waitForEvent('close'));
+        },
+      });
+      await painted;
+      await choose(page);
+      await moveSlider(page, 'Lines, none to deep', 1);
+      shown.push(await picture(page, `colours-lines-${blocked ? 'at-once' : 'beside'}`));
+      assert.deepEqual(complaints, []);
+      await context.close();
+    }
+    assert.equal(differing(shown[0], shown[1]), 0);
+  });
 });

@@ -3,7 +3,8 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { describe, test } from 'node:test';
 import { load } from '../../pkg/index.js';
-import { foldingOf, foldsOf, paintLines } from '../../www/src/head/lines.js';
+import { foldingOf, foldsOf } from '../../www/src/head/folds.js';
+import { paintLines } from '../../www/src/head/lines.js';
 
 const model = await load(readFileSync(new URL('../../www/public/model.phiz', import.meta.url)));
 const face = model.face();

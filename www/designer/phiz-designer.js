@@ -7,6 +7,7 @@ import { COLOURS, readColouring } from '../src/head/colouring.js';
 import { element } from '../src/frame/element.js';
 import { measureTurns } from '../src/head/eyeturns.js';
 import { growHair } from '../src/hair/onhead.js';
+import { layLines } from '../src/head/linework.js';
 import { portrait } from '../src/stage/portrait.js';
 import { measureShifts } from '../src/head/shifts.js';
 import { ordinal, spoken, text } from '../src/text.js';
@@ -288,7 +289,7 @@ export class PhizDesigner extends HTMLElement {
       const laid = await view.groundwork;
       if (start !== this.#start) return null;
       const head = view.complete(laid);
-      head.adorn(growHair);
+      head.adorn(growHair, layLines);
       this.dataset.face = 'complete';
       return { head, scene };
     };

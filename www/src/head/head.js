@@ -3,7 +3,7 @@ import { paintBrows } from './brows.js';
 import { createEyes, fitSphere } from './eyes.js';
 import { growth } from '../hair/growth.js';
 import { createLashes } from './lashes.js';
-import { foldingOf } from './lines.js';
+import { foldingOf } from './folds.js';
 import { smoothed } from '../groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
@@ -374,10 +374,12 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   paint(colouring);
 
   /**
-   * Lets longer hair grow, which the head that shows first does without.
+   * Lets longer hair grow and lines come, which the head that shows first does without.
    * @param {typeof import('../hair/onhead.js').growHair} grow
+   * @param {typeof import('./linework.js').layLines} lay
    */
-  function adorn(grow) {
+  function adorn(grow, lay) {
+    skin.age(lay);
     tresses = grow({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, grows, skin.uniforms, fade);
     for (const one of tresses) {
       group.add(one.mesh);

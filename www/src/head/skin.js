@@ -3,7 +3,7 @@ import { BACKDROP_GLSL, backdropUniforms } from '../rendering/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { SCATTERED } from '../hair/scattered.js';
 import { paintStrands, TILE } from '../hair/tile.js';
-import { foldsOf, paintLines } from './lines.js';
+import { foldsOf } from './folds.js';
 import { createMap } from '../rendering/textures.js';
 
 // Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
@@ -436,12 +436,17 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
   };
   const most = (/** @type {Vector4} */ { x, y, z, w }) => Math.max(x, y, z, w);
   function crease() {
-    const { aged, foldsRight, foldsLeft, creased, lineMap, lineFrame } = uniforms;
+    const { aged, foldsRight, foldsLeft, creased, lineMap } = uniforms;
     creased.value = Math.max(aged.value.x, aged.value.y, most(foldsRight.value), most(foldsLeft.value));
-    if (lineMap.value !== hairless || creased.value === 0) return;
-    const { map, frame } = paintLines(landmarks);
-    lineMap.value = createMap(map);
-    lineFrame.value.fromArray(frame);
+    if (paintNow && creased.value > 0 && lineMap.value === hairless) line(paintNow());
+  }
+  /** @type {ReturnType<typeof import('./linework.js').layLines> | null} */
+  let paintNow = null;
+  /** @param {ReturnType<NonNullable<typeof paintNow>>} lines */
+  function line({ map, frame }) {
+    if (uniforms.lineMap.value !== hairless) return;
+    uniforms.lineMap.value = createMap(map);
+    uniforms.lineFrame.value.fromArray(frame);
   }
   const shadow = new MeshDepthMaterial();
   shadow.onBeforeCompile = keepInside;
@@ -450,6 +455,11 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     /** What casts its shadow. */
     shadow,
     uniforms,
+    /** Lets it have lines and freckles. @param {typeof import('./linework.js').layLines} lay */
+    age(lay) {
+      paintNow = lay(landmarks, line);
+      crease();
+    },
     /** @param {Readonly<Record<string, number>>} expression weights by ARKit's names */
     fold(expression) {
       const [right, left] = [foldsOf(expression, 'Right'), foldsOf(expression, 'Left')];
