@@ -111,10 +111,10 @@ impl<'a> Mood<'a> {
         let as_f32: Vec<f32> = weights.iter().map(|&w| w as f32).collect();
         let landmarks = &self.model.parts().landmarks;
         let maps = self.expressions.maps(&face);
-        // Of everybody by another expression: nothing is kept for the next.
-        let mut moves = Default::default();
+        // Everybody is in a mood of their own: nothing is kept for the next.
+        let none = &mut Default::default();
         self.expressions
-            .carry(&maps, &mut moves, &as_f32, landmarks, &face, &mut moved);
+            .carry(&maps, none, &as_f32, landmarks, &face, &mut moved);
         let back = align.rotation.transpose();
         let moves: Vec<DVec3> = (binding.vertices.iter())
             .map(|&v| back * (moved[v as usize] - face[v as usize]).as_dvec3())

@@ -37,6 +37,12 @@ const PLACE = /* glsl */ `
   float ribbon() { return halfWidth * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.95 * outward.w * outward.w); }
 `;
 // Ribbons lie over ribbons: what can be is done once a corner, tone mapping among it, and little is left for each pixel.
+/** A strand's own number, 0 to 1, by its place among all. @param {number} n */
+const numberOf = (n) => (n * 0.6180339887) % 1;
+/** When a strand turns grey: its number times the first has a fraction of its own. A ribbon is several hairs, so it does that softly. */
+const TURNS = 43.7;
+const SOFT = 0.45;
+
 const VERTEX = /* glsl */ `
   #include <common>
   #include <lights_pars_begin>
@@ -67,7 +73,7 @@ const VERTEX = /* glsl */ `
     float tip = outward.w;
     float under = abs(course.w); // 1 is open to the light
     // Hairs turn grey one after the other.
-    vec3 own = mix(young, old, smoothstep(-0.45, 0.45, 1.9 * turned - 0.45 - fract(strand.y * 43.7)));
+    vec3 own = mix(young, old, smoothstep(-${SOFT}, ${SOFT}, ${1 + 2 * SOFT} * turned - ${SOFT} - fract(strand.y * ${TURNS})));
     vec3 hair = scattered(own) * (0.88 + 0.24 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
     float open = mix(0.45, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
@@ -241,7 +247,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
       for (let s = 0; s < POINTS; s++) {
         const o = 2 * (n * POINTS + s);
         if (s < POINTS - 1) for (const corner of [0, 1, 2, 1, 3, 2]) index[i++] = o + corner;
-        for (const side of [0, 1]) strand.set([lockOf[n], (n * 0.6180339887) % 1], 2 * (o + side));
+        for (const side of [0, 1]) strand.set([lockOf[n], numberOf(n)], 2 * (o + side));
       }
     }
     const live = (/** @type {Float32Array | Int8Array} */ array, /** @type {number} */ size) =>
@@ -280,7 +286,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
     for (let n = 0, o = 0, i = 0; n < hair.strands; n++) {
       const lock = 4 * hair.lockOf[n];
       // As in the shader.
-      const white = smoothstep(-0.45, 0.45, 1.9 * turned.value - 0.45 - ((((n * 0.6180339887) % 1) * 43.7) % 1));
+      const white = smoothstep(-SOFT, SOFT, (1 + 2 * SOFT) * turned.value - SOFT - ((numberOf(n) * TURNS) % 1));
       const shade = young.value.clone().lerp(old.value, white).toArray();
       for (let s = 0; s < many; s++) {
         const from = n * POINTS + (s === many - 1 ? POINTS - 1 : step * s);

@@ -93,7 +93,8 @@ export function pigments(tone, colouring) {
   const [most, factors] = lips < REST.lips ? [REST.lips, PALE] : [1 - REST.lips, PAINTED];
   const far = Math.abs(lips - REST.lips) / most;
   const [lipRed, lipGreen, lipBlue] = LIPS.map((factor, k) => factor * factors[k] ** far);
-  const strands = hairColour(hair, red, grey);
+  const [young, old] = [hairColour(hair, red, 0), hairColour(hair, red, 1)];
+  const strands = young.clone().lerp(old, grey);
   const atRest = between(HAIR, REST.hair, 1);
   const [lr, lg, lb] = [strands.r / atRest.r, strands.g / atRest.g, strands.b / atRest.b].map((ratio, k) => LASHES[k] * ratio ** FOLLOWS);
   return {
@@ -106,8 +107,8 @@ export function pigments(tone, colouring) {
     /** Of all hairs together. */
     hair: strands,
     /** Of hairs that have not turned grey, and of those that have. */
-    young: hairColour(hair, red, 0),
-    old: hairColour(hair, red, 1),
+    young,
+    old,
     /** How many have, on the head and of the brows. @type {[number, number]} */
     turned: [grey, BROWS_GREY * grey],
     lashes: new Color(lr, lg, lb),

@@ -69,7 +69,6 @@ const DECLARATIONS = /* glsl */ `
   uniform sampler2D browMap;
   uniform vec4 faceFrame;
   uniform vec4 browFrame;
-  uniform vec3 hairColour; // of all together
   uniform vec3 youngHair;
   uniform vec3 oldHair;
   uniform vec2 turned; // grey: of hair, of brows
@@ -219,7 +218,7 @@ const COLOUR = /* glsl */ `
     float beard = grown.y * (1.0 - smoothSkin) * (1.0 - photographed);
     float rank = 1.7 * strand.g - 0.45;
     float whisker = smoothstep(-0.25, 0.25, 1.25 * beard - rank) * min(1.0, 5.0 * beard) * (0.5 + 0.45 * beard);
-    tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), 0.5 * hairColour, 0.75 * beard), beard * (0.45 + 0.45 * beard));
+    tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), 0.5 * mix(youngHair, oldHair, turned.x), 0.75 * beard), beard * (0.45 + 0.45 * beard));
     tone = mix(tone, hair * 0.85, beard * covered.y * 0.8);
     tone = mix(tone, hair * (0.05 + (1.1 + 0.6 * beard) * strand.g) * (1.0 - 0.1 * covered.y), whisker);
     hairs = max(hairs, whisker);
@@ -332,7 +331,6 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     youngHair: { value: new Color() },
     oldHair: { value: new Color() },
     turned: { value: new Vector2() },
-    hairColour: { value: new Color() },
     bushy: { value: 1 },
     /** Painted when there is hair. */
     strandMap: { value: hairless },
@@ -469,7 +467,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       crease();
     },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ skin, bright, lips, bare, hair, young, old, turned, bushy, dense, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
@@ -477,7 +475,6 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.youngHair.value.copy(young);
       uniforms.oldHair.value.copy(old);
       uniforms.turned.value.fromArray(turned);
-      uniforms.hairColour.value.copy(hair);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
       uniforms.covered.value.set(Math.min(1, 6 * style.length), Math.min(1, 6 * whiskers.length));
