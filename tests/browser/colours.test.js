@@ -424,25 +424,92 @@ describe('colours', () => {
     await context.close();
   });
 
-  test('lines are painted beside the page before anybody wants them, and where they cannot be, all the same', async () => {
+  test('lines and cropped hair are painted beside the page before anybody wants them, and longer hair grows there; where they cannot be, all the same', async () => {
     const shown = [];
     for (const blocked of [false, true]) {
       /** @type {Promise<unknown> | undefined} */
       let painted;
+      /** @type {Promise<unknown> | undefined} */
+      let grown;
       const { context, page, complaints } = await open(browser, site, {
         sharp: true,
         prepare: async (page) => {
-          if (blocked) await page.addInitScript(() => delete window.Worker);
-          else painted = page.waitForEvent('worker', (worker) => /lines/.test(worker.url())).then((worker) => worker.waitForEvent('close'));
+          if (blocked) return void (await page.addInitScript(() => delete window.Worker));
+          painted = page.waitForEvent('worker', (worker) => /finework/.test(worker.url())).then((worker) => worker.waitForEvent('close'));
+          grown = page.waitForEvent('worker', (worker) => /hair/.test(worker.url()));
         },
       });
       await painted;
       await choose(page);
-      await moveSlider(page, 'Lines, none to deep', 1);
-      shown.push(await picture(page, `colours-lines-${blocked ? 'at-once' : 'beside'}`));
+      for (const [name, value] of /** @type {const} */ ([
+        ['Lines, none to deep', 1],
+        ['Stubble, none to dense', 0.8],
+        ['Length, cropped to below the chin', 0.5],
+        ['Beard, short to long', 0.4],
+      ])) {
+        await moveSlider(page, name, value);
+        shown.push(await picture(page, `colours-${name.split(',')[0]}-${blocked ? 'at-once' : 'beside'}`));
+      }
+      await grown;
       assert.deepEqual(complaints, []);
       await context.close();
     }
-    assert.equal(differing(shown[0], shown[1]), 0);
+    const half = shown.length / 2;
+    for (let i = 0; i < half; i++) {
+      assert.equal(differing(shown[i], shown[half + i]), 0, `picture ${i}`);
+      if (i > 0) assert.ok(differing(shown[i], shown[i - 1]) > 100, `picture ${i} is that before`);
+    }
+  });
+
+  test('hair follows a slider while it is drawn, and whoever takes the face along takes what was asked for', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await choose(page);
+    const length = page.getByRole('slider', { name: 'Length, cropped to below the chin', exact: true });
+    const box = await page.locator('canvas.view').boundingBox();
+    assert.ok(box);
+    // The head, and nothing that lies over it.
+    const clip = { x: box.x + 0.3 * box.width, y: box.y + 0.25 * box.height, width: 0.4 * box.width, height: 0.5 * box.height };
+    const shot = async () => (await page.screenshot({ clip })).toString('base64');
+    await moveSlider(page, 'Length, cropped to below the chin', 0.3);
+    await settled(page);
+    assert.equal(await shot(), await shot(), 'a page at rest');
+    // Drawn at every frame: what is asked for last is never there yet.
+    const drawn = length.evaluate(async (input) => {
+      const until = performance.now() + 4000;
+      for (let k = 0; performance.now() < until; k++) {
+        input.value = String(0.3 + 0.5 * ((k / 97) % 1));
+        input.dispatchEvent(new Event('input', { bubbles: true }));
+        await new Promise((next) => requestAnimationFrame(next));
+      }
+    });
+    const seen = new Set();
+    for (let k = 0; k < 5; k++) seen.add(await shot());
+    await drawn;
+    assert.ok(seen.size >= 3, `${seen.size} of 5 pictures differ`);
+
+    // A picture is asked for in the moment in which a style is.
+    const png = async (/** @type {number | null} */ asked) => {
+      const [download] = await Promise.all([
+        page.waitForEvent('download'),
+        length.evaluate((input, asked) => {
+          if (asked !== null) {
+            input.value = String(asked);
+            for (const type of ['input', 'change']) input.dispatchEvent(new Event(type, { bubbles: true }));
+          }
+          const form = document.querySelector('form.picture');
+          const [width, height] = form.querySelectorAll('input[type=number]');
+          width.value = '160';
+          height.value = '200';
+          form.requestSubmit();
+        }, asked),
+      ]);
+      return readFileSync(await download.path());
+    };
+    const [short, long] = [await png(0.2), await png(0.8)];
+    await settled(page);
+    assert.ok(long.equals(await png(null)), 'the picture shows what was asked for');
+    assert.ok(!long.equals(short));
+    assert.deepEqual(complaints, []);
+    await context.close();
   });
 });

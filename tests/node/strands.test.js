@@ -5,7 +5,7 @@ import { beardGround, beardLength } from '../../www/src/hair/beard.js';
 import { scalpGround } from '../../www/src/hair/hairstyle.js';
 import { createHull } from '../../www/src/hair/hull.js';
 import { hairLength } from '../../www/src/hair/length.js';
-import { growOn, POINTS } from '../../www/src/hair/strands.js';
+import { growOn, POINTS, shiftsOf } from '../../www/src/hair/strands.js';
 
 const [WIDE, TALL, DEEP] = [75, 110, 95];
 const HAIRLINE = 40;
@@ -186,7 +186,7 @@ describe('hair', () => {
     const hair = grown();
     const at = (/** @type {Float32Array} */ positions) => {
       const into = new Float32Array(4 * hair.locks);
-      hair.shifts(positions, into);
+      shiftsOf(hair, positions, into);
       return into;
     };
     assert.ok(at(head.rest).every((value) => Math.abs(value) < 1e-4));

@@ -6,8 +6,6 @@ import { backdropUniforms, paintBackdrop } from '../src/rendering/backdrop.js';
 import { COLOURS, readColouring } from '../src/head/colouring.js';
 import { element } from '../src/frame/element.js';
 import { measureTurns } from '../src/head/eyeturns.js';
-import { growHair } from '../src/hair/onhead.js';
-import { layLines } from '../src/head/linework.js';
 import { portrait } from '../src/stage/portrait.js';
 import { measureShifts } from '../src/head/shifts.js';
 import { ordinal, spoken, text } from '../src/text.js';
@@ -212,13 +210,15 @@ export class PhizDesigner extends HTMLElement {
   }
   /** The view as a PNG. @param {{ width: number, height: number, transparent?: boolean }} options */
   toPng(options) {
-    const { scene } = this.#need();
+    const { head, scene } = this.#need();
+    head.finish();
     this.#ownBackdrop(scene);
     return portrait(scene, options);
   }
   /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format */
   async toMesh(format) {
     const { face, head, scene } = this.#need();
+    head.finish();
     if (format === 'glb') {
       const { glbAsShown } = await import('../src/appearance/appearance.js');
       return glbAsShown(scene.renderer, head, face);
@@ -289,8 +289,11 @@ export class PhizDesigner extends HTMLElement {
       const laid = await view.groundwork;
       if (start !== this.#start) return null;
       const head = view.complete(laid);
-      head.adorn(growHair, layLines);
       this.dataset.face = 'complete';
+      // The head shows without.
+      const [{ growHair }, { layFinework }] = await Promise.all([import('../src/hair/onhead.js'), import('../src/head/finework.js')]);
+      if (start !== this.#start) return null;
+      head.adorn(growHair, layFinework, () => scene?.shapeChanged());
       return { head, scene };
     };
     try {
@@ -306,6 +309,7 @@ export class PhizDesigner extends HTMLElement {
       model = await read(src);
       if (start === this.#start) drawn ??= await draw(model);
       if (start !== this.#start || !drawn) {
+        drawn?.head.dispose();
         scene?.renderer.forceContextLoss();
         return model.free();
       }
@@ -359,8 +363,9 @@ export class PhizDesigner extends HTMLElement {
 
   #stop() {
     if (!this.#live) return;
-    const { model, scene } = this.#live;
+    const { model, head, scene } = this.#live;
     this.#live = null;
+    head.dispose();
     model.free();
     scene.controls.dispose();
     scene.renderer.dispose();

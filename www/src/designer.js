@@ -16,7 +16,7 @@ import { createExplanation } from './frame/explain.js';
 import { createFeatures, featuresOf } from './panel/features.js';
 import { createGlow } from './stage/glow.js';
 import { growHair } from './hair/onhead.js';
-import { layLines } from './head/linework.js';
+import { layFinework } from './head/finework.js';
 import { createLibrary } from './keep/library.js';
 import { createLimits } from './panel/limits.js';
 import { createExpressionFile } from './frame/loading.js';
@@ -219,7 +219,7 @@ export async function createDesigner(model, stage, chosen) {
     // Hair casts shadows.
     scene.shapeChanged();
   }
-  head.adorn(growHair, layLines);
+  head.adorn(growHair, layFinework, () => scene.shapeChanged());
   head.paint(colours);
   editor.onRefusal((why) => toast.say(text.refused(why)));
   canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));
@@ -233,7 +233,7 @@ export async function createDesigner(model, stage, chosen) {
       return scene.frames;
     },
     get isFine() {
-      return scene.isFine;
+      return scene.isFine && !head.isUnfinished;
     },
     refine: (wanted) => scene.refine(wanted),
     get colouring() {

@@ -371,18 +371,25 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     strands: strands.length,
     locks: locks.length,
     lockOf: Uint16Array.from(strands, ({ lock }) => lock),
-    /** How far each lock's root has moved from where it is at rest. @param {ArrayLike<number>} positions @param {Float32Array} into 4 a lock */
-    shifts(positions, into) {
-      for (let n = 0; n < locks.length; n++) {
-        for (let k = 0; k < 3; k++) {
-          let sum = -places[3 * n + k];
-          for (let i = 3 * n; i < 3 * n + 3; i++) sum += weightsOf[i] * positions[3 * cornersOf[i] + k];
-          into[4 * n + k] = sum;
-        }
-      }
-    },
+    places,
+    corners: cornersOf,
+    weights: weightsOf,
     grow,
   };
+}
+
+/**
+ * How far each lock's root has moved from where it is at rest.
+ * @param {Planted} planted @param {ArrayLike<number>} positions of the head, mm @param {Float32Array} into 4 a lock
+ */
+export function shiftsOf({ locks, places, corners, weights }, positions, into) {
+  for (let n = 0; n < locks; n++) {
+    for (let k = 0; k < 3; k++) {
+      let sum = -places[3 * n + k];
+      for (let i = 3 * n; i < 3 * n + 3; i++) sum += weights[i] * positions[3 * corners[i] + k];
+      into[4 * n + k] = sum;
+    }
+  }
 }
 
 /**
@@ -391,10 +398,14 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
  * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array, ends: Float32Array }} Grown
  */
 /**
- * @template {Curled} S
+ * What does not depend on a style: how many strands and locks there are, the lock of each strand, and where a lock's root is:
+ * at rest, mm, and on three vertices with a weight each.
  * @typedef {{
- *   strands: number, locks: number, lockOf: Uint16Array,
- *   shifts: (positions: ArrayLike<number>, into: Float32Array) => void,
- *   grow: (style: S) => Grown,
- * }} Hair
+ *   strands: number, locks: number, lockOf: Uint16Array<ArrayBuffer>,
+ *   places: Float32Array<ArrayBuffer>, corners: Uint32Array<ArrayBuffer>, weights: Float32Array<ArrayBuffer>,
+ * }} Planted
+ */
+/**
+ * @template {Curled} S
+ * @typedef {Planted & { grow: (style: S) => Grown }} Hair
  */

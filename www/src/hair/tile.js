@@ -1,22 +1,20 @@
-import { CanvasTexture, RepeatWrapping } from 'three';
 import { chance } from '../chance.js';
-import { sharpen } from '../rendering/textures.js';
+import { TILE } from './crop.js';
 
 // A tile of hair that is cropped to the skin, or a beard that is.
 
-/** Of the tile, mm. */
-export const TILE = 27;
+/** Of the tile, pixels. */
 const SIZE = 512;
 const HAIRS = 2800;
 
 /**
  * A tile of hairs that lie along the second axis. Red: how much of the skin they cover. Green: how light each is.
  * Blue: how far the surface leans along the first axis.
+ * @param {(size: number) => OffscreenCanvas | HTMLCanvasElement} createCanvas a square one
+ * @returns {import('../rendering/textures.js').Pixels}
  */
-export function paintStrands() {
-  const canvas = document.createElement('canvas');
-  canvas.width = canvas.height = SIZE;
-  const draw = canvas.getContext('2d');
+export function paintStrands(createCanvas) {
+  const draw = /** @type {OffscreenCanvasRenderingContext2D | CanvasRenderingContext2D | null} */ (createCanvas(SIZE).getContext('2d', { willReadFrequently: true }));
   if (!draw) throw new Error('this browser gives no 2D canvas');
   draw.fillStyle = 'rgb(0 128 128)';
   draw.fillRect(0, 0, SIZE, SIZE);
@@ -49,8 +47,5 @@ export function paintStrands() {
       }
     }
   }
-  const tile = new CanvasTexture(canvas);
-  tile.wrapS = tile.wrapT = RepeatWrapping;
-  sharpen(tile, 8);
-  return tile;
+  return { size: SIZE, rgba: draw.getImageData(0, 0, SIZE, SIZE).data };
 }

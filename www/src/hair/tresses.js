@@ -7,8 +7,9 @@ import { backdropUniforms } from '../rendering/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { drawnByProcessor } from '../rendering/graphics.js';
 import { smoothstep } from '../groundwork/paint.js';
+import { numberOf, SHORT } from './ribbons.js';
 import { SCATTERED } from './scattered.js';
-import { growOn, POINTS } from './strands.js';
+import { POINTS, shiftsOf } from './strands.js';
 
 // Longer hair: each strand is a ribbon that turns to whoever looks, and some hairs are drawn on it.
 
@@ -16,12 +17,11 @@ import { growOn, POINTS } from './strands.js';
 const share = () => (drawnByProcessor() ? 0.6 : 1);
 /** @typedef {ReturnType<typeof import('../head/pigments.js').pigments>} Pigments */
 
-/** Of the points of a strand those that are drawn where it hardly bends; hair is that short, mm. */
-const SHORT = [0, 3, 6, 9, 12, 15, 18, 21, POINTS - 1];
+/** Hair that hardly bends is shorter, mm. */
 const SHORTER = 45;
 
-/** Styles that are kept grown: two faces side by side are drawn in turn. */
-const KEPT = 2;
+/** Styles that are kept grown: two faces side by side are drawn in turn, and one of them changes. */
+const KEPT = 3;
 
 const PLACE = /* glsl */ `
   attribute vec4 course; // the way to the tip; which side, and by how much light gets there
@@ -37,8 +37,6 @@ const PLACE = /* glsl */ `
   float ribbon() { return halfWidth * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.95 * outward.w * outward.w); }
 `;
 // Ribbons lie over ribbons: what can be is done once a corner, tone mapping among it, and little is left for each pixel.
-/** A strand's own number, 0 to 1, by its place among all. @param {number} n */
-const numberOf = (n) => (n * 0.6180339887) % 1;
 /** When a strand turns grey: its number times the first has a fraction of its own. A ribbon is several hairs, so it does that softly. */
 const TURNS = 43.7;
 const SOFT = 0.45;
@@ -129,18 +127,19 @@ const FRAGMENT = /* glsl */ `
 /**
  * Hair of one kind that is longer than a crop.
  *
- * @template {import('./strands.js').Curled} S
+ * @template {import('./plant.js').Kind} K
+ * @template {import('./plant.js').Styles[K]} S
  * @param {{
- *   name: string, rest: Float32Array, grow: () => import('./strands.js').Hair<S> | null,
- *   style: (colours: Pigments) => S, long: (style: S) => number, half: number, stride: (style: S) => number,
- * }} kind `grow` is asked when there first is any; `half` of a ribbon's width, mm; of the points of a strand every `stride`th
- *   is in files, in which each is once more for every slider
+ *   kind: K, style: (colours: Pigments) => S, long: (style: S) => number, half: number, stride: (style: S) => number,
+ * }} of `half` of a ribbon's width, mm; of the points of a strand every `stride`th is in files, in which each is once more
+ *   for every slider
+ * @param {{ grower: import('./grower.js').Grower, rest: Float32Array, onGrown: () => void }} on the head at rest
  * @param {{ heatStrength: { value: number } }} uniforms of the skin
  * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
-export function createTresses({ name: kindName, rest, grow, style: styleOf, long, half, stride }, { heatStrength }, fade) {
-  /** Made when there first is hair. @type {import('./strands.js').Hair<S> | null} */
-  let hair = null;
+export function createTresses({ kind, style: styleOf, long, half, stride }, { grower, rest, onGrown }, { heatStrength }, fade) {
+  /** There when there first is hair; null where none grows. @type {import('./plant.js').Planting | null | undefined} */
+  let hair;
   const geometry = new BufferGeometry();
   const shifts = new DataTexture(new Float32Array(4), 1, 1, RGBAFormat, FloatType);
   shifts.minFilter = shifts.magFilter = NearestFilter;
@@ -185,74 +184,35 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
   mesh.frustumCulled = false;
   mesh.castShadow = true;
   mesh.visible = false;
-  mesh.name = kindName;
+  mesh.name = kind;
   mesh.raycast = () => {};
 
-  /** @typedef {{ key: string, position: Float32Array, course: Int8Array, outward: Int8Array }} Ribbons */
   /** Of all points, and of those that short hair takes. @type {{ index: BufferAttribute, many: number }[]} */
   const indexed = [];
   /** @type {0 | 1} */
   let isShort = 0;
-  /** The latest first. @type {Ribbons[]} */
+  /** The latest first. @type {{ key: string, style: S, ribbons: import('./plant.js').Ribbons }[]} */
   const kept = [];
-  /** @type {S} */
-  let style;
-  /** @type {Ribbons | null} */
+  /** What is asked for. @type {{ key: string, style: S } | null} */
+  let wanted = null;
+  /** Whether something is being grown: what is wanted, or was. */
+  let growing = false;
+  /** @type {typeof kept[number] | null} */
   let shown = null;
   /** @type {ArrayLike<number>} */
   let present = rest;
 
   /** Short hair is seen one by one, and curls would fill what they wind around. */
-  const slender = () => (0.55 + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl);
+  const slender = (/** @type {S} */ style) => (0.55 + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl);
 
   /** What is short points everywhere, and would glitter. */
-  const glossOf = () => 0.15 + 0.85 * smoothstep(10, 60, long(style));
+  const glossOf = (/** @type {S} */ style) => 0.15 + 0.85 * smoothstep(10, 60, long(style));
 
-  /** @param {import('./strands.js').Hair<S>} from @param {string} key @returns {Ribbons} */
-  function ribbons(from, key) {
-    const { points, outward, open, ends } = from.grow(style);
-    const count = points.length / 3;
-    const out = { key, position: new Float32Array(6 * count), course: new Int8Array(8 * count), outward: new Int8Array(8 * count) };
-    for (let i = 0; i < count; i++) {
-      const s = i % POINTS;
-      const [a, b] = [3 * (s === 0 ? i : i - 1), 3 * (s === POINTS - 1 ? i : i + 1)];
-      const [x, y, z] = [points[b] - points[a], points[b + 1] - points[a + 1], points[b + 2] - points[a + 2]];
-      const scale = 127 / (Math.hypot(x, y, z) || 1);
-      for (const side of [0, 1]) {
-        const [o, p] = [6 * i + 3 * side, 8 * i + 4 * side];
-        for (let k = 0; k < 3; k++) {
-          out.position[o + k] = points[3 * i + k];
-          out.outward[p + k] = Math.round(127 * outward[3 * i + k]);
-        }
-        out.course[p] = Math.round(x * scale);
-        out.course[p + 1] = Math.round(y * scale);
-        out.course[p + 2] = Math.round(z * scale);
-        out.course[p + 3] = (side ? 1 : -1) * Math.max(1, Math.round(127 * open[i]));
-        out.outward[p + 3] = Math.round((127 * ends[(i - s) / POINTS] * s) / (POINTS - 1));
-      }
-    }
-    return out;
-  }
-
-  /** What does not depend on the style. @param {import('./strands.js').Hair<S>} from */
-  function lay({ strands, lockOf, locks }) {
-    const index = new Uint32Array(strands * (POINTS - 1) * 6);
-    const short = new Uint32Array(strands * (SHORT.length - 1) * 6);
-    const strand = new Float32Array(strands * POINTS * 4);
-    for (let n = 0, i = 0, j = 0; n < strands; n++) {
-      for (let k = 1; k < SHORT.length; k++) {
-        const [a, b] = [SHORT[k - 1], SHORT[k]].map((s) => 2 * (n * POINTS + s));
-        for (const corner of [a, a + 1, b, a + 1, b + 1, b]) short[j++] = corner;
-      }
-      for (let s = 0; s < POINTS; s++) {
-        const o = 2 * (n * POINTS + s);
-        if (s < POINTS - 1) for (const corner of [0, 1, 2, 1, 3, 2]) index[i++] = o + corner;
-        for (const side of [0, 1]) strand.set([lockOf[n], numberOf(n)], 2 * (o + side));
-      }
-    }
+  /** What does not depend on the style. @param {import('./plant.js').Planting} planting */
+  function lay({ strands, locks, all, short, strand }) {
     const live = (/** @type {Float32Array | Int8Array} */ array, /** @type {number} */ size) =>
       new BufferAttribute(array, size, array instanceof Int8Array).setUsage(DynamicDrawUsage);
-    for (const [indices, points] of /** @type {const} */ ([[index, POINTS], [short, SHORT.length]])) {
+    for (const [indices, points] of /** @type {const} */ ([[all, POINTS], [short, SHORT.length]])) {
       indexed.push({ index: new BufferAttribute(indices, 1), many: Math.round(drawn * strands) * (points - 1) * 6 });
     }
     // Hair that casts shadows need not be all of it.
@@ -265,12 +225,77 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
     shifts.image = { data: new Float32Array(4 * locks), width: locks, height: 1 };
   }
 
+  /** @param {NonNullable<typeof wanted>} as @param {import('./grower.js').Grown | null} grown */
+  function keep({ key, style }, grown) {
+    if (hair === undefined) {
+      hair = grown && grown.planting;
+      if (hair) lay(hair);
+    }
+    if (!grown) return null;
+    const before = kept.find((one) => one.key === key);
+    if (before) return before;
+    const one = { key, style, ribbons: grown.ribbons };
+    kept.unshift(one);
+    kept.length = Math.min(kept.length, KEPT);
+    return one;
+  }
+
+  /** @param {typeof kept[number]} one */
+  function wear(one) {
+    kept.splice(kept.indexOf(one), 1);
+    kept.unshift(one);
+    mesh.visible = true;
+    if (one !== shown) {
+      shown = one;
+      const { style, ribbons } = one;
+      shared.halfWidth.value = broad * slender(style);
+      gloss.value = glossOf(style);
+      isShort = long(style) * (1 + 2 * style.curl) < SHORTER ? 1 : 0;
+      geometry.setIndex(indexed[isShort].index);
+      geometry.setDrawRange(0, indexed[isShort].many);
+      for (const name of /** @type {const} */ (['position', 'course', 'outward'])) {
+        const attribute = /** @type {BufferAttribute} */ (geometry.getAttribute(name));
+        attribute.array.set(ribbons[name]);
+        attribute.needsUpdate = true;
+      }
+    }
+    follow();
+  }
+
+  /** @returns {boolean} whether what is wanted is shown now */
+  function show() {
+    if (!wanted || hair === null) {
+      mesh.visible = false;
+      return true;
+    }
+    const { key } = wanted;
+    const found = kept.find((one) => one.key === key);
+    if (found) wear(found);
+    return Boolean(found);
+  }
+
+  /** Has what is wanted grown beside the page; until it comes, what was shown is. */
+  function ask() {
+    if (show() || growing || !wanted) return;
+    const asked = wanted;
+    growing = true;
+    grower.later(kind, asked.style, (grown) => {
+      growing = false;
+      const one = keep(asked, grown);
+      // While a slider is drawn, what comes is of a moment ago.
+      if (one && wanted) wear(one);
+      ask();
+      onGrown();
+    });
+  }
+
   /**
    * The same ribbons with a front of their own, which do not turn to who looks: every `stride`th point, on any face of the model.
    * @param {Float32Array} positions
    */
   function bodies(positions) {
     if (!hair || !mesh.visible || !shown) return null;
+    const { style, ribbons } = shown;
     const step = stride(style);
     const many = POINTS / step;
     const count = hair.strands * many;
@@ -281,7 +306,7 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
       triangles: new Uint32Array(hair.strands * (many - 1) * 6),
     };
     const moved = new Float32Array(4 * hair.locks);
-    hair.shifts(positions, moved);
+    shiftsOf(hair, positions, moved);
     const [way, up, across] = [new Vector3(), new Vector3(), new Vector3()];
     for (let n = 0, o = 0, i = 0; n < hair.strands; n++) {
       const lock = 4 * hair.lockOf[n];
@@ -290,15 +315,15 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
       const shade = young.value.clone().lerp(old.value, white).toArray();
       for (let s = 0; s < many; s++) {
         const from = n * POINTS + (s === many - 1 ? POINTS - 1 : step * s);
-        way.fromArray(shown.course, 8 * from);
-        up.fromArray(shown.outward, 8 * from).normalize();
-        const along = shown.outward[8 * from + 3] / 127;
-        const open = Math.abs(shown.course[8 * from + 3]) / 127;
-        across.crossVectors(way, up).normalize().multiplyScalar(half * slender() * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.95 * along ** 2));
+        way.fromArray(ribbons.course, 8 * from);
+        up.fromArray(ribbons.outward, 8 * from).normalize();
+        const along = ribbons.outward[8 * from + 3] / 127;
+        const open = Math.abs(ribbons.course[8 * from + 3]) / 127;
+        across.crossVectors(way, up).normalize().multiplyScalar(half * slender(style) * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.95 * along ** 2));
         if (s < many - 1) for (const corner of [0, 1, 2, 1, 3, 2]) out.triangles[i++] = o / 3 + corner;
         for (const side of [-1, 1]) {
           for (let k = 0; k < 3; k++) {
-            out.positions[o + k] = shown.position[6 * from + k] + moved[lock + k] + side * across.getComponent(k);
+            out.positions[o + k] = ribbons.position[6 * from + k] + moved[lock + k] + side * across.getComponent(k);
             out.normals[o + k] = up.getComponent(k);
             out.colours[o + k] = shade[k] * (0.4 + 0.6 * open) * (0.6 + 0.8 * ((n * 0.7548776662) % 1));
           }
@@ -316,23 +341,23 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
    * @returns {Float32Array | null} null when no root goes further than `least`
    */
   function carried(moves, least) {
-    if (!hair) return null;
+    if (!hair || !shown) return null;
     const { lockOf } = hair;
     const moved = new Float32Array(4 * hair.locks);
-    hair.shifts(rest.map((value, i) => value + moves[i]), moved);
+    shiftsOf(hair, rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
-    const each = (6 * POINTS) / stride(style);
+    const each = (6 * POINTS) / stride(shown.style);
     return Float32Array.from({ length: each * hair.strands }, (_, i) => moved[4 * lockOf[Math.floor(i / each)] + (i % 3)]);
   }
 
   function follow() {
     if (!hair || !mesh.visible) return;
-    hair.shifts(present, /** @type {Float32Array} */ (shifts.image.data));
+    shiftsOf(hair, present, /** @type {Float32Array} */ (shifts.image.data));
     shifts.needsUpdate = true;
   }
 
   return {
-    name: kindName,
+    name: kind,
     mesh,
     bodies,
     carried,
@@ -341,39 +366,25 @@ export function createTresses({ name: kindName, rest, grow, style: styleOf, long
       present = positions;
       follow();
     },
-    /** @param {Pigments} colours */
+    /** A style that is new comes when it has grown. @param {Pigments} colours */
     paint(colours) {
       young.value.copy(colours.young);
       old.value.copy(colours.old);
       turned.value = colours.turned[0];
-      style = styleOf(colours);
-      shared.halfWidth.value = broad * slender();
-      gloss.value = glossOf();
-      if (style.length > 0 && !hair) {
-        hair = grow();
-        if (hair) lay(hair);
-      }
-      mesh.visible = style.length > 0 && hair !== null;
-      if (!hair || !mesh.visible) return;
-      isShort = long(style) * (1 + 2 * style.curl) < SHORTER ? 1 : 0;
-      geometry.setIndex(indexed[isShort].index);
-      geometry.setDrawRange(0, indexed[isShort].many);
-      const key = JSON.stringify(style);
-      let found = kept.find((one) => one.key === key);
-      if (!found) {
-        found = ribbons(hair, key);
-        kept.unshift(found);
-        kept.length = Math.min(kept.length, KEPT);
-      }
-      if (found !== shown) {
-        shown = found;
-        for (const name of /** @type {const} */ (['position', 'course', 'outward'])) {
-          const attribute = /** @type {BufferAttribute} */ (geometry.getAttribute(name));
-          attribute.array.set(found[name]);
-          attribute.needsUpdate = true;
-        }
-      }
-      follow();
+      const style = styleOf(colours);
+      wanted = style.length > 0 ? { key: JSON.stringify(style), style } : null;
+      ask();
+    },
+    /** Whether what was painted last is not what is shown, yet. */
+    get isGrowing() {
+      return wanted !== null && hair !== null && wanted.key !== shown?.key;
+    },
+    /** For who cannot wait. */
+    finish() {
+      if (show() || !wanted) return;
+      keep(wanted, grower.now(kind, wanted.style));
+      show();
+      onGrown();
     },
   };
 }

@@ -220,8 +220,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     depth: nose[2] - 82,
     landmarks: at,
   });
-  /** @type {ReturnType<typeof import('../hair/onhead.js').growHair>} */
+  /** @type {ReturnType<typeof import('../hair/onhead.js').growHair>['tresses']} */
   let tresses = [];
+  let disposeHair = () => {};
   const mesh = new Mesh(geometry, skin.material);
   mesh.customDepthMaterial = skin.shadow;
   mesh.castShadow = true;
@@ -374,18 +375,20 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   paint(colouring);
 
   /**
-   * Lets longer hair grow and lines come, which the head that shows first does without.
+   * Lets longer hair grow and what is fine on the skin come, which the head that shows first does without. Both are made beside
+   * the page when they are first wanted.
    * @param {typeof import('../hair/onhead.js').growHair} grow
-   * @param {typeof import('./linework.js').layLines} lay
+   * @param {typeof import('./finework.js').layFinework} lay
+   * @param {() => void} onCome something that was wanted has come
    */
-  function adorn(grow, lay) {
-    skin.age(lay);
-    tresses = grow({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, grows, skin.uniforms, fade);
+  function adorn(grow, lay, onCome) {
+    skin.refine(lay, onCome);
+    ({ tresses, dispose: disposeHair } = grow({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, grows, skin.uniforms, fade, onCome));
     for (const one of tresses) {
       group.add(one.mesh);
       one.update(present);
-      one.paint(pigments(tone, colouring));
     }
+    paint(colouring);
   }
 
   /**
@@ -421,6 +424,20 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
       return tresses;
     },
     adorn,
+    /** Whether something that is to be seen is still being made. */
+    get isUnfinished() {
+      return skin.isUnfinished || tresses.some((one) => one.isGrowing);
+    },
+    /** Makes it at once, for who cannot wait. */
+    finish() {
+      skin.finish();
+      for (const one of tresses) one.finish();
+    },
+    /** Ends what is made beside the page. */
+    dispose() {
+      skin.dispose();
+      disposeHair();
+    },
     teeth,
     update,
     highlight,

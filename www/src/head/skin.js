@@ -2,9 +2,9 @@ import { Color, DataTexture, MeshDepthMaterial, MeshPhysicalMaterial, ShaderChun
 import { BACKDROP_GLSL, backdropUniforms } from '../rendering/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { SCATTERED } from '../hair/scattered.js';
-import { paintStrands, TILE } from '../hair/tile.js';
+import { TILE } from '../hair/crop.js';
 import { foldsOf } from './folds.js';
-import { createMap } from '../rendering/textures.js';
+import { createMap, createTile, sharpen } from '../rendering/textures.js';
 
 // Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
 // stand for that: each colour channel wraps around the terminator by its own amount, the edges
@@ -436,15 +436,34 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
   function crease() {
     const { aged, foldsRight, foldsLeft, creased, lineMap } = uniforms;
     creased.value = Math.max(aged.value.x, aged.value.y, most(foldsRight.value), most(foldsLeft.value));
-    if (paintNow && creased.value > 0 && lineMap.value === hairless) line(paintNow());
+    if (creased.value > 0) want('lines');
   }
-  /** @type {ReturnType<typeof import('./linework.js').layLines> | null} */
-  let paintNow = null;
-  /** @param {ReturnType<NonNullable<typeof paintNow>>} lines */
-  function line({ map, frame }) {
-    if (uniforms.lineMap.value !== hairless) return;
-    uniforms.lineMap.value = createMap(map);
-    uniforms.lineFrame.value.fromArray(frame);
+  /** @type {ReturnType<typeof import('./finework.js').layFinework> | null} */
+  let finework = null;
+  /** What is to be seen and has not come. @type {Set<keyof import('./finework.js').Finework>} */
+  const wanted = new Set();
+  const maps = { lines: uniforms.lineMap, strands: uniforms.strandMap };
+  /** @param {keyof typeof maps} what */
+  function want(what) {
+    if (!finework || wanted.has(what) || maps[what].value !== hairless) return;
+    wanted.add(what);
+    finework.soon(what);
+  }
+  /** @param {Partial<import('./finework.js').Finework>} come */
+  function take({ lines, strands }) {
+    if (lines) {
+      uniforms.lineMap.value = createMap(lines.map);
+      uniforms.lineFrame.value.fromArray(lines.frame);
+      wanted.delete('lines');
+    }
+    if (strands) {
+      const tile = createTile(strands);
+      // Its rows are a canvas's.
+      tile.flipY = true;
+      sharpen(tile, 8);
+      uniforms.strandMap.value = tile;
+      wanted.delete('strands');
+    }
   }
   const shadow = new MeshDepthMaterial();
   shadow.onBeforeCompile = keepInside;
@@ -453,10 +472,26 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     /** What casts its shadow. */
     shadow,
     uniforms,
-    /** Lets it have lines and freckles. @param {typeof import('./linework.js').layLines} lay */
-    age(lay) {
-      paintNow = lay(landmarks, line);
+    /**
+     * Lets it have lines, freckles and cropped hair.
+     * @param {typeof import('./finework.js').layFinework} lay @param {() => void} onCome some that was wanted has come
+     */
+    refine(lay, onCome) {
+      finework = lay(landmarks, (work) => {
+        const before = wanted.size;
+        take(work);
+        if (wanted.size < before) onCome();
+      });
       crease();
+    },
+    dispose: () => finework?.dispose(),
+    /** Whether something that is to be seen has not come yet. */
+    get isUnfinished() {
+      return wanted.size > 0;
+    },
+    /** For who cannot wait. */
+    finish() {
+      for (const what of wanted) finework?.now(what);
     },
     /** @param {Readonly<Record<string, number>>} expression weights by ARKit's names */
     fold(expression) {
@@ -480,7 +515,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.covered.value.set(Math.min(1, 6 * style.length), Math.min(1, 6 * whiskers.length));
       uniforms.aged.value.set(lines, freckles);
       crease();
-      if (uniforms.strandMap.value === hairless && dense.some((much) => much > 0)) uniforms.strandMap.value = paintStrands();
+      if (dense.some((much) => much > 0)) want('strands');
     },
   };
 }

@@ -30,6 +30,7 @@ export function createExports(face, view, head, expressions) {
     // The sentence shows before the work begins, which for a GLB takes a second or two.
     await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
     try {
+      head.finish();
       const blob = await make();
       save(blob, `face.${ending}`);
       status.textContent = text.exported(`face.${ending}`, blob.size);

@@ -103,7 +103,10 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
       return true;
     },
     /** Draws what is shown at once, for whoever copies the picture. */
-    draw: () => scene.redraw(),
+    draw() {
+      head.finish();
+      scene.redraw();
+    },
     /**
      * Another face left of a line; null takes it away.
      * @param {import('phiz').Face | null} other @param {number} [at] the line's place, 0 to 1
@@ -143,6 +146,7 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
             const sitter = pose();
             head.update(sitter.face);
             head.paint(sitter.colouring);
+            head.finish();
           },
           into,
         })),

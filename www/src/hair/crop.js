@@ -1,0 +1,2 @@
+/** How large the tile of cropped hair is on the head, mm. */
+export const TILE = 27;

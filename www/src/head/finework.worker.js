@@ -1,0 +1,10 @@
+import { paintStrands } from '../hair/tile.js';
+import { createCanvas } from './finework.js';
+import { paintLines } from './lines.js';
+
+addEventListener('message', ({ data: landmarks }) => {
+  const lines = paintLines(landmarks);
+  postMessage({ lines }, { transfer: [lines.map.rgba.buffer] });
+  const strands = paintStrands(createCanvas);
+  postMessage({ strands }, { transfer: [strands.rgba.buffer] });
+});

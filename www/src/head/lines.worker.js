@@ -1,6 +1,0 @@
-import { paintLines } from './lines.js';
-
-addEventListener('message', ({ data: landmarks }) => {
-  const lines = paintLines(landmarks);
-  postMessage(lines, { transfer: [lines.map.rgba.buffer] });
-});
