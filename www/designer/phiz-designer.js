@@ -290,10 +290,6 @@ export class PhizDesigner extends HTMLElement {
       if (start !== this.#start) return null;
       const head = view.complete(laid);
       this.dataset.face = 'complete';
-      // The head shows without.
-      const [{ growHair }, { layFinework }] = await Promise.all([import('../src/hair/onhead.js'), import('../src/head/finework.js')]);
-      if (start !== this.#start) return null;
-      head.adorn(growHair, layFinework, () => scene?.shapeChanged());
       return { head, scene };
     };
     try {
@@ -308,11 +304,15 @@ export class PhizDesigner extends HTMLElement {
       }
       model = await read(src);
       if (start === this.#start) drawn ??= await draw(model);
+      // The head shows without, and the model takes the line.
+      const [{ growHair }, { layFinework }] = await Promise.all([import('../src/hair/onhead.js'), import('../src/head/finework.js')]);
       if (start !== this.#start || !drawn) {
         drawn?.head.dispose();
         scene?.renderer.forceContextLoss();
         return model.free();
       }
+      const { shapeChanged } = drawn.scene;
+      drawn.head.adorn(growHair, layFinework, shapeChanged);
       this.#show(model, drawn);
       if (!early) this.#tell('face');
       this.#tell('ready');

@@ -210,8 +210,6 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
 
   /** What does not depend on the style. @param {import('./plant.js').Planting} planting */
   function lay({ strands, locks, all, short, strand }) {
-    const live = (/** @type {Float32Array | Int8Array} */ array, /** @type {number} */ size) =>
-      new BufferAttribute(array, size, array instanceof Int8Array).setUsage(DynamicDrawUsage);
     for (const [indices, points] of /** @type {const} */ ([[all, POINTS], [short, SHORT.length]])) {
       indexed.push({ index: new BufferAttribute(indices, 1), many: Math.round(drawn * strands) * (points - 1) * 6 });
     }
@@ -219,9 +217,6 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
     mesh.onBeforeShadow = () => geometry.setDrawRange(0, Math.round(indexed[isShort].many / 12) * 6);
     mesh.onAfterShadow = () => geometry.setDrawRange(0, indexed[isShort].many);
     geometry.setAttribute('strand', new BufferAttribute(strand, 2));
-    geometry.setAttribute('position', live(new Float32Array(strands * POINTS * 6), 3));
-    geometry.setAttribute('course', live(new Int8Array(strands * POINTS * 8), 4));
-    geometry.setAttribute('outward', live(new Int8Array(strands * POINTS * 8), 4));
     shifts.image = { data: new Float32Array(4 * locks), width: locks, height: 1 };
   }
 
@@ -253,10 +248,11 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
       isShort = long(style) * (1 + 2 * style.curl) < SHORTER ? 1 : 0;
       geometry.setIndex(indexed[isShort].index);
       geometry.setDrawRange(0, indexed[isShort].many);
-      for (const name of /** @type {const} */ (['position', 'course', 'outward'])) {
-        const attribute = /** @type {BufferAttribute} */ (geometry.getAttribute(name));
-        attribute.array.set(ribbons[name]);
-        attribute.needsUpdate = true;
+      for (const [name, size] of /** @type {const} */ ([['position', 3], ['course', 4], ['outward', 4]])) {
+        const array = ribbons[name];
+        const attribute = /** @type {BufferAttribute | undefined} */ (geometry.getAttribute(name));
+        if (attribute) Object.assign(attribute, { array, needsUpdate: true });
+        else geometry.setAttribute(name, new BufferAttribute(array, size, array instanceof Int8Array).setUsage(DynamicDrawUsage));
       }
     }
     follow();
