@@ -28,7 +28,7 @@ export function beardGround(beard, landmarks) {
     mask: beard,
     bare: (x, y) => distanceTo(outline, x, y) < 1.5,
     seed: 71,
-    strands: 1900,
+    strands: 3800,
     apart: 7,
     long: beardLength,
     thick: (long) => Math.min(7, 0.16 * long),

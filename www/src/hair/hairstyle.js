@@ -37,7 +37,7 @@ export function scalpGround(scalp, landmarks, { middle }) {
   return {
     mask: scalp,
     seed: 67,
-    strands: 3000,
+    strands: 6000,
     apart: 12,
     long: hairLength,
     thick: (long) => Math.min(9, 0.11 * long),

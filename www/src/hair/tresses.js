@@ -14,7 +14,11 @@ import { POINTS, shiftsOf } from './strands.js';
 // Longer hair: each strand is a ribbon that turns to whoever looks, and some hairs are drawn on it.
 
 /** How many of the strands are drawn: where a processor draws, fewer, which are broader. */
-const share = () => (drawnByProcessor() ? 0.6 : 1);
+const share = () => (drawnByProcessor() ? 0.3 : 1);
+/** How many are in files. */
+const FILED = 0.5;
+/** How much broader a ribbon is where only so many are. @param {number} share */
+const broader = (share) => share ** -0.7;
 /** @typedef {ReturnType<typeof import('../head/pigments.js').pigments>} Pigments */
 
 /** Hair that hardly bends is shorter, mm. */
@@ -110,7 +114,7 @@ const FRAGMENT = /* glsl */ `
   uniform float fineness;
   void main() {
     // Hairs of a ribbon begin and end one after the other. Gaps that are smaller than a pixel would be specks.
-    float across = (0.5 + 0.5 * vHair.x) * 7.0;
+    float across = (0.5 + 0.5 * vHair.x) * 4.0;
     float own = fract(fract(vHair.z * 113.5 + floor(across) * 0.618) * 57.31);
     float seen = 1.0 - smoothstep(0.4, 1.1, fwidth(across) / fineness);
     float end = 1.0 - 0.45 * own;
@@ -146,7 +150,7 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
   const [young, old, turned] = [{ value: new Color() }, { value: new Color() }, { value: 0 }];
   const gloss = { value: 1 };
   const drawn = share();
-  const broad = half / drawn ** 0.7;
+  const broad = half * broader(drawn);
   const shared = { halfWidth: { value: broad }, lockShifts: { value: shifts }, heatStrength };
   const material = new ShaderMaterial({
     uniforms: {
@@ -294,17 +298,19 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
     const { style, ribbons } = shown;
     const step = stride(style);
     const many = POINTS / step;
-    const count = hair.strands * many;
+    const strands = Math.round(FILED * hair.strands);
+    const count = strands * many;
     const out = {
       positions: new Float32Array(6 * count),
       normals: new Float32Array(6 * count),
       colours: new Float32Array(6 * count),
-      triangles: new Uint32Array(hair.strands * (many - 1) * 6),
+      triangles: new Uint32Array(strands * (many - 1) * 6),
     };
     const moved = new Float32Array(4 * hair.locks);
     shiftsOf(hair, positions, moved);
+    const wide = half * broader(FILED) * slender(style);
     const [way, up, across] = [new Vector3(), new Vector3(), new Vector3()];
-    for (let n = 0, o = 0, i = 0; n < hair.strands; n++) {
+    for (let n = 0, o = 0, i = 0; n < strands; n++) {
       const lock = 4 * hair.lockOf[n];
       // As in the shader.
       const white = smoothstep(-SOFT, SOFT, (1 + 2 * SOFT) * turned.value - SOFT - ((numberOf(n) * TURNS) % 1));
@@ -315,7 +321,7 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
         up.fromArray(ribbons.outward, 8 * from).normalize();
         const along = ribbons.outward[8 * from + 3] / 127;
         const open = Math.abs(ribbons.course[8 * from + 3]) / 127;
-        across.crossVectors(way, up).normalize().multiplyScalar(half * slender(style) * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.95 * along ** 2));
+        across.crossVectors(way, up).normalize().multiplyScalar(wide * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.95 * along ** 2));
         if (s < many - 1) for (const corner of [0, 1, 2, 1, 3, 2]) out.triangles[i++] = o / 3 + corner;
         for (const side of [-1, 1]) {
           for (let k = 0; k < 3; k++) {
@@ -343,7 +349,7 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
     shiftsOf(hair, rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
     const each = (6 * POINTS) / stride(shown.style);
-    return Float32Array.from({ length: each * hair.strands }, (_, i) => moved[4 * lockOf[Math.floor(i / each)] + (i % 3)]);
+    return Float32Array.from({ length: each * Math.round(FILED * hair.strands) }, (_, i) => moved[4 * lockOf[Math.floor(i / each)] + (i % 3)]);
   }
 
   function follow() {
