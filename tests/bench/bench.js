@@ -113,7 +113,7 @@ say('a slider that is dragged');
 const dragged = await budget();
 console.log('\nthe main thread while a slider is dragged, a frame: beside drawing (the aim is 2 ms), with what three.js does to draw, beside WebGL; one drawing');
 for (const [name, { events, ms, draws }] of Object.entries(dragged)) {
-  console.log(`  ${name.padEnd(31)}${cell(events.toFixed(2), 9)} ms,${cell(ms.toFixed(2), 7)} ms, ${draws.toFixed(2)} drawings`);
+  console.log(`  ${name.padEnd(34)}${cell(events.toFixed(2), 9)} ms,${cell(ms.toFixed(2), 7)} ms, ${draws.toFixed(2)} drawings`);
 }
 
 const target = new URL('../../target/', import.meta.url);

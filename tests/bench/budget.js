@@ -6,9 +6,18 @@ import { launch, open, serve } from '../browser/site.js';
 
 const FRAMES = 24;
 
-/** Counts the time in calls to WebGL and in callbacks of frames. */
+/** Counts the time in calls to WebGL, in callbacks of frames and in what workers' answers bring about. */
 function meter() {
-  const spent = (window.spent = { gl: 0, frames: 0, uploads: 0 });
+  const spent = (window.spent = { gl: 0, frames: 0, uploads: 0, answers: 0 });
+  const { addEventListener } = Worker.prototype;
+  Worker.prototype.addEventListener = function (type, listener) {
+    const timed = (event) => {
+      const start = performance.now();
+      listener(event);
+      spent.answers += performance.now() - start;
+    };
+    return addEventListener.call(this, type, type === 'message' ? timed : listener);
+  };
   const { prototype } = WebGL2RenderingContext;
   let inside = false;
   for (const [name, { value }] of Object.entries(Object.getOwnPropertyDescriptors(prototype))) {
@@ -37,7 +46,7 @@ function meter() {
 
 /**
  * @returns {Promise<Record<string, { ms: number, events: number, draws: number, upload: number }>>} for each
- *   slider the main thread's milliseconds beside WebGL (of them the event's), the drawings and the ranges
+ *   slider the main thread's milliseconds beside WebGL (of them the event's, and the answers' of workers it asked), the drawings and the ranges
  *   that go to the graphics card, a frame
  */
 export async function budget() {
@@ -61,7 +70,7 @@ export async function budget() {
         move(i);
         await frame();
       }
-      Object.assign(window.spent, { gl: 0, frames: 0, uploads: 0 });
+      Object.assign(window.spent, { gl: 0, frames: 0, uploads: 0, answers: 0 });
       const before = window.designer.frames;
       let events = 0;
       for (let i = 0; i < frames; i++) {
@@ -71,7 +80,8 @@ export async function budget() {
         await frame();
       }
       input.dispatchEvent(new Event('change', { bubbles: true }));
-      const { gl, frames: drawing, uploads } = window.spent;
+      const { gl, frames: drawing, uploads, answers } = window.spent;
+      events += answers;
       return { ms: (events + drawing - gl) / frames, events: events / frames, draws: (window.designer.frames - before) / frames, upload: uploads / frames };
     }, FRAMES);
   for (const [group, name] of [['chin', 'chin 1'], ['nose', 'nose 1'], ['head', 'head 1']]) {
@@ -80,6 +90,9 @@ export async function budget() {
   }
   await page.locator('.tab.whole').click();
   for (const name of ['Age', 'Sex', 'African shape']) found[name] = await drag(name);
+  await page.getByRole('tab', { name: 'Looks' }).click();
+  for (const name of ['Skin, fair to deep', 'Length, cropped to below the chin', 'Beard, short to long']) found[name] = await drag(name);
+  await page.getByRole('button', { name: 'The model’s own' }).click();
   await page.getByRole('tab', { name: 'Expressions' }).click();
   const smile = page.getByRole('slider', { name: 'mouthSmile' }).first();
   await smile.waitFor({ timeout: 30_000 });
