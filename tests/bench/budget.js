@@ -46,8 +46,8 @@ function meter() {
 
 /**
  * @returns {Promise<Record<string, { ms: number, events: number, draws: number, upload: number }>>} for each
- *   slider the main thread's milliseconds beside WebGL (of them the event's, and the answers' of workers it asked), the drawings and the ranges
- *   that go to the graphics card, a frame
+ *   slider the main thread's milliseconds beside WebGL (of them the event's and those of answers to it from workers), the
+ *   drawings and the ranges that go to the graphics card, a frame
  */
 export async function budget() {
   const site = await serve();

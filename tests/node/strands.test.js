@@ -155,8 +155,8 @@ describe('hair', () => {
           let farthest = 0;
           for (let o = 0; o < points.length; o += 3) {
             const [x, y, z] = points.subarray(o, o + 3);
-            // Below the chin it hangs before nothing.
-            if (Math.abs(x) > 45 || y > HAIRLINE - 8 || y < -0.95 * TALL || z < 0) continue;
+            // Below this head it hangs before nothing.
+            if (Math.abs(x) > 45 || y > HAIRLINE - 8 || y < -TALL || z < 0) continue;
             const skin = DEEP * Math.sqrt(Math.max(0, 1 - (x / WIDE) ** 2 - (y / TALL) ** 2));
             farthest = Math.max(farthest, z - skin);
           }

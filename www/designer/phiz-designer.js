@@ -218,7 +218,6 @@ export class PhizDesigner extends HTMLElement {
   /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format */
   async toMesh(format) {
     const { face, head, scene } = this.#need();
-    head.finish();
     if (format === 'glb') {
       const { glbAsShown } = await import('../src/appearance/appearance.js');
       return glbAsShown(scene.renderer, head, face);
@@ -307,12 +306,10 @@ export class PhizDesigner extends HTMLElement {
       // The head shows without, and the model takes the line.
       const [{ growHair }, { layFinework }] = await Promise.all([import('../src/hair/onhead.js'), import('../src/head/finework.js')]);
       if (start !== this.#start || !drawn) {
-        drawn?.head.dispose();
         scene?.renderer.forceContextLoss();
         return model.free();
       }
-      const { shapeChanged } = drawn.scene;
-      drawn.head.adorn(growHair, layFinework, shapeChanged);
+      drawn.head.adorn(growHair, layFinework, drawn.scene.shapeChanged);
       this.#show(model, drawn);
       if (!early) this.#tell('face');
       this.#tell('ready');

@@ -219,7 +219,7 @@ export async function createDesigner(model, stage, chosen) {
     // Hair casts shadows.
     scene.shapeChanged();
   }
-  head.adorn(growHair, layFinework, () => scene.shapeChanged());
+  head.adorn(growHair, layFinework, scene.shapeChanged);
   head.paint(colours);
   editor.onRefusal((why) => toast.say(text.refused(why)));
   canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));

@@ -35,6 +35,7 @@ const COLUMNS = 4;
  */
 export async function glbAsShown(renderer, head, face) {
   if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
+  head.finish();
   const asked = face.clone();
   try {
     const parts = beside(head, asked);

@@ -6,7 +6,7 @@ import { growOn } from './strands.js';
 
 // Longer hair and a longer beard on a head, as numbers: on the page or beside it.
 
-/** What hair grows on: the skin's vertices at rest, mm. @typedef {Omit<import('../groundwork/groundwork.js').Rest, 'triangles'> & { triangles: Uint32Array }} Skin */
+/** What hair grows on: the skin at rest. @typedef {import('../groundwork/groundwork.js').Rest} Skin */
 /** @typedef {ReturnType<typeof import('./growth.js').growth>} Where */
 /** @typedef {{ hair: import('./hairstyle.js').Style, beard: import('./beard.js').Beard }} Styles */
 /** @typedef {keyof Styles} Kind */

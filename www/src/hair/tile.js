@@ -10,11 +10,12 @@ const HAIRS = 2800;
 /**
  * A tile of hairs that lie along the second axis. Red: how much of the skin they cover. Green: how light each is.
  * Blue: how far the surface leans along the first axis.
- * @param {(size: number) => OffscreenCanvas | HTMLCanvasElement} createCanvas a square one
  * @returns {import('../rendering/textures.js').Pixels}
  */
-export function paintStrands(createCanvas) {
-  const draw = /** @type {OffscreenCanvasRenderingContext2D | CanvasRenderingContext2D | null} */ (createCanvas(SIZE).getContext('2d', { willReadFrequently: true }));
+export function paintStrands() {
+  // A worker has one kind, and old browsers have the other on the page.
+  const canvas = typeof OffscreenCanvas === 'function' ? new OffscreenCanvas(SIZE, SIZE) : Object.assign(document.createElement('canvas'), { width: SIZE, height: SIZE });
+  const draw = /** @type {OffscreenCanvasRenderingContext2D | CanvasRenderingContext2D | null} */ (canvas.getContext('2d', { willReadFrequently: true }));
   if (!draw) throw new Error('this browser gives no 2D canvas');
   draw.fillStyle = 'rgb(0 128 128)';
   draw.fillRect(0, 0, SIZE, SIZE);

@@ -17,6 +17,7 @@ import { POINTS, shiftsOf } from './strands.js';
 const share = () => (drawnByProcessor() ? 0.3 : 1);
 /** How many are in files. */
 const FILED = 0.5;
+const filed = (/** @type {import('./plant.js').Planting} */ { strands }) => Math.round(FILED * strands);
 /** How much broader a ribbon is where only so many are. @param {number} share */
 const broader = (share) => share ** -0.7;
 /** @typedef {ReturnType<typeof import('../head/pigments.js').pigments>} Pigments */
@@ -298,7 +299,7 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
     const { style, ribbons } = shown;
     const step = stride(style);
     const many = POINTS / step;
-    const strands = Math.round(FILED * hair.strands);
+    const strands = filed(hair);
     const count = strands * many;
     const out = {
       positions: new Float32Array(6 * count),
@@ -349,7 +350,7 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
     shiftsOf(hair, rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
     const each = (6 * POINTS) / stride(shown.style);
-    return Float32Array.from({ length: each * Math.round(FILED * hair.strands) }, (_, i) => moved[4 * lockOf[Math.floor(i / each)] + (i % 3)]);
+    return Float32Array.from({ length: each * filed(hair) }, (_, i) => moved[4 * lockOf[Math.floor(i / each)] + (i % 3)]);
   }
 
   function follow() {

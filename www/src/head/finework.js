@@ -9,12 +9,6 @@ const REST = 1000;
  * @typedef {{ lines: ReturnType<typeof paintLines>, strands: ReturnType<typeof paintStrands> }} Finework
  */
 
-/** @param {number} size @returns {OffscreenCanvas | HTMLCanvasElement} */
-export function createCanvas(size) {
-  if (typeof OffscreenCanvas === 'function') return new OffscreenCanvas(size, size);
-  return Object.assign(document.createElement('canvas'), { width: size, height: size });
-}
-
 /**
  * Has the fine things of a skin painted beside the page when it is at rest, so that nobody waits for them who is the first to
  * draw a slider that shows some.
@@ -26,7 +20,7 @@ export function layFinework(landmarks, done) {
   const missing = new Set(['lines', 'strands']);
   /** @param {keyof Finework} what */
   function paint(what) {
-    if (missing.delete(what)) done(what === 'lines' ? { lines: paintLines(landmarks) } : { strands: paintStrands(createCanvas) });
+    if (missing.delete(what)) done(what === 'lines' ? { lines: paintLines(landmarks) } : { strands: paintStrands() });
   }
   /** Null where there is none. @type {Worker | null | undefined} */
   let worker;
@@ -43,9 +37,8 @@ export function layFinework(landmarks, done) {
       worker = new Worker(new URL('./finework.worker.js', import.meta.url), { type: 'module' });
       worker.addEventListener('error', fail);
       worker.addEventListener('message', ({ data }) => {
-        for (const what of /** @type {(keyof Finework)[]} */ (Object.keys(data))) {
-          if (missing.delete(what)) done(data);
-        }
+        // One at a time; who could not wait has it already.
+        if (missing.delete('lines' in data ? 'lines' : 'strands')) done(data);
         if (missing.size === 0) worker?.terminate();
       });
       worker.postMessage(landmarks);

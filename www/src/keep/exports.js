@@ -30,7 +30,6 @@ export function createExports(face, view, head, expressions) {
     // The sentence shows before the work begins, which for a GLB takes a second or two.
     await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
     try {
-      head.finish();
       const blob = await make();
       save(blob, `face.${ending}`);
       status.textContent = text.exported(`face.${ending}`, blob.size);
@@ -98,7 +97,10 @@ export function createExports(face, view, head, expressions) {
           onsubmit: (/** @type {Event} */ event) => {
             event.preventDefault();
             const size = { width: width.valueAsNumber, height: height.valueAsNumber };
-            offer('png', () => portrait(view, { ...size, transparent: transparent.checked }));
+            offer('png', () => {
+              head.finish();
+              return portrait(view, { ...size, transparent: transparent.checked });
+            });
           },
         },
         element('span', { class: 'size' }, width, '×', height, text.pixels),
