@@ -43,6 +43,8 @@ pub struct Hair {
     pub hangs: f64,
     /// How much of the forehead it covers, 0 to 1.
     pub forehead: f64,
+    /// How much more of its left half than of its right one, -1 to 1; 0 when one of them is not seen.
+    pub aside: f64,
 }
 
 /// How far hair is followed down beside the face, mm: to the shoulders.
@@ -394,7 +396,12 @@ impl Head<'_> {
         let hangs = [(tragion_left, 1.0), (tragion_right, -1.0)]
             .map(|(p, side)| self.hangs(p, side, bearded, &tones));
         let hangs = hangs[0].max(hangs[1]);
-        let forehead = self.forehead(&tones);
+        let [right, left] = self.forehead(&tones);
+        let forehead = (right.sum + left.sum) / (right.count + left.count).max(1) as f64;
+        let aside = match right.count.min(left.count) < FEWEST {
+            true => 0.0,
+            false => left.sum / left.count as f64 - right.sum / right.count as f64,
+        };
         // Skin shows between short hairs. What hangs is longer, wherever the photo ends.
         if off < CROPPED && hangs < LONG && forehead < FRINGE {
             let bright = |s: &(DVec3, DVec3)| s.0.dot(BRIGHTNESS);
@@ -407,6 +414,7 @@ impl Head<'_> {
             off,
             hangs,
             forehead,
+            aside,
         })
     }
 
@@ -473,15 +481,16 @@ impl Head<'_> {
         }
     }
 
-    /// How much of the forehead hair covers.
-    fn forehead(&self, tones: &Tones) -> f64 {
+    /// How much of the forehead's right and left halves hair covers.
+    fn forehead(&self, tones: &Tones) -> [Covered; 2] {
+        let mut halves = [Covered::default(); 2];
         let found = [
             self.point("trichion"),
             self.point("ibug_19"),
             self.point("ibug_24"),
         ];
         let [Some(trichion), Some(right), Some(left)] = found else {
-            return 0.0;
+            return halves;
         };
         let brows = right[1].y.max(left[1].y);
         let mean = &self.skin.model.parts().mean;
@@ -491,11 +500,24 @@ impl Head<'_> {
             p.x.abs() < across && p.z > 0.0 && p.y > brows + 9.0 && p.y < trichion[1].y - 8.0
         };
         let seen = (0..mean.len()).filter(|&v| on_it(&mean[v]) && self.skin.facings[v] > 0.4);
-        let each =
-            seen.filter_map(|v| Some(tones.share(self.light(self.places[v])? / self.shade(v))));
-        let (sum, count) = each.fold((0.0, 0), |(sum, n), share| (sum + share, n + 1));
-        sum / f64::from(count.max(1))
+        for v in seen {
+            if let Some(light) = self.light(self.places[v]) {
+                let half = &mut halves[usize::from(mean[v].x > 0.0)];
+                half.sum += tones.share(light / self.shade(v));
+                half.count += 1;
+            }
+        }
+        halves
     }
+}
+
+/// What hair covers of some vertices.
+#[derive(Debug, Default, Clone, Copy)]
+struct Covered {
+    /// The shares of hair at them, in sum.
+    sum: f64,
+    /// How many vertices they are.
+    count: usize,
 }
 
 /// How far something goes on without a gap, mm.

@@ -81,6 +81,7 @@ struct HairInfo {
     off: f64,
     hangs: f64,
     forehead: f64,
+    aside: f64,
 }
 
 impl From<Looks> for LooksInfo {
@@ -95,6 +96,7 @@ impl From<Looks> for LooksInfo {
                 off: hair.off,
                 hangs: hair.hangs,
                 forehead: hair.forehead,
+                aside: hair.aside,
             }),
         }
     }

@@ -17,7 +17,7 @@ const seenHair = (hair) => {
   const [r, g, b] = rgb(hair).map((value) => HAIR_SHOWN * value);
   return /** @type {[number, number, number]} */ ([r, g, b].map((value) => value * scatters([r, g, b])));
 };
-const short = { colour: seenHair(hairColour(REST.hair, 0, 0)), cover: 1, off: 12, hangs: 0, forehead: 0 };
+const short = { colour: seenHair(hairColour(REST.hair, 0, 0)), cover: 1, off: 12, hangs: 0, forehead: 0, aside: 0 };
 /** How far apart two colours are: the logarithm of the greatest ratio of a channel. Below a hundredth all is black. */
 const apart = (/** @type {number[]} */ a, /** @type {number[]} */ b) => Math.max(...a.map((value, k) => Math.abs(Math.log((value + 0.01) / (b[k] + 0.01)))));
 
@@ -103,6 +103,9 @@ describe('looks', () => {
     for (const [i, length] of lengths.entries()) assert.ok(i === 0 || length > lengths[i - 1], lengths.join(', '));
     const fringe = whole(colouringOf({ ...bald, hair: { ...short, off: 3, forehead: 0.6 } }, tone));
     assert.ok(fringe.comb > 0.7 && fringe.length > 0.2, JSON.stringify(fringe));
+    const partings = [-0.5, -0.1, 0, 0.1, 0.5].map((aside) => whole(colouringOf({ ...bald, hair: { ...short, forehead: 0.6, aside } }, tone)).parting);
+    assert.deepEqual([partings[0], partings[2], partings[4]], [0, 0.5, 1]);
+    assert.ok(partings[1] < 0.5 && partings[3] > 0.5, partings.join(', '));
     assert.ok(whole(colouringOf({ ...bald, hair: { ...short, cover: 0.4 } }, tone)).crop < 0.6);
   });
 

@@ -585,7 +585,13 @@ fn a_fringe_covers_the_forehead() {
     face.paint(fair, |p| p.z > 0.0 && p.y > brow.y + 8.0);
     let forehead = face.hair().forehead;
     assert!(forehead > 0.8, "{forehead}");
-    // Half of it.
+    assert!(face.hair().aside.abs() < 0.1, "{}", face.hair().aside);
+    // Its left half; its upper one.
+    let whole = |p: Vec3| p.z > 0.0 && p.y > brow.y + 8.0;
+    face.paint(SKIN, |p| whole(p) && p.x < 0.0);
+    let aside = face.hair().aside;
+    assert!((0.6..=1.0).contains(&aside), "{aside}");
+    face.paint(fair, whole);
     let middle = (brow.y + 9.0 + trichion.y - 8.0) / 2.0;
     face.paint(SKIN, |p| p.z > 0.0 && p.y < middle);
     let forehead = face.hair().forehead;

@@ -180,6 +180,8 @@ export interface PhotoHair {
   readonly hangs: number;
   /** How much of the forehead it covers, 0 to 1. */
   readonly forehead: number;
+  /** How much more of its left half than of its right one, -1 to 1; 0 when one of them is not seen. */
+  readonly aside: number;
 }
 
 /** What a photo tells of a person beside the shape. Colours are linear light, in the photo's exposure unless that is too dark. */

@@ -13,6 +13,8 @@ const lineOf = ({ parting }) => (0.5 - parting) * 90;
 const fringeOf = ({ comb }) => clamp((comb - 0.5) / 0.3, 0, 1);
 /** How much of it is combed back. @param {Style} style */
 const backOf = ({ comb }) => Math.max(0, 1 - 2 * comb);
+/** How far a fringe is swept to the subject's left, -1 to 1: away from where hair would part. @param {Style} style */
+const sweptBy = (style) => fringeOf(style) * clamp(2 * style.parting - 1, -1, 1);
 /** How much of it is parted, which is the rest. @param {Style} style */
 const asideOf = (style) => 1 - backOf(style) - fringeOf(style);
 
@@ -63,7 +65,8 @@ export function scalpGround(scalp, landmarks, { middle }) {
           const low = 2 * backwards * smoothstep(middle[1] + 15, middle[1] - 20, y);
           // Over the forehead what is combed aside goes back, too, until it can fall before the ear.
           const front = 1 - smoothstep(0.7, 1.3, around(x, z));
-          way[0] = (natural * (x - whorl[0])) / away + side * across + backwards * clamp(x / 130, -0.5, 0.5);
+          const swept = (1 - behind) * sweptBy(style) * (1 - smoothstep(0.6, 1, around(x, z))) * (1 - smoothstep(5, FRINGE[0], fromHairline(y, z)));
+          way[0] = (natural * (x - whorl[0])) / away + side * across + backwards * clamp(x / 130, -0.5, 0.5) + 0.9 * swept;
           way[1] = (natural * (y - whorl[1])) / away - 0.45 * side * (1 - front) - 0.2 * backwards - low;
           way[2] = (natural * (z - whorl[2])) / away - (0.3 + 0.5 * front) * side - backwards;
         },

@@ -12,6 +12,8 @@ export const POINTS = 24;
 const STEPS = 28;
 /** How far hair bends where it is pulled, mm. */
 const STIFFNESS = 16;
+/** How often the path of hair that is held is smoothed. */
+const ROUNDED = 24;
 /** Of a head, mm. */
 const RADIUS = 105;
 /** How much of a hair is cut off what is cut in a line: most of what grows thin. */
@@ -289,6 +291,12 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         away.set([by * uz - bz * uy, bz * ux - bx * uz, bx * uy - by * ux], o + 3 * s);
         if (cut[n] === 1 && isCut(x, y, z, lock.lean[0])) cut[n] = (s - 0.5) / STEPS;
       }
+      // Where hair is held it goes round what the head turns by in a corner.
+      if (holds[o / 3 + STEPS - 1] > 0) {
+        for (let pass = 0; pass < ROUNDED; pass++) {
+          for (let k = o + 3; k < o + 3 * STEPS; k++) paths[k] = (paths[k - 3] + 2 * paths[k] + paths[k + 3]) / 4;
+        }
+      }
     });
   }
 
@@ -323,14 +331,14 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
       const from = 3 * (STEPS + 1) * strand.lock;
       const phase = 1.1 * Math.sin(root[0] / 34 + root[2] / 45) + 0.9 * Math.sin(root[1] / 39 - root[2] / 31);
       const end = Math.min(strand.long, cut[strand.lock] + 0.02 * strand.stray[0]);
-      ends[n] = 1 - BLUNT * evenly * holds[from / 3 + Math.round(end * STEPS)];
+      ends[n] = 1 - (strand.rise < 0.5 ? BLUNT : 0) * evenly * holds[from / 3 + Math.round(end * STEPS)];
       for (let s = 0; s < POINTS; s++) {
         const t = (end * s) / (POINTS - 1);
         const along = t * reachOf[strand.lock];
         const at = Math.min(STEPS - 0.001, t * STEPS);
         const i = Math.floor(at);
         // Locks are wide at their roots and gather to their tips, but for those that lie side by side in a line.
-        const loose = 1 - 0.8 * evenly * holds[i + from / 3];
+        const loose = 1 - (strand.rise < 0.5 ? 0.8 : 0.35) * evenly * holds[i + from / 3];
         const wide = 1 - loose * gather * smoothstep(4, 70 - 40 * curl, along);
         const stray = loose * Math.min(7, 0.075 * along);
         // Waves of neighbours go along with each other, and each curl goes its own way.

@@ -19,6 +19,8 @@ const TO_SHOULDERS = 90;
 const ABOVE_EAR = 35;
 /** A fringe covers more than this part of the forehead. */
 const FRINGE = 0.35;
+/** A fringe that is swept aside covers so much more of one half of the forehead than of the other. */
+const SWEPT = 0.4;
 /** From the hairline to the brows, mm, along hair that does not lie flat. */
 const FOREHEAD = 48;
 /** Stubble is darker than cheeks by the first of these logarithms, a beard by the second. */
@@ -111,14 +113,16 @@ function irisOf(colour, skin) {
 }
 
 /** @param {import('phiz').PhotoHair} hair @returns {import('../head/colouring.js').Colouring} */
-function styleOf({ colour, cover, off, hangs, forehead }) {
+function styleOf({ colour, cover, off, hangs, forehead, aside }) {
   const crop = cover > 0.6 ? 0.9 : 0.58;
   const short = off < CROPPED ? 0 : Math.min(66, Math.max(20, 3 * off));
   const mm = hangs > TO_SHOULDERS ? 200 : hangs > AROUND_EARS ? hangs + ABOVE_EAR : short;
   // What covers a forehead is long enough to.
   const length = sliderOfLength(forehead > FRINGE ? Math.max(mm, FOREHEAD * forehead) : mm);
   const comb = forehead > FRINGE ? 0.85 : hangs > AROUND_EARS ? 0.5 : 0.3;
-  return { ...hairOf(colour), crop, length, comb };
+  // It is swept to where it covers more.
+  const swept = forehead > FRINGE ? { parting: 0.5 + 0.5 * Math.max(-1, Math.min(1, aside / SWEPT)) } : {};
+  return { ...hairOf(colour), crop, length, comb, ...swept };
 }
 
 /**
