@@ -401,6 +401,53 @@ for (const build of ['simd', 'scalar']) {
       assert.deepEqual(face.positions, kept);
     });
 
+    // What is no string would be read from somewhere in the module's memory.
+    test('what is of another type is an Error that says so', () => {
+      const kept = face.positions.slice();
+      for (const value of [5, null, undefined, {}, ['nose 1'], Symbol('nose 1'), 5n, { length: 1e6 }]) {
+        for (const act of [
+          () => face.get(value),
+          () => face.set(value, 0.5),
+          () => face.clear(value),
+          () => face.lock(value),
+          () => face.unlock(value),
+          () => face.measure(value),
+          () => face.setMeasure(value, 20),
+          () => face.lockMeasure(value),
+          () => face.unlockMeasure(value),
+          () => face.attribute(value),
+          () => model.fromCode(value),
+          () => (face.code = value),
+          () => face.reset(value ?? null),
+          () => face.randomize({ regions: [value] }),
+        ]) {
+          assert.throws(act, (error) => error instanceof TypeError && /must be/.test(error.message), `${act} of ${String(value)}`);
+        }
+      }
+      for (const value of [null, undefined, true, '0.5', [], {}]) {
+        for (const act of [
+          () => face.set('nose 1', value),
+          () => face.setMeasure('mouth width', value),
+          () => face.blend(face.clone(), value),
+          () => face.setAttributes({ age: value }),
+          () => face.drag(0, value),
+        ]) {
+          assert.throws(act, (error) => error instanceof TypeError && /must be/.test(error.message), `${act} of ${String(value)}`);
+        }
+      }
+      for (const vertex of [-1, 1.5, 2 ** 32 + 5, NaN, undefined, 'x', {}]) assert.throws(() => face.drag(vertex, [0, 0, 0]), /no vertex/);
+      for (const act of [
+        () => face.blend(face.clone(), 0.5, { region: ['nose'] }),
+        () => face.blend({}, 0.5),
+        () => face.randomize(5),
+        () => face.randomize({ regions: 'nose' }),
+        () => face.randomize({ sed: 4 }),
+      ]) {
+        assert.throws(act, (error) => error instanceof Error && /no option|must be/.test(error.message), `${act}`);
+      }
+      assert.deepEqual(face.positions, kept);
+    });
+
     test('a model may be packed or not', async () => {
       const given = Uint8Array.from(bytes);
       const packed = await load(given.buffer, { build });
@@ -423,6 +470,12 @@ for (const build of ['simd', 'scalar']) {
         },
       });
     };
+
+    test('a model may be a file that a person chose', async () => {
+      const mine = await load(new Blob([bytes]), { build });
+      assert.equal(mine.face().code, model.face().code);
+      mine.free();
+    });
 
     test('a model may be read while it comes in', async () => {
       const plain = gunzipSync(bytes);
@@ -450,6 +503,8 @@ for (const build of ['simd', 'scalar']) {
         [stream(gzipSync(new Uint8Array(64 * 1024 * 1024 + 1)), 1000), /over the limit/],
         [new Response('not here', { status: 404, statusText: 'Not Found' }), /404 Not Found/],
         [new Response(null), /no body/],
+        [new Response('<!doctype html><title>Nothing here</title>'), /a page: is its address right/],
+        ...['model.phiz', new URL('file:///model.phiz'), Promise.resolve(new Response(bytes)), undefined, null, 5, {}].map((given) => [given, /a model must be given as bytes/]),
       ]) {
         await assert.rejects(load(given, { build }), (error) => error instanceof Error && reason.test(error.message), `${reason}`);
       }
@@ -504,6 +559,24 @@ for (const build of ['simd', 'scalar']) {
     });
   });
 }
+
+// A bundler may leave the module anywhere.
+test('the module may be given', async () => {
+  const place = (name) => new URL(`../../pkg/${name}_bg.wasm`, import.meta.url);
+  const wasm = await readFile(place('simd/phiz'));
+  for (const [i, given] of [wasm, new WebAssembly.Module(wasm), new Response(wasm, { headers: { 'content-type': 'application/wasm' } }), place('simd/phiz')].entries()) {
+    // As many packages as there are ways: each is instantiated once.
+    const own = await import(`../../pkg/index.js?${i}`);
+    await own.prepare({ build: 'simd', wasm: given });
+    const model = await own.load(bytes, { build: 'simd' });
+    assert.ok(model.face().positions.length > 0);
+    model.free();
+  }
+  const other = await import('../../pkg/index.js?none');
+  await assert.rejects(other.prepare({ build: 'nope' }), /no build "nope"/);
+  await assert.rejects(other.load(bytes, { build: 'nope' }), /no build "nope"/);
+  await assert.rejects(other.prepare({ biuld: 'simd' }), /no option "biuld"/);
+});
 
 test('both builds give the same faces', async () => {
   const [simd, scalar] = [

@@ -16,16 +16,21 @@
  * @throws Error with the reason when the bytes are not a usable blob, or do not come.
  */
 export function load(
-  file: Uint8Array | ArrayBuffer | Response | ReadableStream<Uint8Array>,
+  file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>,
   options?: { build?: 'simd' | 'scalar' },
 ): Promise<FaceModel>;
+
+/** A wasm file of this package as its user has it: where it is, a response that brings it, its bytes, or compiled. */
+export type Wasm = string | URL | Response | BufferSource | WebAssembly.Module;
 
 /**
  * Fetches and compiles the module before there is a model to read: `load` waits for less.
  *
+ * @param options `wasm` is the module where a bundler does not find it by itself: `phiz/simd/phiz_bg.wasm` or
+ *   `phiz/scalar/phiz_bg.wasm`, whichever `build` is. It counts before anything else has asked for that build.
  * @throws Error when it does not come; `load` tries again
  */
-export function prepare(options?: { build?: 'simd' | 'scalar' }): Promise<void>;
+export function prepare(options?: { build?: 'simd' | 'scalar'; wasm?: Wasm }): Promise<void>;
 
 /** The build that `load` takes by itself: `simd` where 128-bit instructions work. */
 export function fastestBuild(): 'simd' | 'scalar';
@@ -348,9 +353,10 @@ export class FaceModel implements ModelInfo {
   /**
    * Loads and prepares what fits photos, for the expressions that are loaded, so that the first fit takes
    * as long as the others. Without it the first fit does.
+   * @param options `wasm` is `phiz/photo/photo_bg.wasm` where a bundler does not find it by itself
    * @throws Error with the reason when the module cannot be loaded.
    */
-  preparePhotos(): Promise<void>;
+  preparePhotos(options?: { wasm?: Wasm }): Promise<void>;
   /**
    * The face and the camera that the points of a photo tell. Nothing leaves the machine; the module
    * that does it is loaded with the first photo. Expressions are told too when they are loaded, and
@@ -421,7 +427,7 @@ export class Face {
   /** Back to the median: all of the face, or the controls of one region. */
   reset(region?: string): void;
   /** Moves towards another face of the same model: t = 0 changes nothing, 1 takes it over. */
-  blend(other: Face, t: number, options?: { regions?: string[] }): void;
+  blend(other: Face, t: number, options?: { regions?: readonly string[] }): void;
   /**
    * Where the face stands on an attribute, in its unit. Edits by semantic controls do not count.
    * @throws Error when no attribute has that name.
@@ -430,8 +436,8 @@ export class Face {
   /**
    * Makes the face read values on some attributes, in their units, and stay as like itself as the population lets it: by the
    * most probable change, to a thousandth of their limits where people's limits let it. All other attributes read what they
-   * did. Locked regions and held measures stay. Shares of one whole are asked for together:
-   * `setAttributes({ african: 0.6, asian: 0.2, caucasian: 0.2 })`.
+   * did. Locked regions and held measures stay. Shares of one whole are asked for together, and sum to 1:
+   * `setAttributes({ african: 0.6, asian: 0.2, caucasian: 0.2 })`; one alone, or three that do not, are met half-way.
    * @throws Error for what is unknown, and for values beyond their limits; the face then stays as it was.
    */
   setAttributes(values: Readonly<Record<string, number>>): void;
@@ -446,7 +452,7 @@ export class Face {
   randomize(options?: {
     seed?: number;
     spread?: number;
-    regions?: string[];
+    regions?: readonly string[];
     attributes?: Readonly<Record<string, number>>;
   }): number;
   /**
@@ -492,7 +498,7 @@ export class Face {
   get expression(): Readonly<Record<string, number>>;
   set expression(shown: Readonly<Record<string, number>>);
 
-  /** The whole face as a short string for URLs; may be assigned. */
+  /** The whole face as a short string for URLs; may be assigned. What is locked is no part of it, and stays. */
   code: string;
   /**
    * All coefficients in standard deviations, a copy; may be assigned, which forgets what locks took
@@ -510,12 +516,12 @@ export class Face {
   /** Unit normals, as `positions`. */
   readonly normals: Float32Array;
   /**
-   * `[first, end)`: the vertices that the last call moved or turned. Of a face that has had expressions
-   * those that differ from what they were when positions, normals or this were last asked for.
+   * `[first, end)`: the smallest range that has all vertices that the last call moved or turned, and others between them.
+   * Of a face that has had expressions those that differ from what they were when positions, normals or this were last asked for.
    */
   readonly changed: [number, number];
 
-  /** A face of its own with the same state. */
+  /** A face of its own with the same state, locks as well. */
   clone(): Face;
   /** Releases the face's memory. Any later use throws. */
   free(): void;

@@ -22,32 +22,35 @@ const instances = new Map();
 /** Those that are there. @type {Map<string, Instance>} */
 const ready = new Map();
 
-/** @param {'simd' | 'scalar'} build */
-async function instantiate(build) {
+/** A module as the caller has it: where it is, its bytes, or compiled. @typedef {string | URL | Response | BufferSource | WebAssembly.Module} Wasm */
+
+/** @param {'simd' | 'scalar'} build @param {Wasm} [wasm] */
+async function instantiate(build, wasm) {
   if (typeof WebAssembly !== 'object') {
     throw new Error('WebAssembly is not available here, and phiz needs it');
   }
+  if (build !== 'simd' && build !== 'scalar') throw new Error(`there is no build "${build}": take simd or scalar`);
   // The two paths are written out so that bundlers find the modules and the wasm files.
   const glue =
     build === 'simd' ? await import('./simd/phiz.js') : await import('./scalar/phiz.js');
-  const url =
+  const own = () =>
     build === 'simd'
       ? new URL('./simd/phiz_bg.wasm', import.meta.url)
       : new URL('./scalar/phiz_bg.wasm', import.meta.url);
-  const { memory } = await glue.default({ module_or_path: await wasmSource(url) });
+  const { memory } = await glue.default({ module_or_path: await wasmSource(wasm ?? own()) });
   return { glue, memory };
 }
 
 /**
- * @param {URL} url
- * @returns {Promise<URL | BufferSource>}
+ * @param {Wasm} wasm
+ * @returns {Promise<Wasm>}
  */
-async function wasmSource(url) {
-  if (url.protocol !== 'file:') return url;
+async function wasmSource(wasm) {
+  if (!(wasm instanceof URL && wasm.protocol === 'file:')) return wasm;
   // Node's fetch does not read files. The name is in a variable so that bundlers for pages do not
   // try to resolve it.
   const fs = 'node:fs/promises';
-  return (await import(/* @vite-ignore */ fs)).readFile(url);
+  return (await import(/* webpackIgnore: true */ /* @vite-ignore */ fs)).readFile(wasm);
 }
 
 /**
@@ -56,16 +59,16 @@ async function wasmSource(url) {
  */
 let photoModule = null;
 
-async function loadPhotoModule() {
+/** @param {Wasm} [wasm] */
+async function loadPhotoModule(wasm) {
   const glue = await import('./photo/photo.js');
-  const url = new URL('./photo/photo_bg.wasm', import.meta.url);
-  await glue.default({ module_or_path: await wasmSource(url) });
+  await glue.default({ module_or_path: await wasmSource(wasm ?? new URL('./photo/photo_bg.wasm', import.meta.url)) });
   return glue;
 }
 
-/** A failed download may be tried again. */
-function loadedPhotoModule() {
-  photoModule ??= loadPhotoModule().catch((why) => {
+/** A failed download may be tried again. @param {Wasm} [wasm] */
+function loadedPhotoModule(wasm) {
+  photoModule ??= loadPhotoModule(wasm).catch((why) => {
     photoModule = null;
     throw why;
   });
@@ -86,10 +89,29 @@ function pixels(what, value) {
   return value;
 }
 
-/** Names, and a number for each. @param {Record<string, number>} values @returns {[string[], Float32Array]} */
+// Glue takes whatever it is given for what it expects: another type would be read as an address.
+/** @param {string} what @param {string} wanted @param {unknown} value @returns {never} */
+function wrong(what, wanted, value) {
+  throw new TypeError(`${what} must be ${wanted}, not ${typeof value === 'string' ? `"${value}"` : Array.isArray(value) ? 'an array' : typeof value === 'object' ? value && 'an object' : String(value)}`);
+}
+/** @param {string} what @param {unknown} value */
+const string = (what, value) => (typeof value === 'string' ? value : wrong(what, 'a string', value));
+/** @param {string} what @param {unknown} value */
+const number = (what, value) => (typeof value === 'number' ? value : wrong(what, 'a number', value));
+/** @param {string} what @param {unknown} value @returns {string[] | undefined} */
+const strings = (what, value) =>
+  value === undefined || (Array.isArray(value) && value.every((one) => typeof one === 'string')) ? value : wrong(what, 'an array of strings', value);
+/** @param {string} what @param {object} others options that nobody asks for */
+function noMore(what, others) {
+  const [unknown] = Object.keys(others);
+  if (unknown !== undefined) throw new Error(`${what} knows no option "${unknown}"`);
+}
+
+/** Names, and a number for each. @param {Readonly<Record<string, number>>} values @returns {[string[], Float32Array]} */
 function namedNumbers(values) {
+  if (typeof values !== 'object' || !values) wrong('attributes', 'an object', values);
   const names = Object.keys(values);
-  return [names, Float32Array.from(names, (name) => values[name])];
+  return [names, Float32Array.from(names, (name) => number(`the attribute "${name}"`, values[name]))];
 }
 
 /** What a packed model may inflate to, as in `src/blob.rs`: twenty times the default model. */
@@ -146,6 +168,8 @@ async function unpackTo(file, take, seen = () => {}) {
       const { value } = await source.read();
       if (!value) break;
       seen(value);
+      // As servers answer who asks for what they do not have.
+      if (first && value[0] === 0x3c) throw new Error('not a usable phiz blob but a page: is its address right?');
       if (first && isPacked(value)) {
         if (typeof DecompressionStream !== 'function') {
           throw new Error('this browser has no DecompressionStream, which unpacks models: it is too old');
@@ -188,11 +212,11 @@ async function unpack(bytes) {
 /** A copy comes out of it, whatever becomes of the bytes. @param {Uint8Array} bytes */
 const streamOf = (bytes) => new Blob([/** @type {BlobPart} */ (bytes)]).stream();
 
-/** @param {'simd' | 'scalar'} build */
-function instance(build) {
+/** @param {'simd' | 'scalar'} build @param {Wasm} [wasm] */
+function instance(build, wasm) {
   let found = instances.get(build);
   if (!found) {
-    found = instantiate(build);
+    found = instantiate(build, wasm);
     instances.set(build, found);
     found.then(
       (instance) => ready.set(build, instance),
@@ -203,17 +227,22 @@ function instance(build) {
   return found;
 }
 
-/** @param {{ build?: 'simd' | 'scalar' }} [options] */
-export async function prepare({ build = fastestBuild() } = {}) {
-  await instance(build);
+/** @param {{ build?: 'simd' | 'scalar', wasm?: Wasm }} [options] */
+export async function prepare({ build = fastestBuild(), wasm, ...others } = {}) {
+  noMore('prepare', others);
+  await instance(build, wasm);
 }
 
 /**
- * @param {Uint8Array | ArrayBuffer | Response | ReadableStream<Uint8Array>} file
+ * @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>} file
  * @param {{ build?: 'simd' | 'scalar' }} [options]
  */
-export async function load(file, { build = fastestBuild() } = {}) {
-  const given = file instanceof ArrayBuffer ? new Uint8Array(file) : file;
+export async function load(file, { build = fastestBuild(), ...others } = {}) {
+  noMore('load', others);
+  const given = file instanceof ArrayBuffer ? new Uint8Array(file) : file instanceof Blob ? file.stream() : file;
+  if (!ArrayBuffer.isView(given) && !(given instanceof Response) && typeof given?.getReader !== 'function') {
+    wrong('a model', 'given as bytes, or as a response or stream that brings them (`await load(await fetch(url))`)', given);
+  }
   const there = ready.get(build);
   // A blob has far more bytes than a file: where nothing has to be waited for, the module's copy is the
   // only one.
@@ -226,7 +255,7 @@ export async function load(file, { build = fastestBuild() } = {}) {
       incoming.free();
     }
   }
-  if (given instanceof Response && !given.ok) throw new Error(`${given.url}: ${given.status} ${given.statusText}`.trim());
+  if (given instanceof Response && !given.ok) throw new Error(`${given.url || 'the response'}: ${given.status} ${given.statusText}`.trim());
   // The file is kept as it was given, for the module that fits photos: should it come, it reads its own.
   /** @type {Uint8Array[]} */
   const kept = [];
@@ -322,7 +351,7 @@ export class FaceModel {
 
   /** @param {string} code */
   fromCode(code) {
-    return this.#adopt(this.#live.from_code(code));
+    return this.#adopt(this.#live.from_code(string('a code', code)));
   }
 
   /** @param {Uint8Array | ArrayBuffer} bytes */
@@ -338,13 +367,16 @@ export class FaceModel {
     return this.#expressions?.names ?? [];
   }
 
-  async preparePhotos() {
+  /** @param {{ wasm?: Wasm }} [options] */
+  async preparePhotos({ wasm } = {}) {
+    await loadedPhotoModule(wasm);
     await this.#photoFitter();
   }
 
   /** @param {import('phiz').PhotoPoints} photo */
   async fitPhoto({ width, height, points, focal, jawNoise, rgba, progress }) {
     const size = Uint32Array.of(pixels('width', width), pixels('height', height));
+    if (!(points?.length >= 0)) wrong('points', 'an array of x, y, x, y ...', points);
     const pairs = Float64Array.from(points);
     if (pairs.length % 2) throw new Error('points are pairs of x and y, and one has no y');
     const fitter = await this.#photoFitter();
@@ -371,7 +403,7 @@ export class FaceModel {
       size,
       Float64Array.of(camera.focal, ...camera.centre, ...camera.rotation, ...camera.translation),
       Float64Array.from(light?.coefficients.flat() ?? []),
-      code,
+      string('the code of a fit', code),
       weigh(expression),
     );
     try {
@@ -509,11 +541,11 @@ class PhotoEdit {
 
   /** @param {import('phiz').PhotoShape} shape */
   field({ code, expression }) {
-    return this.#live.field(code, this.#weigh(expression));
+    return this.#live.field(string('a code', code), this.#weigh(expression));
   }
   /** @param {import('phiz').PhotoShape} shape @param {Uint8Array | Uint8ClampedArray} rgba */
   render({ code, expression }, rgba) {
-    return new Uint8ClampedArray(this.#live.render(rgba, code, this.#weigh(expression)).buffer);
+    return new Uint8ClampedArray(this.#live.render(rgba, string('a code', code), this.#weigh(expression)).buffer);
   }
   /** @param {Uint8Array | Uint8ClampedArray} rgba @param {number} [size] @param {import('phiz').PhotoDetail} [detail] */
   texture(rgba, size = 1024, detail) {
@@ -570,76 +602,86 @@ export class Face {
 
   /** @param {string} control @param {number} value */
   set(control, value) {
-    this.#live.set(control, value);
+    this.#live.set(string('a control', control), number('the value of a control', value));
   }
   /** @param {string} control */
   get(control) {
-    return this.#live.get(control);
+    return this.#live.get(string('a control', control));
   }
   /** @param {string} [region] */
   reset(region) {
-    this.#live.reset(region);
+    this.#live.reset(region === undefined ? region : string('a region', region));
   }
-  /** @param {Face} other @param {number} t @param {{ regions?: string[] }} [options] */
-  blend(other, t, { regions } = {}) {
+  /** @param {Face} other @param {number} t @param {{ regions?: readonly string[] }} [options] */
+  blend(other, t, { regions, ...others } = {}) {
+    noMore('blend', others);
+    if (!(other instanceof Face)) wrong('the face to blend with', 'a Face', other);
     // wasm-bindgen does not lend the same face twice; a copy makes the same checks.
     const source = other === this ? other.clone() : other;
     try {
-      this.#live.blend(source.#live, t, regions);
+      this.#live.blend(source.#live, number('t', t), strings('regions', regions));
     } finally {
       if (source !== other) source.free();
     }
   }
   /** @param {string} name */
   attribute(name) {
-    return this.#live.attribute(name);
+    return this.#live.attribute(string('an attribute', name));
   }
-  /** @param {Record<string, number>} values */
+  /** @param {Readonly<Record<string, number>>} values */
   setAttributes(values) {
     this.#live.set_attributes(...namedNumbers(values));
   }
-  /** @param {{ seed?: number, spread?: number, regions?: string[], attributes?: Record<string, number> }} [options] */
-  randomize({ seed, spread, regions, attributes = {}, ...others } = {}) {
-    const [unknown] = Object.keys(others);
-    if (unknown !== undefined) throw new Error(`randomize knows no option "${unknown}"`);
-    return this.#live.randomize(seed, spread, regions, ...namedNumbers(attributes));
+  /** @param {{ seed?: number, spread?: number, regions?: readonly string[], attributes?: Readonly<Record<string, number>> }} [options] */
+  randomize(options = {}) {
+    if (typeof options !== 'object') wrong('what randomize is given', 'an object', options);
+    const { seed, spread, regions, attributes = {}, ...others } = options;
+    noMore('randomize', others);
+    return this.#live.randomize(
+      seed === undefined ? seed : number('a seed', seed),
+      spread === undefined ? spread : number('spread', spread),
+      strings('regions', regions),
+      ...namedNumbers(attributes),
+    );
   }
   /** @param {string} region */
   lock(region) {
-    this.#live.lock(region);
+    this.#live.lock(string('a region', region));
   }
   /** @param {string} region */
   unlock(region) {
-    this.#live.unlock(region);
+    this.#live.unlock(string('a region', region));
   }
   get locked() {
     return this.#live.locked();
   }
   /** @param {string} name */
   measure(name) {
-    return this.#live.measure(name);
+    return this.#live.measure(string('a measure', name));
   }
   /** @param {string} name @param {number} value */
   setMeasure(name, value) {
-    this.#live.set_measure(name, value);
+    this.#live.set_measure(string('a measure', name), number('the value of a measure', value));
   }
   /** @param {string} control */
   clear(control) {
-    this.#live.clear(control);
+    this.#live.clear(string('a control', control));
   }
   /** @param {string} name */
   lockMeasure(name) {
-    this.#live.lock_measure(name);
+    this.#live.lock_measure(string('a measure', name));
   }
   /** @param {string} name */
   unlockMeasure(name) {
-    this.#live.unlock_measure(name);
+    this.#live.unlock_measure(string('a measure', name));
   }
   get lockedMeasures() {
     return this.#live.locked_measures();
   }
   /** @param {number} vertex @param {ArrayLike<number>} target */
   drag(vertex, target) {
+    if (!Number.isInteger(vertex) || vertex < 0 || vertex >= this.#model.vertexCount) throw new Error(`there is no vertex ${String(vertex)}`);
+    if (typeof target !== 'object' || target?.length !== 3) wrong('the target of a vertex', 'an array of three numbers', target);
     this.#live.drag(vertex, target[0], target[1], target[2]);
   }
   /** @param {string} name @param {number} weight */
@@ -648,7 +690,7 @@ export class Face {
     const expressions = this.#family.expressions();
     if (!expressions) throw new Error('the model has no expressions yet: see loadExpressions');
     this.#shown = null;
-    raw.express(expressions.raw, name, weight);
+    raw.express(expressions.raw, string('an expression', name), number('the weight of an expression', weight));
   }
   get expression() {
     const raw = this.#live;
@@ -681,7 +723,7 @@ export class Face {
     return this.#live.code();
   }
   set code(code) {
-    this.#live.set_code(code);
+    this.#live.set_code(string('a code', code));
   }
   get coefficients() {
     return this.#live.coefficients();

@@ -34,6 +34,6 @@ export class PhotoEdit {
 }
 
 declare const init: (options: {
-  module_or_path: URL | BufferSource;
+  module_or_path: import('./index.js').Wasm;
 }) => Promise<{ memory: WebAssembly.Memory }>;
 export default init;

@@ -74,5 +74,5 @@ export class Face {
 }
 
 export default function init(source: {
-  module_or_path: URL | BufferSource | WebAssembly.Module;
+  module_or_path: import('./index.js').Wasm;
 }): Promise<{ memory: WebAssembly.Memory }>;

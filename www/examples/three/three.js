@@ -82,7 +82,7 @@ form.addEventListener('input', ({ target }) => {
   face.set(slider.name, slider.valueAsNumber);
   const [first, end] = face.changed;
   update([first, end]);
-  status.textContent = `${end - first} of ${model.vertexCount} vertices moved`;
+  status.textContent = `${end - first} of ${model.vertexCount} vertices were updated`;
 });
 form.querySelector('button')?.addEventListener('click', () => {
   face.randomize();

@@ -121,8 +121,8 @@ function styleOf({ colour, cover, off, hangs, forehead, aside }) {
   const length = sliderOfLength(forehead > FRINGE ? Math.max(mm, FOREHEAD * forehead) : mm);
   const comb = forehead > FRINGE ? 0.85 : hangs > AROUND_EARS ? 0.5 : 0.3;
   // It is swept to where it covers more.
-  const swept = forehead > FRINGE ? { parting: 0.5 + 0.5 * Math.max(-1, Math.min(1, aside / SWEPT)) } : {};
-  return { ...hairOf(colour), crop, length, comb, ...swept };
+  const swept = Math.max(-1, Math.min(1, aside / SWEPT));
+  return { ...hairOf(colour), crop, length, comb, ...(forehead > FRINGE && { parting: 0.5 + 0.5 * swept }) };
 }
 
 /**
