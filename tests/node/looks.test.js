@@ -4,8 +4,9 @@ import { describe, test } from 'node:test';
 import { REST, whole } from '../../www/src/head/colouring.js';
 import { scatters } from '../../www/src/hair/scattered.js';
 import { colouringOf, HAIR_SHOWN } from '../../www/src/photo/looks.js';
+import { coloured } from '../../www/src/photo/grey.js';
 import { hairColour, irisColours, skinColour } from '../../www/src/head/pigments.js';
-import { Color } from '../../www/node_modules/three/build/three.module.js';
+import { Color, SRGBColorSpace } from '../../www/node_modules/three/build/three.module.js';
 
 const tone = new Color('#d9a88c');
 const rgb = (/** @type {Color} */ { r, g, b }) => /** @type {[number, number, number]} */ ([r, g, b]);
@@ -107,6 +108,32 @@ describe('looks', () => {
     assert.deepEqual([partings[0], partings[2], partings[4]], [0, 0.5, 1]);
     assert.ok(partings[1] < 0.5 && partings[3] > 0.5, partings.join(', '));
     assert.ok(whole(colouringOf({ ...bald, hair: { ...short, cover: 0.4 } }, tone)).crop < 0.6);
+  });
+
+  test('without colours tell how bright they are, and no hue', () => {
+    const brightness = (/** @type {number[]} */ [r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    for (const skin of [0.15, 0.5, 0.8]) {
+      const light = brightness(seen(skinColour(tone, skin, REST.blood)));
+      const hair = brightness(seenHair(hairColour(0.7, 0, 0)));
+      const grey = (/** @type {number} */ value) => /** @type {[number, number, number]} */ ([value, value, value]);
+      const found = whole(colouringOf({ ...bald, skin: grey(light), irises: grey(0.08), hair: { ...short, colour: grey(hair) } }, tone));
+      assert.ok(Math.abs(found.skin - skin) < 0.1, `skin ${skin} is ${found.skin}`);
+      assert.ok(Math.abs(found.hair - 0.7) < 0.1 && found.red === REST.red && found.grey === REST.grey, JSON.stringify(found));
+      assert.deepEqual([found.iris, found.blood], [REST.iris, REST.blood]);
+    }
+    // The head wears skin's colours, as light and dark as the photo; a photo that has colours keeps its own.
+    const texture = (/** @type {(i: number) => number[]} */ of) => ({ size: 64, rgba: Uint8ClampedArray.from({ length: 4 * 64 * 64 }, (_, i) => [...of(i >> 2), 255][i % 4]) });
+    const value = (/** @type {number} */ i) => 120 + (i % 90);
+    const linear = (/** @type {number} */ byte) => new Color().setRGB(byte / 255, 0, 0, SRGBColorSpace).r;
+    const { rgba } = coloured(texture((i) => [value(i), value(i), value(i)]), tone);
+    for (const i of [0, 30, 60]) {
+      const [r, g, b] = rgba.subarray(4 * i, 4 * i + 3);
+      assert.ok(r > g && g > b, `${r} ${g} ${b}`);
+      const light = brightness([r, g, b].map(linear)) / linear(value(i));
+      assert.ok(Math.abs(light - 1) < 0.03, `${light} of the light`);
+    }
+    const own = texture((i) => [value(i), value(i) - 20, value(i) - 40]);
+    assert.deepEqual(coloured(own, tone).rgba, own.rgba);
   });
 
   test('of a beard have one', () => {

@@ -42,13 +42,14 @@ const ENVIRONMENT = ShaderChunk.envmap_physical_pars_fragment
 const SHADOWS = ShaderChunk.lights_fragment_begin.replace(
   /directLight\.color \*= (\( directLight\.visible && receiveShadow \) \? getShadow\( directionalShadowMap[^;]*);/,
   (_, lit) => /* glsl */ `
-    float lit = ${lit};
-    // The jaw is far from the neck: its shadow's edge is wide there. It is told by three rings, as one would be grains.
-    if (vShade.z < 1.0) {
-      float wide = 1.0 + 11.0 * sqrt(1.0 - vShade.z);
-      float outer = ${lit.replace('.shadowRadius', '.shadowRadius * wide')};
-      float inner = ${lit.replace('.shadowRadius', '.shadowRadius * 0.6 * wide')};
-      lit = (lit + outer + inner) / 3.0;
+    // Lamps are wide, and noses and jaws are far from what they shade: edges are some millimetres wide, and on the neck some
+    // more. In an edge three rings tell it, as one would be grains.
+    float wide = 4.5 + 8.0 * sqrt(1.0 - vShade.z);
+    float lit = ${lit.replace('.shadowRadius', '.shadowRadius * wide')};
+    if (lit > 0.0 && lit < 1.0) {
+      float middle = ${lit.replace('.shadowRadius', '.shadowRadius * 0.65 * wide')};
+      float inner = ${lit.replace('.shadowRadius', '.shadowRadius * 0.3 * wide')};
+      lit = (lit + middle + inner) / 3.0;
     }
     // Around the terminator the wrap decides, not the head's shadow on itself.
     lit = mix(1.0, lit, smoothstep(-0.2, 0.12, dot(smoothNormal, directLight.direction)));

@@ -1,6 +1,7 @@
 import { element } from '../frame/element.js';
 import { text } from '../text.js';
 import { Cancelled } from './fitter.js';
+import { coloured } from './grey.js';
 
 /** Texels a side of the colours that the 3D head takes from the photo. */
 const SIDE = 1024;
@@ -13,12 +14,13 @@ const SIDE = 1024;
  * @param {{
  *   fitter: import('./fitter.js').Fitter,
  *   detail: () => import('phiz').PhotoDetail | null,
+ *   tone: import('three').Color,
  *   allowed: () => boolean,
  *   wear: (colours: Colours | null) => void,
  *   complain: (sentence: string) => void,
- * }} parts `detail`: its face in its own pixels; `allowed`: there is a photo that says something of them
+ * }} parts `detail`: its face in its own pixels; `tone`: of the head's skin at rest; `allowed`: there is a photo that says something of them
  */
-export function createColours({ fitter, detail, allowed, wear, complain }) {
+export function createColours({ fitter, detail, tone, allowed, wear, complain }) {
   /** What the photo says; undefined before it was asked. @type {Colours | null | undefined} */
   let found;
   /** What of that the head has on. @type {Colours | null} */
@@ -35,7 +37,7 @@ export function createColours({ fitter, detail, allowed, wear, complain }) {
     const here = (asked += 1);
     try {
       const colours = await fitter.texture(SIDE, detail());
-      if (here === asked) found = colours;
+      if (here === asked) found = colours && coloured(colours, tone);
     } catch (error) {
       if (here !== asked) return;
       found = null;

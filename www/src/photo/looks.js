@@ -67,6 +67,25 @@ function least(steps, cost) {
 /** The square of the distance of two colours. @param {number[]} a @param {number[]} b logarithms */
 const apart = (a, b) => a.reduce((sum, value, k) => sum + (value - b[k]) ** 2, 0);
 
+/** Red, green and blue that are no farther apart have no hue: logarithms. No light makes skin so. */
+const NO_HUE = 0.04;
+/** @param {Linear} colour */
+const isGrey = (colour) => Math.max(...logarithms(colour)) - Math.min(...logarithms(colour)) < NO_HUE;
+/** @param {Linear} colour */
+const brightnessOf = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
+
+/** What a photo has of skin as the sliders paint it. @param {{ skin: number, blood: number }} sliders @param {import('three').Color} tone */
+export function pigmentOf({ skin, blood }, tone) {
+  const own = skinColour(tone, skin, blood);
+  return [own.r / SHOWN[0], own.g / SHOWN[1], own.b / SHOWN[2]];
+}
+
+/** Skin of which a photo tells no more than how bright it is. @param {number} brightness @param {import('three').Color} tone */
+export function skinOfBrightness(brightness, tone) {
+  const [skin] = least([50], (skin) => Math.abs(brightnessOf(pigmentOf({ skin, blood: REST.blood }, tone)) - brightness));
+  return { skin, blood: REST.blood };
+}
+
 /** @param {Linear} colour @param {import('three').Color} tone */
 function skinOf(colour, tone) {
   const wanted = logarithms(colour.map((value, k) => value * SHOWN[k]));
@@ -78,8 +97,19 @@ function skinOf(colour, tone) {
   return { skin, blood };
 }
 
-/** @param {Linear} colour */
-function hairOf(colour) {
+/**
+ * @param {Linear} colour @param {boolean} colourless of a photo without colours, whose hair may have any
+ * @returns {import('../head/colouring.js').Colouring}
+ */
+function hairOf(colour, colourless) {
+  if (colourless) {
+    const wanted = brightnessOf(colour);
+    const [hair] = least([40], (hair) => {
+      const { r, g, b } = hairColour(hair, 0, 0).multiplyScalar(HAIR_SHOWN);
+      return Math.abs(scatters([r, g, b]) * brightnessOf([r, g, b]) - wanted);
+    });
+    return { hair };
+  }
   const wanted = logarithms(colour);
   const [hair, red, grey] = least([40, 10, 10], (hair, red, grey) => {
     const own = hairColour(hair, red, grey).multiplyScalar(HAIR_SHOWN);
@@ -112,8 +142,8 @@ function irisOf(colour, skin) {
   return { iris };
 }
 
-/** @param {import('phiz').PhotoHair} hair @returns {import('../head/colouring.js').Colouring} */
-function styleOf({ colour, cover, off, hangs, forehead, aside }) {
+/** @param {import('phiz').PhotoHair} hair @param {boolean} colourless @returns {import('../head/colouring.js').Colouring} */
+function styleOf({ colour, cover, off, hangs, forehead, aside }, colourless) {
   const crop = cover > 0.6 ? 0.9 : 0.58;
   const short = off < CROPPED ? 0 : Math.min(66, Math.max(20, 3 * off));
   const mm = hangs > TO_SHOULDERS ? 200 : hangs > AROUND_EARS ? hangs + ABOVE_EAR : short;
@@ -122,7 +152,7 @@ function styleOf({ colour, cover, off, hangs, forehead, aside }) {
   const comb = forehead > FRINGE ? 0.85 : hangs > AROUND_EARS ? 0.5 : 0.3;
   // It is swept to where it covers more.
   const swept = Math.max(-1, Math.min(1, aside / SWEPT));
-  return { ...hairOf(colour), crop, length, comb, ...(forehead > FRINGE && { parting: 0.5 + 0.5 * swept }) };
+  return { ...hairOf(colour, colourless), crop, length, comb, ...(forehead > FRINGE && { parting: 0.5 + 0.5 * swept }) };
 }
 
 /**
@@ -131,11 +161,12 @@ function styleOf({ colour, cover, off, hangs, forehead, aside }) {
  * @param {import('three').Color} tone of the head's skin at rest
  */
 export function colouringOf({ skin, irises, beard, hair }, tone) {
-  const own = skinOf(skin, tone);
+  const colourless = isGrey(skin);
+  const own = colourless ? skinOfBrightness(brightnessOf(skin), tone) : skinOf(skin, tone);
   return readColouring({
     ...own,
-    ...(irises && irisOf(irises, own.skin)),
-    ...(hair ? styleOf(hair) : { crop: 0, length: 0 }),
+    ...(irises && !colourless && irisOf(irises, own.skin)),
+    ...(hair ? styleOf(hair, colourless) : { crop: 0, length: 0 }),
     ...(beard > BEARDS[1] ? { beard: 0.7, beardLength: 0.08 } : beard > BEARDS[0] ? { beard: 0.3 } : {}),
   });
 }

@@ -95,6 +95,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   const colours = createColours({
     fitter,
     detail: () => photo && fitted && fitter.detail(photo, fitted.points),
+    tone,
     allowed: () => editable,
     wear,
     complain: (sentence) => say(sentence, true),
