@@ -56,46 +56,53 @@ function chosenControls(model, asked) {
   });
 }
 
-/**
- * What shows a face, whosever it is.
- * @typedef {{ head: ReturnType<View['complete']>, scene: View['scene'] }} Drawn
- * @typedef {ReturnType<typeof createView>} View
- */
+/** Until the head is on the screen; a page that is hidden paints nothing, and waits no longer. */
+const painted = () =>
+  new Promise((done) => {
+    requestAnimationFrame(() => setTimeout(done));
+    setTimeout(done, 1000);
+  });
+
+/** @param {unknown} error */
+const sentence = (error) => (error instanceof Error ? error.message : String(error));
+
+/** @typedef {ReturnType<typeof createView>} View */
 
 /**
  * Everything that exists once a model is there.
  * @typedef {object} Live
  * @property {import('phiz').FaceModel} model
  * @property {import('phiz').Face} face
- * @property {Drawn['head']} head
- * @property {Drawn['scene']} scene
+ * @property {ReturnType<View['complete']>} head
+ * @property {View['scene']} scene
  * @property {Map<string, { input: HTMLInputElement, output: HTMLOutputElement }>} sliders
  */
 
+/** @param {string} words such as "skin: 0.8, iris: 0.1" */
+function spelled(words) {
+  const pairs = words.split(',').filter((pair) => pair.trim());
+  return Object.fromEntries(
+    pairs.map((pair) => {
+      const [name, value] = pair.split(':');
+      return [name.trim(), value?.trim() ? Number(value) : NaN];
+    }),
+  );
+}
+
 /**
- * @param {Readonly<Record<string, number>>} colours
+ * @param {unknown} asked an object, or words as the attribute has them; nothing is the model's own
  * @returns {import('../src/head/colouring.js').Colouring}
  * @throws with a sentence that names what is none
  */
-function checkedColours(colours) {
-  for (const [name, value] of Object.entries(colours)) {
+function coloursOf(asked) {
+  const colours = typeof asked === 'string' ? spelled(asked) : (asked ?? {});
+  if (typeof colours !== 'object') throw new Error('colours are an object, such as { skin: 0.8 }, or words, such as "skin: 0.8"');
+  const numbers = /** @type {Record<string, unknown>} */ (colours);
+  for (const [name, value] of Object.entries(numbers)) {
     if (!COLOURS.includes(name)) throw new Error(`there is no colour "${name}": take ${COLOURS.join(', ')}`);
     if (typeof value !== 'number' || !(value >= 0 && value <= 1)) throw new Error(`the colour "${name}" is a number from 0 to 1`);
   }
-  return readColouring(colours);
-}
-
-/** @param {string | null} words such as "skin: 0.8, iris: 0.1" */
-function coloursIn(words) {
-  const pairs = (words ?? '').split(',').filter((pair) => pair.trim());
-  return checkedColours(
-    Object.fromEntries(
-      pairs.map((pair) => {
-        const [name, value] = pair.split(':');
-        return [name.trim(), value?.trim() ? Number(value) : NaN];
-      }),
-    ),
-  );
+  return readColouring(numbers);
 }
 
 /**
@@ -106,13 +113,24 @@ export class PhizDesigner extends HTMLElement {
 
   /** @type {Live | null} */
   #live = null;
+  /** What the stage shows, which may be there before the model is. @type {View['scene'] | null} */
+  #scene = null;
+  /** @type {Live['head'] | null} */
+  #head = null;
+  /** What the page asked for last, if the model is there or not. */
+  #asked = { code: '', colours: /** @type {unknown} */ (null) };
+  /** The face of an element that was taken away, until it is back. @type {{ code?: string, colours?: unknown, expression?: Readonly<Record<string, number>> }} */
+  #kept = {};
   /** Whether the head knows what the model's expressions do, which the page may load at any time. */
   #expressive = false;
   #panel = element('div', { class: 'panel', part: 'panel' });
   #frame = element('div', { class: 'frame' });
   #dark = window.matchMedia('(prefers-color-scheme: dark)');
+  #started = false;
   /** Counts starts: a start that is no longer the last one gives up. */
   #start = 0;
+  /** Ends what listens to the canvas. */
+  #listening = new AbortController();
   #onDark = () => this.#paint();
 
   constructor() {
@@ -123,35 +141,54 @@ export class PhizDesigner extends HTMLElement {
   }
 
   connectedCallback() {
+    // What the page assigned before this class was there hides the accessors.
+    for (const name of /** @type {const} */ (['code', 'colours'])) {
+      if (!Object.hasOwn(this, name)) continue;
+      const value = this[name];
+      delete (/** @type {Partial<PhizDesigner>} */ (this)[name]);
+      Object.assign(this, { [name]: value });
+    }
     this.#dark.addEventListener('change', this.#onDark);
     // Moving an element disconnects and connects it: what it shows stays.
-    if (!this.#live) this.#restart();
+    if (!this.#started) this.#restart();
   }
 
   disconnectedCallback() {
     this.#dark.removeEventListener('change', this.#onDark);
     queueMicrotask(() => {
-      if (!this.isConnected) {
-        this.#start += 1;
-        this.#stop();
+      if (this.isConnected) return;
+      if (this.#live) {
+        const { model, face, head } = this.#live;
+        const expression = model.expressions.length ? face.expression : this.#kept.expression;
+        this.#kept = { code: face.code, colours: head.colouring, expression };
       }
+      this.#start += 1;
+      this.#started = false;
+      this.#stop();
     });
   }
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
-    if (before === value || !this.isConnected) return;
-    if (name === 'src' || name === 'head') this.#restart();
-    else if (name === 'theme') this.#paint();
-    else if (this.#live) {
-      try {
-        if (name === 'controls') this.#buildPanel();
-        else if (name === 'colours') this.colours = coloursIn(value);
-        else this.code = value ?? '';
-      } catch (error) {
-        this.#fail(error);
-      }
+    try {
+      if (name === 'code') this.#askCode(value);
+      else if (name === 'colours') this.#askColours(value);
+      else if (before !== value) this.#follow(name, value);
+    } catch (error) {
+      this.#complain(error);
     }
+  }
+
+  /** @param {string} name of an attribute that is another now @param {string | null} value */
+  #follow(name, value) {
+    // Another model has other codes.
+    if (name === 'src') this.#kept = {};
+    if (!this.#started) return;
+    if (name === 'theme') this.#paint();
+    else if (name === 'src') this.#restart();
+    else if (name === 'controls') {
+      if (this.#live) this.#buildPanel(value);
+    } else if (!this.#live) this.#restart();
   }
 
   /** The model, once `ready` was fired. */
@@ -162,25 +199,47 @@ export class PhizDesigner extends HTMLElement {
   get face() {
     return this.#live?.face ?? null;
   }
-  /** The whole face as a short string; may be assigned. The empty string is the median face. */
+  /** The whole face as a short string; may be assigned at any time. The empty string is the median face. */
   get code() {
-    return this.#live?.face.code ?? this.getAttribute('code') ?? '';
+    return this.#live?.face.code ?? this.#kept.code ?? this.#asked.code;
   }
+  /** @param {string | null | undefined} code */
   set code(code) {
-    const { face } = this.#need();
-    if (code) face.code = code;
-    else face.reset();
+    this.#askCode(code);
+  }
+
+  /** The colours that are not the model's own; may be assigned at any time, also as the attribute has them. */
+  get colours() {
+    if (this.#live) return this.#live.head.colouring;
+    try {
+      return coloursOf(this.#kept.colours ?? this.#asked.colours);
+    } catch {
+      // It is said when the model is there.
+      return {};
+    }
+  }
+  /** @param {Readonly<Record<string, number>> | string | null | undefined} colours */
+  set colours(colours) {
+    this.#askColours(colours);
+  }
+
+  /** @param {string | null | undefined} code */
+  #askCode(code) {
+    this.#asked.code = code ?? '';
+    delete this.#kept.code;
+    if (!this.#live) return;
+    if (code) this.#live.face.code = code;
+    else this.#live.face.reset();
     this.refresh();
   }
 
-  /** The colours that are not the model's own; may be assigned. */
-  get colours() {
-    return this.#live?.head.colouring ?? coloursIn(this.getAttribute('colours'));
-  }
-  set colours(colours) {
-    const { head, scene } = this.#need();
-    head.paint(checkedColours(colours));
-    scene.shapeChanged();
+  /** @param {unknown} colours */
+  #askColours(colours) {
+    this.#asked.colours = colours;
+    delete this.#kept.colours;
+    if (!this.#live) return;
+    this.#live.head.paint(coloursOf(colours));
+    this.#live.scene.shapeChanged();
     this.#tell('change');
   }
 
@@ -208,24 +267,24 @@ export class PhizDesigner extends HTMLElement {
   view(name) {
     this.#need().scene.view(name);
   }
-  /** The view as a PNG. @param {{ width: number, height: number, transparent?: boolean }} options */
-  toPng(options) {
+  /** The view as a PNG. @param {{ width?: number, height?: number, transparent?: boolean }} [options] */
+  async toPng({ width = 1024, height = width, transparent } = {}) {
     const { head, scene } = this.#need();
     head.finish();
     this.#ownBackdrop(scene);
-    return portrait(scene, options);
+    return portrait(scene, { width, height, transparent });
   }
-  /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format */
-  async toMesh(format) {
+  /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format @param {{ targets?: boolean }} [options] of a GLB */
+  async toMesh(format, options) {
     const { face, head, scene } = this.#need();
     if (format === 'glb') {
       const { glbAsShown } = await import('../src/appearance/appearance.js');
-      return glbAsShown(scene.renderer, head, face);
+      return glbAsShown(scene.renderer, head, face, options);
     }
     const { toObj, toPly, toStl } = await import('phiz/export');
-    const write = { obj: toObj, ply: toPly, stl: toStl }[format];
-    if (!write) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
-    return write(face);
+    const writers = { obj: toObj, ply: toPly, stl: toStl };
+    if (!Object.hasOwn(writers, format)) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
+    return writers[format](face);
   }
 
   /** Shows the face as it is now and tells the page. */
@@ -234,6 +293,8 @@ export class PhizDesigner extends HTMLElement {
     if (!this.#expressive && model.expressions.length) {
       this.#expressive = true;
       head.expressBy(measureTurns(model), measureShifts(model, head.anchors));
+      const known = Object.entries(this.#kept.expression ?? {}).filter(([name]) => model.expressions.includes(name));
+      if (!Object.keys(face.expression).length) face.expression = Object.fromEntries(known);
     }
     head.update(face);
     scene.shapeChanged();
@@ -252,123 +313,155 @@ export class PhizDesigner extends HTMLElement {
   }
 
   /** @param {unknown} error */
+  #complain(error) {
+    this.dispatchEvent(new CustomEvent('error', { detail: { message: sentence(error) } }));
+  }
+
+  /** There will be no model: what there is of a face stays. @param {unknown} error */
   #fail(error) {
-    const message = error instanceof Error ? error.message : String(error);
-    if (!this.#live) this.#frame.replaceChildren(element('p', { class: 'status', role: 'alert' }, message));
-    this.dispatchEvent(new CustomEvent('error', { detail: { message } }));
+    if (!this.#scene) this.#frame.replaceChildren();
+    this.#frame.append(element('p', { class: 'status', role: 'alert' }, sentence(error)));
+    this.#complain(error);
   }
 
   async #restart() {
     const start = ++this.#start;
+    const isStale = () => start !== this.#start;
+    this.#started = true;
     this.#stop();
-    delete this.dataset.face;
     this.#paint();
     const src = this.getAttribute('src');
     if (src === null) return;
-    this.#frame.replaceChildren(element('p', { class: 'status', role: 'status' }, text.loading));
-    const asked = this.getAttribute('head');
-    // A code asks for a face that the head is not.
-    const early = asked !== null && !this.getAttribute('code');
+    const loading = element('p', { class: 'status', role: 'status' }, text.loading);
+    this.#frame.replaceChildren(loading);
+    const preview = this.getAttribute('head');
     /** @type {import('phiz').FaceModel | undefined} */
     let model;
-    /** @type {Drawn['scene'] | undefined} */
-    let scene;
+    /** Vertices of the head that shows before the model is there. */
+    let early = 0;
     const url = (/** @type {string} */ name) => new URL(name, document.baseURI).href;
     const read = async (/** @type {string} */ name) => load((await download(url(name))).clone());
     /** Shows a model's median face, quickly and then wholly; the model is needed no longer. */
     const draw = async (/** @type {import('phiz').FaceModel} */ shown) => {
       const view = createView(shown, this.#stage(), layGroundwork());
-      scene = view.scene;
-      this.#furnish(scene);
+      this.#scene = view.scene;
+      this.#furnish(view.scene);
       if (early) this.#tell('face');
       // The head is on the screen before the model takes the line.
-      await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
+      await painted();
       // What loads it says why it cannot.
       if (early) download(url(src)).catch(() => {});
       const laid = await view.groundwork;
-      if (start !== this.#start) return null;
-      const head = view.complete(laid);
+      if (isStale()) return;
+      this.#head = view.complete(laid);
       this.dataset.face = 'complete';
-      return { head, scene };
+    };
+    const leaveOut = (/** @type {unknown} */ why) => {
+      early = 0;
+      this.#stop();
+      this.#frame.replaceChildren(loading);
+      this.#complain(new Error(`the head is left out: ${sentence(why)}`));
     };
     try {
-      /** @type {Drawn | null} */
-      let drawn = null;
-      if (early) {
-        model = await read(asked);
-        if (start === this.#start) drawn = await draw(model);
-        model.free();
+      // A code asks for a face that the head is not.
+      if (preview !== null && !this.code) {
+        try {
+          model = await read(preview);
+          early = model.vertexCount;
+          if (!isStale()) await draw(model);
+        } catch (error) {
+          if (!isStale()) leaveOut(error);
+        }
+        model?.free();
         model = undefined;
-        if (start !== this.#start) return scene?.renderer.forceContextLoss();
+        if (isStale()) return;
       }
       model = await read(src);
-      if (start === this.#start) drawn ??= await draw(model);
+      if (!isStale() && early && early !== model.vertexCount) leaveOut('it is of another model');
+      if (!isStale() && !this.#head) await draw(model);
       // The head shows without, and the model takes the line.
       const [{ growHair }, { layFinework }] = await Promise.all([import('../src/hair/onhead.js'), import('../src/head/finework.js')]);
-      if (start !== this.#start || !drawn) {
-        scene?.renderer.forceContextLoss();
-        return model.free();
-      }
-      drawn.head.adorn(growHair, layFinework, drawn.scene.shapeChanged);
-      this.#show(model, drawn);
+      if (isStale() || !this.#head || !this.#scene) return model.free();
+      this.#head.adorn(growHair, layFinework, this.#scene.shapeChanged);
+      const wrong = this.#show(model, this.#head, this.#scene);
+      for (const error of wrong) this.#complain(error);
+      // Who hears of it may begin anew.
+      if (isStale()) return;
       if (!early) this.#tell('face');
       this.#tell('ready');
     } catch (error) {
       model?.free();
-      scene?.renderer.forceContextLoss();
-      if (start === this.#start) this.#fail(error);
+      if (isStale()) return;
+      this.#live = null;
+      this.#fail(error);
     }
   }
 
   /** The canvas, in its place. */
   #stage() {
     const canvas = element('canvas', { tabindex: 0, role: 'img', part: 'canvas', 'aria-label': text.stage });
-    this.#panel.replaceChildren();
     this.#frame.replaceChildren(canvas, this.#panel);
     return canvas;
   }
 
-  /** @param {Drawn['scene']} scene */
+  /** @param {View['scene']} scene */
   #furnish(scene) {
     const canvas = scene.renderer.domElement;
+    this.#listening = new AbortController();
+    const { signal } = this.#listening;
     scene.beforeFrame.add(() => this.#ownBackdrop(scene));
-    canvas.addEventListener('dblclick', () => scene.view('front'));
-    canvas.addEventListener('keydown', (event) => {
-      const turn = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.08], ArrowDown: [0, 0.08] }[event.key];
-      if (!turn) return;
-      event.preventDefault();
-      scene.turn(turn[0], turn[1]);
-    });
-    canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
+    canvas.addEventListener('dblclick', () => scene.view('front'), { signal });
+    canvas.addEventListener(
+      'keydown',
+      (event) => {
+        const turn = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.08], ArrowDown: [0, 0.08] }[event.key];
+        if (!turn) return;
+        event.preventDefault();
+        scene.turn(turn[0], turn[1]);
+      },
+      { signal },
+    );
+    canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged(), { signal });
   }
 
-  /** @param {import('phiz').FaceModel} model @param {Drawn} drawn */
-  #show(model, { head, scene }) {
+  /**
+   * @param {import('phiz').FaceModel} model @param {Live['head']} head @param {Live['scene']} scene
+   * @returns what of all that was asked for is none: the face shows without
+   */
+  #show(model, head, scene) {
     const face = model.face();
-    const code = this.getAttribute('code');
-    if (code) face.code = code;
-    head.paint(coloursIn(this.getAttribute('colours')));
-    chosenControls(model, this.getAttribute('controls'));
     this.#live = { model, face, head, scene, sliders: new Map() };
     this.#expressive = false;
+    /** @type {unknown[]} */
+    const wrong = [];
+    const attempt = (/** @type {() => void} */ apply) => {
+      try {
+        apply();
+      } catch (error) {
+        wrong.push(error);
+      }
+    };
+    const { code, colours } = { ...this.#asked, ...this.#kept };
+    if (code) attempt(() => (face.code = code));
+    attempt(() => head.paint(coloursOf(colours)));
     head.update(face);
     scene.shapeChanged();
     scene.refine(true);
-    this.#buildPanel();
+    this.#buildPanel(null);
+    attempt(() => this.#buildPanel(this.getAttribute('controls')));
     this.#paint();
+    return wrong;
   }
 
   #stop() {
-    if (!this.#live) return;
-    const { model, head, scene } = this.#live;
-    this.#live = null;
-    head.dispose();
-    model.free();
-    scene.controls.dispose();
-    scene.renderer.dispose();
-    // Browsers allow few contexts at a time; give this one back.
-    scene.renderer.forceContextLoss();
+    this.#listening.abort();
+    this.#head?.dispose();
+    this.#scene?.dispose();
+    this.#live?.model.free();
+    this.#head = this.#scene = this.#live = null;
+    this.#panel.replaceChildren();
     this.#frame.replaceChildren();
+    delete this.dataset.face;
   }
 
   #theme() {
@@ -379,18 +472,19 @@ export class PhizDesigner extends HTMLElement {
 
   #paint() {
     this.dataset.theme = this.#theme();
-    this.#live?.scene.invalidate();
+    this.#scene?.invalidate();
   }
 
   /** Elements on one page share the wall's colours and size; each sets its own before it draws. */
-  #ownBackdrop(/** @type {Drawn['scene']} */ scene) {
+  #ownBackdrop(/** @type {View['scene']} */ scene) {
     paintBackdrop(this.#theme());
     scene.renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
   }
 
-  #buildPanel() {
+  /** @param {string | null} asked as the attribute has them */
+  #buildPanel(asked) {
     const { model, sliders } = this.#need();
-    const controls = chosenControls(model, this.getAttribute('controls'));
+    const controls = chosenControls(model, asked);
     sliders.clear();
     /** @type {HTMLElement[]} */
     const rows = [];

@@ -153,7 +153,9 @@ function colours16(rgb) {
  * @param {import('phiz').Face} face
  * @param {{ targets?: boolean, targetNormals?: boolean, appearance?: import('./index.js').Appearance }} [options]
  */
-export function toGlb(face, { targets = true, targetNormals = true, appearance } = {}) {
+export function toGlb(face, { targets = true, targetNormals = true, appearance, ...others } = {}) {
+  const [unknown] = Object.keys(others);
+  if (unknown !== undefined) throw new Error(`toGlb knows no option "${unknown}"`);
   const morphs = targets ? morphTargets(face) : [];
   const expressions = targets ? expressionTargets(face) : [];
   const base = targets ? atRest(face) : face;

@@ -30,18 +30,19 @@ const COLUMNS = 4;
  * @param {import('three').WebGLRenderer} renderer
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  * @param {import('phiz').Face} face as it is now: it may become another while pictures are made
+ * @param {{ targets?: boolean }} [options] without targets the face is as it is now for good, and the file a tenth
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  * @throws where nothing can be drawn, or kept of what was
  */
-export async function glbAsShown(renderer, head, face) {
+export async function glbAsShown(renderer, head, face, { targets = true } = {}) {
   if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
   head.finish();
   const asked = face.clone();
   try {
-    const parts = beside(head, asked);
+    const parts = beside(head, asked, targets);
     const skin = await skinMaps(renderer, head);
     const eyes = { colour: await eyeMap(renderer, head), reach: EYE_REACH };
-    return toGlb(asked, { appearance: { skin, eyes, parts } });
+    return toGlb(asked, { targets, appearance: { skin, eyes, parts } });
   } finally {
     asked.free();
   }
@@ -61,9 +62,10 @@ export async function glbAsShown(renderer, head, face) {
 /**
  * What is drawn that the model does not have, with what expressions and sliders do to it.
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head @param {import('phiz').Face} face
+ * @param {boolean} moving whether it may become another face; otherwise it has the expression that it shows
  * @returns {import('phiz/export').Part[]}
  */
-function beside(head, face) {
+function beside(head, face, moving) {
   const still = face.clone();
   still.expression = {};
   const rest = still.positions.slice();
@@ -73,6 +75,14 @@ function beside(head, face) {
     lashes(head, rest),
     ...head.tresses.flatMap((tresses) => hair(tresses, rest)),
   ];
+  if (!moving) {
+    const shown = Object.keys(face.expression).length > 0 ? face.positions.map((value, i) => value - rest[i]) : null;
+    return followers.map(({ on, slides, ...part }) => {
+      const positions = on(rest, slides ? null : shown);
+      const slid = shown && slides?.(shown);
+      return { ...part, positions: slid ? positions.map((value, i) => value + slid[i]) : positions, targets: {} };
+    });
+  }
   const expressions = expressionTargets(face);
   const sliders = morphTargets(face);
   return followers.map(({ on, slides, ...part }) => {

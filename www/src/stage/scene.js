@@ -99,7 +99,8 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
 
   /** @type {Set<() => void>} */
   const beforeFrame = new Set();
-  let scheduled = false;
+  /** The frame that was asked for. */
+  let scheduled = 0;
   let drawing = false;
   /** Covered by something else: nothing is drawn until that is gone. */
   let asleep = false;
@@ -117,13 +118,12 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
 
   function invalidate() {
     if (scheduled || asleep) return;
-    scheduled = true;
-    requestAnimationFrame(draw);
+    scheduled = requestAnimationFrame(draw);
   }
 
   /** @param {number} now */
   function draw(now) {
-    scheduled = false;
+    scheduled = 0;
     if (flight) {
       const t = still.matches ? 1 : Math.min(1, (now - flight.start) / 450);
       const ease = 1 - (1 - t) ** 3;
@@ -233,15 +233,18 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     invalidate();
   }
 
+  /** Width, height and pixel ratio; none while the canvas is not laid out. @type {number[]} */
+  let size = [];
+
   /** The distance at which the head fills what is free of the stage, and how far from its middle that is, mm. */
   function framed() {
-    const { clientHeight } = canvas;
-    const [top, bottom] = covered(clientHeight);
+    const [, height = 0] = size;
+    const [top, bottom] = covered(height);
     const distance = subject.height / (2 * Math.tan((camera.fov * DEGREE) / 2));
     // What lies over the stage leaves a margin of its own.
-    const tall = top + bottom > 0 ? (0.95 * clientHeight) / Math.max(1, clientHeight - top - bottom) : 1;
+    const tall = top + bottom > 0 ? (0.95 * height) / Math.max(1, height - top - bottom) : 1;
     const far = Math.max(tall, 0.74 / camera.aspect);
-    return { distance: far * distance, above: (far * subject.height * (bottom - top)) / (2 * Math.max(1, clientHeight)) };
+    return { distance: far * distance, above: (far * subject.height * (bottom - top)) / (2 * Math.max(1, height)) };
   }
 
   let fitted = 0;
@@ -256,6 +259,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
 
   /** @param {View} name */
   function view(name) {
+    if (!Object.hasOwn(VIEWS, name)) throw new Error(`there is no view "${name}": take ${Object.keys(VIEWS).join(', ')}`);
     const to = new Spherical(fit(), VIEWS[name].phi, VIEWS[name].theta);
     const from = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
     // The short way round.
@@ -279,8 +283,6 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     invalidate();
   }
 
-  /** Width, height and pixel ratio. @type {number[]} */
-  let size = [];
   function resize() {
     const { clientWidth, clientHeight } = canvas;
     if (!clientWidth || !clientHeight) return;
@@ -296,13 +298,15 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     camera.updateProjectionMatrix();
     const scale = fit() / before;
     camera.position.copy(controls.target).add(arm.multiplyScalar(scale));
+    for (const end of flight ? [flight.from, flight.to] : []) end.radius *= scale;
     invalidate();
   }
 
-  camera.aspect = canvas.clientWidth / Math.max(1, canvas.clientHeight);
+  // As if the canvas was a square, until it has a size: it may be hidden.
   const home = VIEWS.front;
   camera.position.setFromSphericalCoords(fit(), home.phi, home.theta).add(controls.target);
-  new ResizeObserver(resize).observe(canvas);
+  const observer = new ResizeObserver(resize);
+  observer.observe(canvas);
   resize();
 
   return {
@@ -366,6 +370,20 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     /** Whether the picture is as fine as it gets. */
     get isFine() {
       return fine && !scheduled;
+    },
+    /** Ends it: a frame that was drawn later would tie the renderer to textures that all scenes share. */
+    dispose() {
+      asleep = true;
+      cancelAnimationFrame(scheduled);
+      clearTimeout(resting);
+      resting = 0;
+      observer.disconnect();
+      beforeFrame.clear();
+      controls.dispose();
+      averaging.dispose();
+      renderer.dispose();
+      // Browsers allow few contexts at a time.
+      renderer.forceContextLoss();
     },
   };
 }

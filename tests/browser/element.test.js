@@ -1,0 +1,240 @@
+// <phiz-designer> as pages and frameworks treat it: hidden, assigned to early, asked for what is none, small, and taken away.
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+
+import { load } from '../../pkg/index.js';
+import { DIST, complaintsOf, decodePng, differing, siteAndBrowser } from './site.js';
+
+const { site, browser } = await siteAndBrowser();
+
+/** Elements by names, with what they said was wrong. */
+function prepare() {
+  window.all = {};
+  window.errors = {};
+  /** @param {string} name @param {Record<string, string>} attributes @param {Record<string, unknown>} [properties] */
+  window.add = (name, attributes, properties = {}) => {
+    const made = document.createElement('phiz-designer');
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    Object.assign(made, properties);
+    made.style.cssText = 'width: 320px; height: 320px';
+    window.all[name] = made;
+    window.errors[name] = [];
+    made.addEventListener('error', (event) => window.errors[name].push(event.detail.message));
+    document.querySelector('main').append(made);
+  };
+  /** @param {string} name @param {string} type */
+  window.heard = (name, type) =>
+    new Promise((done) => {
+      if (type === 'ready' && window.all[name].model) done(undefined);
+      window.all[name].addEventListener(type, () => done(undefined), { once: true });
+    });
+  window.define = () => import(new URL('../designer/phiz-designer.js', document.baseURI).href);
+}
+
+/** A page of few pixels; it stays for all tests of a suite. */
+async function visit() {
+  const context = await browser.newContext({ viewport: { width: 900, height: 620 }, reducedMotion: 'reduce', deviceScaleFactor: 0.25 });
+  const page = await context.newPage();
+  page.setDefaultTimeout(60_000);
+  await page.addInitScript(prepare);
+  await page.goto(`${site.url}examples/`);
+  return page;
+}
+
+/**
+ * What an element shows, as its canvas has it.
+ * @param {import('playwright-core').Page} page @param {string} name
+ */
+async function look(page, name) {
+  const canvas = page.locator('phiz-designer').and(page.locator(`[data-name=${name}]`)).locator('canvas');
+  await page.evaluate((name) => (window.all[name].dataset.name = name), name);
+  await canvas.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(undefined)))));
+  return decodePng(await canvas.screenshot());
+}
+
+/** @param {{ rgb: Buffer }} picture */
+const shades = ({ rgb }) => new Set(rgb).size;
+
+describe('<phiz-designer> in any page', () => {
+  /** @type {import('playwright-core').Page} */
+  let page;
+  /** @type {string[]} */
+  let complaints;
+  let code = '';
+  before(async () => {
+    const model = await load(await readFile(join(DIST, 'model.phiz')));
+    const face = model.face();
+    face.randomize({ seed: 7 });
+    code = face.code;
+    model.free();
+    page = await visit();
+    complaints = complaintsOf(page);
+  });
+  after(() => page.context().close());
+
+  test('what is assigned before the class or the model is there is shown when they are, also in what was hidden', async () => {
+    const found = await page.evaluate(async (code) => {
+      window.add('upgraded', { src: '../model.phiz', code: 'zzz', controls: 'none' }, { code, colours: { skin: 0.9 } });
+      await window.define();
+      window.add('hidden', { src: '../model.phiz', controls: 'none' });
+      const { upgraded, hidden } = window.all;
+      hidden.style.display = 'none';
+      hidden.code = null;
+      hidden.code = code;
+      hidden.colours = 'skin: 0.9';
+      const early = [upgraded.code, upgraded.colours, hidden.code, hidden.colours];
+      await Promise.all([window.heard('upgraded', 'ready'), window.heard('hidden', 'ready')]);
+      return { early, late: [upgraded.code, upgraded.colours, hidden.code, hidden.colours], errors: window.errors };
+    }, code);
+    const wanted = [code, { skin: 0.9 }, code, { skin: 0.9 }];
+    assert.deepEqual(found.early, wanted);
+    assert.deepEqual(found.late, wanted);
+    assert.deepEqual(found.errors, { upgraded: [], hidden: [] });
+    const seen = await look(page, 'upgraded');
+    assert.ok(shades(seen) > 100, 'a face is there');
+    await page.evaluate(() => (window.all.hidden.style.display = ''));
+    assert.equal(differing(seen, await look(page, 'hidden')), 0, 'the same face at the same distance');
+  });
+
+  test('a narrow or low element keeps most of its height for the face', async () => {
+    const sizes = await page.evaluate(() => {
+      const { hidden } = window.all;
+      hidden.removeAttribute('controls');
+      const measured = [[300, 150], [480, 400], [340, 240], [700, 160]].map(([width, height]) => {
+        hidden.style.cssText = `width: ${width}px; height: ${height}px`;
+        const [canvas, panel] = ['canvas', '.panel'].map((part) => hidden.shadowRoot.querySelector(part));
+        return { part: canvas.clientHeight / height, wide: canvas.clientWidth, panel: panel.offsetHeight, scrolls: panel.scrollHeight > panel.clientHeight };
+      });
+      hidden.style.cssText = 'width: 320px; height: auto';
+      return [...measured, { auto: hidden.clientHeight, frame: hidden.shadowRoot.querySelector('.frame').clientHeight }];
+    });
+    const [tiny, low, small, flat, auto] = sizes;
+    assert.deepEqual(tiny, { part: 1, wide: 300, panel: 0, scrolls: false });
+    for (const { part, scrolls } of [low, small]) assert.ok(part >= 0.59 && part < 1 && scrolls, `${part}`);
+    assert.ok(flat.part === 1 && flat.panel > 100 && flat.wide > 350);
+    assert.deepEqual(auto, { auto: 480, frame: 480 });
+  });
+
+  test('one that is put back shows who was there', async () => {
+    const found = await page.evaluate(async () => {
+      const { hidden } = window.all;
+      hidden.style.cssText = 'width: 320px; height: 320px';
+      hidden.set('nose 1', 0.97);
+      hidden.colours = { iris: 0 };
+      const bytes = await (await fetch('../expressions.phiz')).arrayBuffer();
+      await hidden.model.loadExpressions(bytes.slice(0));
+      hidden.face.expression = { jawOpen: 0.5 };
+      hidden.refresh();
+      const state = () => [hidden.code, hidden.colours];
+      const before = state();
+      hidden.remove();
+      await new Promise((done) => setTimeout(done, 100));
+      const away = state();
+      document.querySelector('main').append(hidden);
+      await window.heard('hidden', 'ready');
+      const back = state();
+      await hidden.model.loadExpressions(bytes);
+      hidden.refresh();
+      return { before, away, back, expression: hidden.face.expression, errors: window.errors.hidden };
+    });
+    assert.deepEqual(found.away, found.before);
+    assert.deepEqual(found.back, found.before);
+    assert.ok(Math.abs(found.expression.jawOpen - 0.5) < 1e-3);
+    assert.deepEqual(found.errors, []);
+  });
+
+  test('what is none is refused with a sentence that says what there is', async () => {
+    const found = await page.evaluate(async () => {
+      const { hidden } = window.all;
+      const refused = async (/** @type {() => unknown} */ call) => {
+        try {
+          return await call();
+        } catch (error) {
+          return error.message;
+        }
+      };
+      const picture = await hidden.toPng();
+      return {
+        format: await refused(() => hidden.toMesh('toString')),
+        view: await refused(() => hidden.view('nope')),
+        size: await refused(() => hidden.toPng({ width: 8 })),
+        colours: await refused(() => (hidden.colours = 3)),
+        picture: [(await createImageBitmap(picture)).width, picture.type],
+      };
+    });
+    assert.match(found.format, /no format "toString": take glb/);
+    assert.match(found.view, /no view "nope": take front, quarter, profile/);
+    assert.match(found.size, /16 to \d+ pixels a side/);
+    assert.match(found.colours, /colours are an object/);
+    assert.deepEqual(found.picture, [1024, 'image/png']);
+  });
+
+  test('wrong attributes leave a face, and right ones bring theirs', async () => {
+    const found = await page.evaluate(async (code) => {
+      const { upgraded } = window.all;
+      upgraded.remove();
+      window.add('wrong', { src: '../model.phiz', code: 'zzz', colours: 'skn: 0.8', controls: 'nose, nostril' });
+      const { wrong } = window.all;
+      await window.heard('wrong', 'ready');
+      const before = { errors: [...window.errors.wrong], colours: wrong.colours, sliders: wrong.shadowRoot.querySelectorAll('input').length };
+      wrong.setAttribute('code', code);
+      wrong.setAttribute('colours', 'skin: 0.8');
+      wrong.setAttribute('controls', 'nose 1');
+      return { before, code: wrong.code, colours: wrong.colours, sliders: wrong.shadowRoot.querySelectorAll('input').length, errors: window.errors.wrong.length };
+    }, code);
+    assert.equal(found.before.errors.length, 3);
+    assert.match(found.before.errors.join('\n'), /code[^]*no colour "skn"[^]*no feature "nostril"/);
+    assert.deepEqual(found.before.colours, {});
+    assert.equal(found.before.sliders, 18, 'three of each of six features');
+    assert.deepEqual([found.code, found.colours, found.sliders, found.errors], [code, { skin: 0.8 }, 1, 3]);
+    assert.ok(shades(await look(page, 'wrong')) > 100);
+  });
+
+  test('those that are gone are forgotten', async () => {
+    const session = await page.context().newCDPSession(page);
+    await page.evaluate(() => {
+      window.gone = ['wrong', 'upgraded'].map((name) => {
+        const element = window.all[name];
+        element.remove();
+        delete window.all[name];
+        return new WeakRef(element);
+      });
+    });
+    let left = 2;
+    for (let tries = 0; left > 0 && tries < 10; tries++) {
+      await page.waitForTimeout(200);
+      await session.send('HeapProfiler.collectGarbage');
+      left = await page.evaluate(() => window.gone.filter((ref) => ref.deref()).length);
+    }
+    assert.equal(left, 0);
+  });
+
+  test('a head that does not come is done without, and stays when the model does not', async () => {
+    const found = await page.evaluate(async () => {
+      window.all.hidden.remove();
+      window.add('headless', { src: '../model.phiz', head: 'nowhere.phiz', controls: 'none' });
+      window.add('alone', { src: 'nowhere.phiz', head: '../head.phiz' });
+      const failed = window.heard('alone', 'error');
+      await window.heard('headless', 'ready');
+      await failed;
+      const { alone } = window.all;
+      return { errors: window.errors, alert: alone.shadowRoot.querySelector('[role=alert]').textContent };
+    });
+    assert.equal(found.errors.headless.length, 1);
+    assert.match(found.errors.headless[0], /the head is left out: .*nowhere\.phiz: 404/);
+    assert.equal(found.errors.alone.length, 1);
+    assert.match(found.errors.alone[0], /nowhere\.phiz: 404/);
+    assert.equal(found.alert, found.errors.alone[0]);
+    for (const name of ['headless', 'alone']) assert.ok(shades(await look(page, name)) > 100, `${name} shows a face`);
+    // With the right model the rest comes.
+    await page.evaluate(async () => {
+      const ready = window.heard('alone', 'ready');
+      window.all.alone.setAttribute('src', '../model.phiz');
+      await ready;
+    });
+    assert.equal(await page.evaluate(() => window.all.alone.shadowRoot.querySelector('[role=alert]')), null);
+    assert.deepEqual(complaints.filter((line) => !/Context Lost|404/i.test(line)), []);
+  });
+});
