@@ -141,14 +141,14 @@ describe('nothing is lost', () => {
     await other.page.getByRole('button', { name: 'Open Young sailor' }).waitFor();
     assert.equal(await codeOf(other.page), mine);
     for (const [name, body, sentence] of [
-      ['notes.json', 'dear diary', /notes\.json is not a face from this page/],
+      ['notes.json', 'dear diary', /notes\.json is not a face from this page\. Faces saved here \(\.json\) and photos can be opened\./],
       ['empty.json', '', /empty\.json is not a face/],
       ['list.json', '[1, 2]', /list\.json is not a face/],
       ['null.json', 'null', /null\.json is not a face/],
       ['cut.json', JSON.stringify({ ...content, code: content.code.slice(0, -3) }), /cut\.json is damaged: ./],
       ['new.json', JSON.stringify({ ...content, version: 9 }), /new\.json was written by a newer version of this page/],
       ['theirs.json', JSON.stringify({ ...content, model: 'Cats', code: 'AAAAAAAA' }), /face of another model, “Cats”/],
-      ['long.json', 'x'.repeat(200_000), /long\.json is not a face: it is far too big/],
+      ['long.json', 'x'.repeat(200_000), /long\.json is not a face: it is far too big\. Faces saved here/],
     ]) {
       await give(name, body);
       await other.page.waitForFunction(
@@ -158,6 +158,16 @@ describe('nothing is lost', () => {
       assert.equal(await codeOf(other.page), mine, `${name} changed the face`);
       assert.equal(await other.page.locator('.saved li').count(), 1, `${name} changed the list`);
     }
+    // Files have the name that the face was saved under, as long as it is that face.
+    const written = async () => {
+      await other.page.getByRole('button', { name: 'Take the face with you' }).click();
+      const [file] = await Promise.all([other.page.waitForEvent('download'), other.page.getByRole('button', { name: 'STL' }).click()]);
+      await other.page.getByRole('button', { name: 'Close', exact: true }).last().click();
+      return file.suggestedFilename();
+    };
+    assert.equal(await written(), 'young-sailor.stl');
+    await other.page.getByRole('button', { name: 'Random face', exact: true }).click();
+    assert.equal(await written(), 'face.stl');
     assert.deepEqual([...complaints, ...other.complaints], []);
     await other.context.close();
 

@@ -73,6 +73,14 @@ async function drawn(page, calls, width, height, type = 'image/png') {
   return Buffer.from(code, 'base64');
 }
 
+/** A change of the face by the page's own ways, in the tab that is open. @param {import('playwright-core').Page} page */
+async function moveFace(page) {
+  await page.getByRole('tab', { name: 'Features' }).click();
+  await page.locator('.tab[data-group="nose"]').click();
+  await page.getByRole('slider', { name: 'nose 1', exact: true }).press('PageUp');
+  await page.getByRole('tab', { name: 'Photo' }).click();
+}
+
 /** A grey PNG without anything in it, of any size. @param {number} width @param {number} height */
 function greyPng(width, height) {
   const chunk = (/** @type {string} */ name, /** @type {Buffer} */ data) => {
@@ -483,6 +491,56 @@ describe('a face in a photo', () => {
     const silent = await choose(page, await drawn(page, [['fill', '#567', 0, 0, 768, 512], ['draw', 120, 0]], 768, 512));
     const guess = silent.fit.camera.focal / known;
     assert.ok(Math.abs(guess - 1) > 0.05, `without EXIF it is ${guess} times that`);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('a photo that cannot be taken leaves the one before with all that is its', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    const good = await choose(page, PORTRAIT, 'portrait.jpg', 'image/jpeg');
+    await moveFace(page);
+    const changed = await page.evaluate(() => window.designer.face.code);
+    await page.getByText('3D head', { exact: true }).click();
+    await page.waitForFunction(() => window.designer.photo.worn, null, { timeout: 60_000 });
+    const isWhole = async () => {
+      const now = await stateOf(page);
+      assert.deepEqual([now.mode, now.width, now.height, now.changed], ['ready', 512, 512, true]);
+      assert.deepEqual([now.points, now.fitted, now.fit.code], [good.points, good.fitted, good.fit.code]);
+      assert.ok(await page.getByRole('button', { name: 'Save as PNG' }).isVisible());
+      assert.ok(await page.getByRole('slider', { name: 'Strength' }).isVisible());
+      assert.ok(await page.evaluate(() => window.designer.photo.worn), 'the head has its colours');
+      assert.equal(await page.evaluate(() => window.designer.face.code), changed);
+    };
+    // Too small.
+    const tiny = await drawn(page, [['fill', '#465', 0, 0, 400, 300], ['draw', 150, 100, 120, 120]], 400, 300);
+    await choose(page, tiny);
+    assert.match((await sentence(page)) ?? '', /^The face is \d\d pixels high from brow to chin, and at least 40 are needed\.$/);
+    await isWhole();
+    // Who goes on is no longer told.
+    await moveFace(page);
+    assert.match((await sentence(page)) ?? '', /^The face is fitted\./);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    // Nobody: the points might be placed, or not.
+    const wall = await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332);
+    assert.equal((await choose(page, wall)).mode, 'none');
+    await page.getByRole('button', { name: 'Back to the last photo' }).click();
+    assert.equal((await done(page)).mode, 'ready');
+    await page.waitForFunction(() => window.designer.photo.field);
+    await isWhole();
+    assert.equal(await page.getByRole('button', { name: 'Back to the last photo' }).isVisible(), false);
+    // Stopped.
+    await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'large.png', mimeType: 'image/png', buffer: greyPng(8660, 5774) });
+    await page.getByText('Looking for faces').waitFor({ timeout: 60_000 });
+    await page.getByRole('button', { name: 'Cancel' }).click();
+    await page.waitForFunction(() => window.designer.photo.mode === 'ready' && window.designer.photo.field, null, { timeout: 60_000 });
+    assert.equal(await sentence(page), 'Stopped.');
+    await isWhole();
+    // Another face takes its place.
+    assert.equal((await choose(page, CMYK, 'cmyk.jpg', 'image/jpeg')).mode, 'ready');
+    assert.match((await sentence(page)) ?? '', /^The face is fitted\./);
+    assert.notEqual((await stateOf(page)).fit.code, good.fit.code);
     assert.deepEqual(complaints, []);
     await context.close();
   });

@@ -82,6 +82,17 @@ describe('a slider', () => {
     await typed.fill('400');
     await typed.press('Enter');
     assert.equal(await value(), 1);
+    assert.match((await page.getByRole('alert').textContent()) ?? '', /^It ends at 100\. Go beyond people$/);
+    assert.equal(await rowOf(page, 'nose 1').locator('.legend').textContent(), 'percentile');
+    assert.equal(await page.locator('.features .legend').count(), 1, 'what the number is, is said once');
+    await slider.focus();
+    await page.keyboard.press('Enter');
+    await page.keyboard.type('37,5');
+    await page.keyboard.press('Enter');
+    assert.ok(Math.abs((await value()) - 0.375) < 1e-4, 'a comma is a point');
+    assert.equal(await page.getByRole('alert').count(), 0);
+    await slider.focus();
+    await page.keyboard.press('End');
 
     // Keys: a hundredth, with Shift a tenth; a digit opens the number; Delete resets.
     await slider.focus();

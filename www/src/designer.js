@@ -99,7 +99,7 @@ export async function createDesigner(model, stage, chosen) {
   const touch = window.matchMedia('(pointer: coarse)').matches;
   const hint = element('p', { class: 'hint' }, tapping(text.hint));
   const glow = createGlow(head, scene);
-  const bare = createBare(editor, canvas, repaint);
+  const bare = createBare(editor, stage.root, repaint);
   stage.root.append(hint, toast.root, createViewpoint(canvas, scene, bare.button));
 
   const display = createDisplay({ face, head, scene, colouring: bare.colouring, onScale: (millimetres) => compare.setScale(millimetres) });
@@ -207,7 +207,7 @@ export async function createDesigner(model, stage, chosen) {
   stage.furnish(panel.root);
   const tour = createTour(panel);
   stage.root.append(explanation.open, explanation.root, tour.invitation);
-  const exports = createExports(face, scene, head, file);
+  const exports = createExports(face, scene, head, file, () => library.nameOf(face.code));
   document.body.append(about.root, exports, ...tour.parts);
 
   editor.onShape((range) => {

@@ -16,7 +16,7 @@ export const text = {
   view: { front: 'Front', quarter: 'Three-quarter', profile: 'Profile' },
   resetView: 'Reset the view',
   hideHair: 'Hide the hair',
-  hideHairAbout: 'Hide the hair (H): links and files keep it',
+  hideHairAbout: 'Hide the hair: links and files keep it. On the face, the key is H.',
   undo: 'Undo',
   redo: 'Redo',
   randomise: 'Random face',
@@ -42,6 +42,7 @@ export const text = {
   alphaTyped: 'Blending distance in mm',
   alphaAbout: 'How far a change of one feature reaches into the skin around it.',
   beyond: 'Go beyond people',
+  ended: (/** @type {string} */ end) => `It ends at ${end}.`,
   beyondAbout: 'Sliders end where hardly anyone is: three standard deviations from the middle, or before that where a part has no room. With this they go to six, and you type standard deviations.',
   sigmas: (/** @type {number} */ deviations) => `${text.change(deviations)} σ, beyond people`,
   typedSigmas: (/** @type {string} */ name) => `${name} in standard deviations`,
@@ -86,6 +87,7 @@ export const text = {
   randomisedRest: (/** @type {number} */ seed) => `Random except what is locked, seed ${seed}`,
   typeValue: (/** @type {string} */ name, /** @type {string} */ words) => `${words}: type a value for ${name}`,
   typed: (/** @type {string} */ name) => `Percentile of ${name}`,
+  percentile: 'percentile',
   measures: 'Measures',
   change: (/** @type {number} */ mm) => (mm < 0 ? '' : '+') + decimal(mm),
   undone: 'Undone',
@@ -144,8 +146,9 @@ export const text = {
   downloadFace: (/** @type {string} */ name) => `Download ${name}`,
   importFace: 'Open a file',
   imported: (/** @type {string} */ name) => `Opened “${name}” and added it to your faces.`,
-  fileTooLong: (/** @type {string} */ file) => `${file} is not a face: it is far too big.`,
-  fileForeign: (/** @type {string} */ file) => `${file} is not a face from this page.`,
+  fileTooLong: (/** @type {string} */ file) => `${file} is not a face: it is far too big. ${text.filesTaken}`,
+  fileForeign: (/** @type {string} */ file) => `${file} is not a face from this page. ${text.filesTaken}`,
+  filesTaken: 'Faces saved here (.json) and photos can be opened.',
   fileVersion: (/** @type {string} */ file, /** @type {string} */ version) =>
     `${file} was written by a newer version of this page (${version}). Reload to get it.`,
   fileOtherModel: (/** @type {string} */ file, /** @type {string} */ theirs, /** @type {string} */ ours) =>
@@ -213,6 +216,8 @@ export const text = {
   meaningsAbout: 'Each slider sets one length. Type a number, or lock a length and let the rest of the face follow.',
   lockMeasure: (/** @type {string} */ name) => `Lock the ${name}`,
   clearMeasure: (/** @type {string} */ name) => `Undo what ${name} did`,
+  resetMeasure: (/** @type {string} */ name) => `Reset the ${name}`,
+  cannotHave: (/** @type {string} */ name, /** @type {number} */ mm) => `this face cannot have a ${name} of ${decimal(mm)} mm`,
   neutral: 'Neutral',
   blink: 'Eyes shut',
   blinking: 'Blink now and then',
@@ -318,7 +323,7 @@ export const text = {
   }),
   photo: {
     loading: 'Loading the photo tools…',
-    notLoaded: (/** @type {string} */ why) => `The photo tools could not be loaded: ${why}`,
+    notLoaded: (/** @type {string} */ why) => `The photo tools could not be loaded: ${why}.`,
     title: 'A face in a photo',
     about: 'Open a portrait: the face in it becomes the face here, every slider shows where this person stands, and whatever you change changes the photo. You can also drop a photo onto the page, or paste one.',
     choose: 'Choose a photo',
@@ -358,6 +363,7 @@ export const text = {
     placeAbout: 'Drag the drawing onto the face; the handle at its corner sizes and turns it. By keys: arrows, plus and minus, square brackets.',
     frame: 'Drawing of a face. The arrow keys move it, plus and minus size it, square brackets turn it.',
     another: 'Another face',
+    toLast: 'Back to the last photo',
     notFitted: (/** @type {string} */ why) => `The face could not be fitted: ${why}.`,
     fitThese: 'Fit the face',
     pointByPoint: 'Point by point',
@@ -408,6 +414,7 @@ export const text = {
     noExample: (/** @type {string} */ why) => `The example could not be loaded (${why}).`,
     noRoom: 'this browser has no room for a picture of that size',
   },
+  needsConnection: 'this needs a connection once',
   refused: (/** @type {string} */ why) => `That cannot be done: ${why}.`,
   happening: 'What is happening?',
   closeHappening: 'Close the explanation',
@@ -422,6 +429,7 @@ export const text = {
     ],
     meanings: [
       'Each slider is the direction in which one length of the face varies most purely. Where lengths go together in people, such as the widths of the nose and the mouth, others move a little, too: the dashed marks show where they were.',
+      'Face height, jaw width and some others have no such direction. They change by the most probable way that leaves the face’s height and width, and their hills are those of 400 random faces.',
       'A locked length stays to a hundredth of a millimetre. The rest of the face follows as the population would have it.',
       'A new face has every eigenmesh at its median. Its lengths depend on many of them at once, so they come out near their own medians, not always at the 50th percentile.',
     ],
@@ -531,6 +539,12 @@ export function decimal(value) {
  */
 export const spoken = (name) =>
   name.replace(/^eyes (?=\D)/, 'eye ').replace(/eye length$/, 'eye width').replace(/eye height$/, 'eye opening').replace(/^tragion/, 'ear-to-ear');
+
+/**
+ * What a control does, as people say it.
+ * @param {string} description
+ */
+export const told = (description) => description.replace(/\bits left$/, 'the subject’s left');
 
 /**
  * A sentence for hands on a mouse as fingers need it, where those are what points.

@@ -1,4 +1,5 @@
 import { mixture } from '../head/colouring.js';
+import { part } from '../frame/download.js';
 import { element } from '../frame/element.js';
 import { createFaceList } from './facelist.js';
 import { icon } from '../frame/icons.js';
@@ -148,7 +149,7 @@ export function createMorph(editor, { library, display, canvas }) {
     refresh();
     try {
       // Who films nothing does not wait for the encoders.
-      const make = kind === 'gif' ? (await import('../film/gif.js')).gif : (await import('../film/video.js')).video;
+      const make = kind === 'gif' ? (await part(import('../film/gif.js'))).gif : (await part(import('../film/video.js'))).video;
       const blob = await make({
         canvas,
         seconds: (2 * LENGTH) / 1000,

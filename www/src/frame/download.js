@@ -40,6 +40,17 @@ export async function open(url, progress, failed = text.noModel) {
 }
 
 /**
+ * A part of the page that comes when it is wanted; what a browser says when it does not is no sentence.
+ * @template T
+ * @param {Promise<T>} coming
+ */
+export function part(coming) {
+  return coming.catch((error) => {
+    throw new Failure(text.needsConnection, { cause: error });
+  });
+}
+
+/**
  * All of a file.
  * @param {string | URL} url
  * @param {(why: string) => string} failed

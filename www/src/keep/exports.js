@@ -1,8 +1,9 @@
 import './exports.css';
+import { part } from '../frame/download.js';
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
 import { portrait } from '../stage/portrait.js';
-import { save } from './save.js';
+import { fileName, save } from './save.js';
 import { text } from '../text.js';
 
 /** Media types by ending. */
@@ -17,8 +18,9 @@ const LARGEST = 8192;
  * @param {Parameters<typeof portrait>[0]} view
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  * @param {{ any: boolean, load: () => Promise<void> }} expressions
+ * @param {() => string} named what the face is called, '' when it was not saved
  */
-export function createExports(face, view, head, expressions) {
+export function createExports(face, view, head, expressions, named) {
   const status = element('p', { class: 'note', role: 'status' });
 
   /**
@@ -31,8 +33,9 @@ export function createExports(face, view, head, expressions) {
     await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
     try {
       const blob = await make();
-      save(blob, `face.${ending}`);
-      status.textContent = text.exported(`face.${ending}`, blob.size);
+      const file = fileName(named(), ending);
+      save(blob, file);
+      status.textContent = text.exported(file, blob.size);
     } catch (error) {
       status.textContent = text.notExported(error instanceof Error ? error.message : String(error));
     }
@@ -44,10 +47,10 @@ export function createExports(face, view, head, expressions) {
     if (ending === 'glb') {
       // What moves in the file is what the model knows of by then.
       if (expressions.any) await expressions.load();
-      const { glbAsShown } = await import('../appearance/appearance.js');
+      const { glbAsShown } = await part(import('../appearance/appearance.js'));
       return new Blob([await glbAsShown(view.renderer, head, face)], { type: MESHES.glb });
     }
-    const writers = await import('phiz/export');
+    const writers = await part(import('phiz/export'));
     const write = { obj: writers.toObj, ply: writers.toPly, stl: writers.toStl }[ending];
     return new Blob([write(face)], { type: MESHES[ending] });
   }

@@ -88,6 +88,8 @@ export function createLibrary(model, modelName) {
       return [...own, ...presets];
     },
     presets,
+    /** What a face was saved as; '' when it was not, or has changed since. @param {string} code */
+    nameOf: (code) => own.find((entry) => entry.code === code)?.name ?? '',
     /** @param {string} id */
     find: (id) => [...own, ...presets].find((entry) => entry.id === id),
     /**

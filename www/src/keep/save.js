@@ -1,4 +1,12 @@
 /**
+ * A name of a face as a name of a file.
+ * @param {string} name @param {string} ending
+ */
+export function fileName(name, ending) {
+  return `${name.replaceAll(/[^\p{L}\p{N}]+/gu, '-').replaceAll(/^-|-$/g, '').toLowerCase() || 'face'}.${ending}`;
+}
+
+/**
  * Hands a file to the person, as a download.
  * @param {Blob} blob @param {string} name
  */

@@ -2,20 +2,11 @@ import { element } from '../frame/element.js';
 import { faceFile, readFaceFile } from './facefile.js';
 import { icon } from '../frame/icons.js';
 import { among, shows } from '../head/expression.js';
+import { fileName, save } from './save.js';
 import { text } from '../text.js';
 
-/** @param {Blob} blob @param {string} name */
-function offer(blob, name) {
-  const url = URL.createObjectURL(blob);
-  element('a', { href: url, download: name }).click();
-  // The download reads it a moment later.
-  setTimeout(() => URL.revokeObjectURL(url), 10_000);
-}
-
-/** @param {string} name */
-function fileName(name) {
-  return `${name.replaceAll(/[^\p{L}\p{N}]+/gu, '-').replaceAll(/^-|-$/g, '').toLowerCase() || 'face'}.phiz.json`;
-}
+/** How the names of faces' files end. */
+const FACE = 'phiz.json';
 
 /**
  * The person's own faces: save under a name, open, rename, delete, to and from files.
@@ -139,7 +130,7 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
         box?.focus();
         box?.select();
       }),
-      tool('download', text.downloadFace(entry.name), () => offer(faceFile(model, entry.name, entry), fileName(entry.name))),
+      tool('download', text.downloadFace(entry.name), () => save(faceFile(model, entry.name, entry), fileName(entry.name, FACE))),
       tool('bin', text.remove(entry.name), () => {
         removed = entry;
         library.remove(id);
@@ -212,8 +203,8 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
               type: 'button',
               class: 'button',
               onclick: () => {
-                const chosen = name.value.trim() || text.thisFace;
-                offer(faceFile(model, chosen, editor.likeness), fileName(chosen));
+                const chosen = name.value.trim() || library.nameOf(editor.face.code) || text.thisFace;
+                save(faceFile(model, chosen, editor.likeness), fileName(chosen, FACE));
               },
             },
             icon('download'),

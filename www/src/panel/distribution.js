@@ -13,11 +13,13 @@
  *   start: number,
  *   of: (face: import('phiz').Face) => number,
  *   reach: (face: import('phiz').Face, value: number) => void,
+ *   reading: (value: number) => number,
  * }} Distribution
  * A value is a percentile, or beyond the limits a place. `place` goes from 0 (the lower limit) to 1
  * (the upper), linear in the change of shape; `density` is the share of people around equally spaced
  * places, the highest 1. `start` is where the median face stands,
- * `of` where a face does, `reach` takes it to a value beyond the limits.
+ * `of` where a face does, `reach` takes it to a value, also beyond the limits; `reading` is what is read there, of a
+ * length mm.
  */
 
 /** The limits are at three standard deviations either side. @param {number} place */
@@ -65,6 +67,37 @@ function smoothDensity(percentiles, places) {
   });
   const highest = Math.max(...density);
   return density.map((value) => value / highest);
+}
+
+/** A face that was set to a limit stands on it, give or take what a length is off by. */
+const NEARLY = 0.002;
+
+/**
+ * @param {{
+ *   low: number, span: number, percentiles: readonly number[], places: readonly number[], start: number,
+ *   read: (face: import('phiz').Face) => number, write: (face: import('phiz').Face, reading: number) => void,
+ *   rank?: (face: import('phiz').Face) => number,
+ * }} known what is read at the lower limit, and how much more at the upper; where percentiles are; how a face is read
+ *   and set; `rank` is its percentile where somebody knows better than the table
+ * @returns {Distribution}
+ */
+export function distributionOf({ low, span, percentiles, places, start, read, write, rank }) {
+  const place = (/** @type {number} */ value) => (isBeyond(value) ? value : interpolate(percentiles, places, value));
+  const valueAt = (/** @type {number} */ at) => (isBeyond(at) ? at : interpolate(places, percentiles, at));
+  const reading = (/** @type {number} */ value) => low + place(value) * span;
+  return {
+    place,
+    value: valueAt,
+    density: smoothDensity(percentiles, places),
+    start,
+    of(face) {
+      const at = (read(face) - low) / span;
+      if (at < -NEARLY || at > 1 + NEARLY) return at;
+      return rank ? rank(face) : valueAt(Math.min(1, Math.max(0, at)));
+    },
+    reach: (face, value) => write(face, reading(value)),
+    reading,
+  };
 }
 
 /**
@@ -132,20 +165,7 @@ export function createDistributions(model) {
     percentiles.push(0.99, 1);
     const places = percentiles.map((percentile) => (at(percentile) - low) / span);
     probe.coefficients = median;
-    /** A face that was set to a limit stands on it, give or take what a length is off by. */
-    const nearly = 0.002;
-    /** @type {Distribution} */
-    const made = {
-      place: (value) => (isBeyond(value) ? value : interpolate(percentiles, places, value)),
-      value: (place) => (isBeyond(place) ? place : interpolate(places, percentiles, place)),
-      density: smoothDensity(percentiles, places),
-      start,
-      of(face) {
-        const place = (read(face) - low) / span;
-        return place < -nearly || place > 1 + nearly ? place : face.get(control.name);
-      },
-      reach: (face, value) => write(face, low + value * span),
-    };
+    const made = distributionOf({ low, span, percentiles, places, start, read, write, rank: (face) => face.get(control.name) });
     known.set(control.name, made);
     return made;
   };

@@ -96,7 +96,8 @@ export function createFeatures(editor, { distributions, limits, random, preview 
   function build() {
     const all = model.controls.filter((control) => control.group === chosen && !control.measure);
     const open = opened.has(chosen);
-    rows = (open ? all : all.slice(0, FIRST)).map((control) => {
+    rows = (open ? all : all.slice(0, FIRST)).map((control, i) => {
+      const id = `control-${control.name.replaceAll(/\W+/g, '-')}`;
       const distribution = distributions(control);
       /** @param {number} value */
       const move = (value) => {
@@ -107,7 +108,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
       const slider = createSlider({
         name: control.name,
         label: control.name,
-        id: `control-${control.name.replaceAll(/\W+/g, '-')}`,
+        id,
         about: [...new Set(control.description.split(', '))].join(', ') || text.finer(titleOf(chosen).toLowerCase()),
         title: text.resetControl,
         limits: limits.present,
@@ -137,7 +138,10 @@ export function createFeatures(editor, { distributions, limits, random, preview 
               step: 0.1,
               show: (value) => Number((100 * Math.min(1, Math.max(0, value))).toFixed(1)),
               take: (percent) => editor.set(control.name, percent / 100),
+              ended: (percent) => limits.ended(String(Math.round(percent)), id),
             },
+        // What the number is, once for all of them.
+        legend: i === 0 && !limits.beyond ? text.percentile : '',
         move,
         hold,
         finish: done,

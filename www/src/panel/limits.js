@@ -12,6 +12,12 @@ export function createLimits() {
   const listeners = new Set();
   /** @type {HTMLInputElement[]} */
   const boxes = [];
+  /** @param {boolean} now */
+  function set(now) {
+    beyond = now;
+    for (const box of boxes) box.checked = beyond;
+    for (const listener of listeners) listener();
+  }
 
   return {
     get beyond() {
@@ -23,14 +29,25 @@ export function createLimits() {
     },
     /** @param {() => void} listener */
     onChange: (listener) => void listeners.add(listener),
+    /**
+     * That a slider ends, and how it goes on.
+     * @param {string} end in words @param {string} id of the slider, which is made anew then
+     */
+    ended(end, id) {
+      const said = document.createDocumentFragment();
+      said.append(text.ended(end));
+      if (beyond) return said;
+      const go = () => {
+        set(true);
+        document.getElementById(id)?.focus();
+      };
+      said.append(' ', element('button', { type: 'button', class: 'link', title: text.beyondAbout, onclick: go }, text.beyond));
+      return said;
+    },
     box() {
       const box = element('input', {
         type: 'checkbox',
-        onchange: () => {
-          beyond = box.checked;
-          for (const other of boxes) other.checked = beyond;
-          for (const listener of listeners) listener();
-        },
+        onchange: () => set(box.checked),
       });
       boxes.push(box);
       return element('label', { class: 'check', title: text.beyondAbout }, box, text.beyond);

@@ -1,15 +1,15 @@
 import { isBeyond } from './distribution.js';
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
+import { createLengths } from './lengths.js';
 import { groupOfMeasure } from './measures.js';
 import { createSlider } from './slider.js';
-import { spoken, standing, text, titleOf } from '../text.js';
+import { spoken, standing, text, titleOf, told } from '../text.js';
 
-/** Lengths that a face may be asked for, mm; whether it can have them is the model's to say. */
-const LENGTHS = /** @type {const} */ ([0.1, 400]);
+/** @typedef {import('./distribution.js').Distribution} Distribution */
 
 /**
- * The controls that mean a length: its slider, its number, its lock.
+ * The lengths of a face: of each its slider, its number, its lock. The model has controls for most of them.
  *
  * @param {import('../editing/editor.js').Editor} editor
  * @param {{
@@ -19,31 +19,36 @@ const LENGTHS = /** @type {const} */ ([0.1, 400]);
  */
 export function createMeanings(editor, { distributions, limits }) {
   const { model, face } = editor;
+  const others = createLengths(model);
   let visible = false;
   /** Where the sliders stood when one of them was taken up. @type {number[] | null} */
   let before = null;
 
-  /** @type {{ measure: string, distribution: import('./distribution.js').Distribution, slider: import('./slider.js').Slider, lock: HTMLButtonElement }[]} */
+  /** @type {{ measure: string, distribution: Distribution, slider: import('./slider.js').Slider, lock: HTMLButtonElement }[]} */
   let rows = [];
-  /** @param {import('phiz').Control} control @param {string} measure */
-  function row(control, measure) {
-    const { name, description } = control;
+  /** @param {Parameters<typeof icon>[0]} sign @param {string} said @param {() => void} onclick */
+  const tool = (sign, said, onclick) =>
+    element('button', { type: 'button', class: 'tool small', 'aria-label': said, title: said, onclick }, icon(sign));
+
+  /**
+   * @param {{
+   *   name: string, measure: string, about: string, distribution: Distribution, ends: readonly [number, number],
+   *   back: HTMLElement, hold?: () => void, move: (value: number) => void, take: (mm: number) => void,
+   * }} of `back` undoes it, `move` is a part of a gesture, `take` is a whole one
+   */
+  function row({ name, measure, about, distribution, ends, back, hold, move, take }) {
     const words = spoken(name);
-    const distribution = distributions(control);
-    /** @param {Parameters<typeof icon>[0]} sign @param {string} said @param {() => void} onclick */
-    const tool = (sign, said, onclick) =>
-      element('button', { type: 'button', class: 'tool small', 'aria-label': said, title: said, onclick }, icon(sign));
+    const id = `meaning-${name.replaceAll(/\W+/g, '-')}`;
     const lock = tool('unlock', text.lockMeasure(spoken(measure)), () => editor.toggleMeasureLock(measure));
-    const clear = tool('reset', text.clearMeasure(words), () => editor.clear(name));
+    const [least, most] = ends.map(distribution.reading);
     const slider = createSlider({
       name: words,
       label: words,
-      id: `meaning-${name.replaceAll(/\W+/g, '-')}`,
-      about: description,
+      id,
+      about: told(about),
       title: text.resetLength,
       limits: limits.present,
-      // Where the part has no room to go on, and would crumple, unless people ask for more.
-      ends: limits.beyond ? undefined : control.limits,
+      ends,
       step: 0.001,
       key: 0.01,
       neutral: distribution.start,
@@ -52,27 +57,71 @@ export function createMeanings(editor, { distributions, limits }) {
       typed: {
         label: text.typedLength(spoken(measure)),
         unit: 'mm',
-        min: LENGTHS[0],
-        max: LENGTHS[1],
+        min: least,
+        max: most,
         step: 0.1,
         show: () => Number(face.measure(measure).toFixed(1)),
-        take: (mm) => editor.setMeasure(measure, mm),
+        take,
+        ended: (mm) => limits.ended(text.millimetres(mm), id),
       },
-      move: (value) => {
-        if (isBeyond(value)) editor.moveBy((present) => distribution.reach(present, value));
-        else editor.move(name, value);
-      },
+      move,
       hold: () => {
         before = rows.map((entry) => entry.distribution.of(face));
+        hold?.();
       },
       finish: () => {
         before = null;
         editor.finish(`move ${name}`);
       },
-      extra: [element('span', { class: 'row-tools' }, clear, lock)],
+      extra: [element('span', { class: 'row-tools' }, back, lock)],
     });
     rows.push({ measure, distribution, slider, lock });
     return slider.root;
+  }
+
+  /** @param {import('phiz').Control} control @param {string} measure */
+  function controlled(control, measure) {
+    const { name, description } = control;
+    const distribution = distributions(control);
+    return row({
+      name,
+      measure,
+      about: description,
+      distribution,
+      // Where the part has no room to go on, and would crumple, unless people ask for more.
+      ends: limits.beyond ? limits.present : control.limits,
+      back: tool('reset', text.clearMeasure(spoken(name)), () => editor.clear(name)),
+      move: (value) => {
+        if (isBeyond(value)) editor.moveBy((present) => distribution.reach(present, value));
+        else editor.move(name, value);
+      },
+      take: (mm) => editor.setMeasure(measure, mm),
+    });
+  }
+
+  /** @param {import('phiz').Measure} measure @param {Distribution} distribution */
+  function uncontrolled({ name, description }, distribution) {
+    /** @type {import('../editing/history.js').State | null} */
+    let from = null;
+    const take = (/** @type {number} */ mm) => {
+      editor.part();
+      editor.moveBy((present) => others.set(present, name, mm));
+      editor.finish(`set ${name}`);
+    };
+    return row({
+      name,
+      measure: name,
+      about: description,
+      distribution,
+      ends: limits.present,
+      back: tool('reset', text.resetMeasure(spoken(name)), () => take(distribution.reading(distribution.start))),
+      hold: () => {
+        from = editor.state;
+      },
+      // There and back again is the face that it was.
+      move: (value) => editor.moveFrom(from ?? editor.state, (present) => distribution.reach(present, value)),
+      take,
+    });
   }
 
   function refresh() {
@@ -95,23 +144,51 @@ export function createMeanings(editor, { distributions, limits }) {
 
   const list = element('div', {});
   let built = false;
+  /** How people differ in lengths that no control sets, once that is known. @type {Map<string, Distribution> | null} */
+  let known = null;
+  /** Rows that wait for it. @type {Map<import('phiz').Measure, HTMLElement>} */
+  const awaited = new Map();
   function build() {
     built = true;
     rows = [];
+    awaited.clear();
     list.replaceChildren();
     /** @type {Map<string, HTMLElement>} */
     const parts = new Map();
-    for (const control of model.controls) {
-      if (!control.measure) continue;
-      const group = groupOfMeasure(control.measure);
+    /** @param {string} measure */
+    const partOf = (measure) => {
+      const group = groupOfMeasure(measure);
       let part = parts.get(group);
       if (!part) {
-        part = element('section', { class: 'part' }, element('h3', {}, titleOf(group)));
+        part = element('section', { class: 'part' }, element('h3', {}, group === 'head' ? text.wholeFace : titleOf(group)));
         parts.set(group, part);
         list.append(part);
       }
-      part.append(row(control, control.measure));
+      return part;
+    };
+    const put = (/** @type {import('phiz').Measure} */ measure) => {
+      const distribution = known?.get(measure.name);
+      const made = distribution ? uncontrolled(measure, distribution) : roomFor(measure);
+      if (!distribution) awaited.set(measure, made);
+      partOf(measure.name).append(made);
+    };
+    const isWhole = (/** @type {import('phiz').Measure} */ { name }) => groupOfMeasure(name) === 'head';
+    others.measures.filter(isWhole).forEach(put);
+    for (const control of model.controls) if (control.measure) partOf(control.measure).append(controlled(control, control.measure));
+    others.measures.filter((measure) => !isWhole(measure)).forEach(put);
+  }
+  /** Nothing moves when the row comes. @param {import('phiz').Measure} measure */
+  const roomFor = ({ name, description }) =>
+    element('div', { class: 'control' }, element('p', { class: 'awaited' }, spoken(name)), element('div', { class: 'track' }), element('p', { class: 'about' }, description));
+
+  async function compare() {
+    known = await others.distributions();
+    for (const [measure, room] of awaited) {
+      const distribution = known.get(measure.name);
+      if (distribution) room.replaceWith(uncontrolled(measure, distribution));
     }
+    awaited.clear();
+    refresh();
   }
 
   limits.onChange(() => {
@@ -131,7 +208,10 @@ export function createMeanings(editor, { distributions, limits }) {
     /** @param {boolean} now */
     shown(now) {
       visible = now;
-      if (now && !built) build();
+      if (now && !built) {
+        build();
+        void compare();
+      }
       refresh();
     },
   };

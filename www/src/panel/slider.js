@@ -24,6 +24,15 @@ function bell(density) {
 }
 
 /**
+ * What somebody typed, with a point or a comma; NaN when it is no number.
+ * @param {string} typed
+ */
+function numberIn(typed) {
+  const plain = typed.trim().replace('−', '-').replace(',', '.');
+  return plain === '' ? NaN : Number(plain);
+}
+
+/**
  * A named slider: a native range input whose thumb is drawn where the distribution puts it, and
  * its value as a button that takes a typed number.
  *
@@ -35,12 +44,15 @@ function bell(density) {
  *   distribution?: Pick<import('./distribution.js').Distribution, 'place' | 'value' | 'density'>,
  *   words: (value: number) => string,
  *   typed: { label: string, unit: string, min: number, max: number, step: number,
- *     show: (value: number) => number, take: (shown: number) => void },
+ *     show: (value: number) => number, take: (shown: number) => void,
+ *     ended?: (most: number) => Node },
+ *   legend?: string,
  *   move: (value: number) => void,
  *   hold?: () => void,
  *   finish: () => void,
  *   extra?: Node[],
- * }} spec `limits` are the track's, `ends` where the thumb stops on it; `key` is what an arrow key adds; `typed` is the number that people see and type
+ * }} spec `limits` are the track's, `ends` where the thumb stops on it; `key` is what an arrow key adds; `typed` is the number that people see and type,
+ *   `ended` what is said when it is beyond its end; `legend` stands after the value
  */
 export function createSlider(spec) {
   const [min, max] = spec.ends ?? spec.limits;
@@ -62,6 +74,12 @@ export function createSlider(spec) {
   let said = '';
   /** @type {number | null} */
   let haunts = null;
+  /** That what was typed is beyond the end, until the value is another. @type {HTMLElement | null} */
+  let notice = null;
+  function unsay() {
+    notice?.remove();
+    notice = null;
+  }
 
   function hold() {
     if (held) return;
@@ -122,7 +140,7 @@ export function createSlider(spec) {
       };
       if (event.key in to) move(to[event.key]);
       else if (event.key === 'Delete' || event.key === 'Backspace') toNeutral();
-      else if (/^[0-9.]$/.test(event.key)) openTyped(event.key);
+      else if (/^[0-9.,-]$/.test(event.key)) openTyped(event.key);
       else if (event.key === 'Enter') openTyped();
       else return;
       event.preventDefault();
@@ -175,42 +193,67 @@ export function createSlider(spec) {
   });
 
   const value = element('button', { type: 'button', class: 'value', onclick: () => openTyped() });
+  const withinTyped = (/** @type {number} */ typed) => Math.min(spec.typed.max, Math.max(spec.typed.min, typed));
+  // Browsers drop a comma from a number that is not typed in their language, and 50,5 is 505.
   const number = element('input', {
-    type: 'number',
+    type: 'text',
+    role: 'spinbutton',
     class: 'typed',
     hidden: true,
-    min: spec.typed.min,
-    max: spec.typed.max,
-    step: spec.typed.step,
+    'aria-valuemin': spec.typed.min,
+    'aria-valuemax': spec.typed.max,
     inputmode: 'decimal',
+    autocomplete: 'off',
     'aria-label': spec.typed.label,
+    oninput: tell,
     onkeydown: (/** @type {KeyboardEvent} */ event) => {
       if (event.key === 'Enter') closeTyped(true);
       else if (event.key === 'Escape') closeTyped(false);
+      else if (event.key === 'ArrowUp') stepTyped(1);
+      else if (event.key === 'ArrowDown') stepTyped(-1);
       else return;
       event.preventDefault();
       event.stopPropagation();
     },
     onblur: () => closeTyped(true),
   });
+  function tell() {
+    const typed = numberIn(number.value);
+    if (Number.isFinite(typed)) number.setAttribute('aria-valuenow', String(typed));
+    else number.removeAttribute('aria-valuenow');
+  }
+  /** @param {number} steps */
+  function stepTyped(steps) {
+    const typed = numberIn(number.value);
+    if (!Number.isFinite(typed)) return;
+    // What a sum of decimals is off by is not shown.
+    number.value = String(Number(withinTyped(typed + steps * spec.typed.step).toFixed(6)));
+    tell();
+  }
   /** @param {string} [start] the first digit, typed on the slider */
   function openTyped(start) {
     number.hidden = false;
     value.hidden = true;
+    unsay();
     number.value = start ?? String(spec.typed.show(input.valueAsNumber));
+    tell();
     number.focus();
     if (start === undefined) number.select();
   }
   /** @param {boolean} keep */
   function closeTyped(keep) {
     if (number.hidden) return;
-    const typed = number.valueAsNumber;
+    const typed = numberIn(number.value);
     number.hidden = true;
     value.hidden = false;
     if (document.activeElement === number || document.activeElement === document.body) value.focus({ preventScroll: true });
     const before = spec.typed.show(input.valueAsNumber);
     if (!keep || !Number.isFinite(typed) || typed === before) return;
-    spec.typed.take(Math.min(spec.typed.max, Math.max(spec.typed.min, typed)));
+    const within = withinTyped(typed);
+    if (within !== before) spec.typed.take(within);
+    if (within === typed) return;
+    notice = element('p', { class: 'notice', role: 'alert' }, spec.typed.ended?.(within) ?? text.ended(String(within)));
+    track.after(notice);
   }
 
   // Each is told its own place: what the track is told, all that is in it has to be styled for again.
@@ -231,7 +274,7 @@ export function createSlider(spec) {
     'div',
     { class: 'control' },
     element('label', { for: spec.id }, spec.label),
-    element('span', { class: 'reading' }, value, number),
+    element('span', { class: 'reading' }, value, number, ...(spec.legend ? [element('span', { class: 'legend', 'aria-hidden': 'true' }, spec.legend)] : [])),
     track,
     ...(spec.about ? [element('p', { class: 'about', id: `${spec.id}-about` }, spec.about)] : []),
     ...(spec.extra ?? []),
@@ -248,6 +291,7 @@ export function createSlider(spec) {
       const words = spec.words(present);
       // Most sliders stay where they are while one moves.
       if (present === shown && words === said && input.valueAsNumber === rounded) return;
+      if (present !== shown) unsay();
       [shown, said] = [present, words];
       if (!(drag && input.valueAsNumber === present)) input.valueAsNumber = present;
       rounded = input.valueAsNumber;

@@ -123,8 +123,11 @@ export function createFitter({ modelUrl, expressionsUrl }) {
      * @returns {Promise<import('phiz').PhotoFit>}
      */
     fit: (photo, progress) => ask('fit', { ...urls, photo }, progress),
-    /** @param {{ width: number, height: number }} photo of `pixels` @param {import('phiz').PhotoFit} fit */
-    edit: ({ width, height }, fit) => ask('edit', { photo: { width, height }, fit }),
+    /**
+     * From then on this photo is edited, until another is.
+     * @param {{ width: number, height: number, rgba: Uint8ClampedArray }} photo of `pixels` @param {import('phiz').PhotoFit} fit
+     */
+    edit: ({ width, height, rgba }, fit) => ask('edit', { ...urls, photo: { width, height, rgba }, fit }),
     /**
      * The head's colours as the photo has them.
      * @param {number} size texels a side

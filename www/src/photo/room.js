@@ -59,7 +59,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let person;
   /** The 68 points that were found, px of the photo. @type {ReturnType<typeof marksOf> | null} */
   let detected = null;
-  /** What was fitted, to which points. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, scale: number } | null} */
+  /** What was fitted, to which points. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, pixels: ReturnType<typeof fitter.pixels>, scale: number } | null} */
   let fitted = null;
   /** The person's own face, as the fit had it. @type {{ code: string, expression: Record<string, number> } | null} */
   let own = null;
@@ -70,6 +70,12 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let editable = false;
   /** Whether the head has the looks of this person. */
   let dressed = false;
+  /**
+   * The last photo whose face was fitted, with all that belongs to it, until another's is: who opens a photo that
+   * cannot be taken still has this one.
+   * @type {ReturnType<typeof present> | null}
+   */
+  let last = null;
   /** Each photo that is opened is a visit: what comes late for an earlier one is dropped. */
   let visit = 0;
   /** @type {Mode} */
@@ -96,7 +102,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     fitter,
     detail: () => photo && fitted && fitter.detail(photo, fitted.points),
     tone,
-    allowed: () => editable,
+    allowed: () => editable || last !== null,
     wear,
     complain: (sentence) => say(sentence, true),
   });
@@ -128,6 +134,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   const size = element('p', { class: 'note' });
   const placeAnyway = () => button(text.photo.placeByHand, startPlacing);
   const retry = button(text.tryAgain, () => void search((visit += 1)));
+  const toLast = element('div', { class: 'row' }, button(text.photo.toLast, () => void bringBack(text.photo.ready)));
   const another = button(text.photo.another, () => {
     say(text.photo.several(faces.length));
     view.fit();
@@ -200,6 +207,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     element('p', { class: 'note photo-private' }, icon('lock'), text.photo.private),
     status,
     ...Object.values(blocks),
+    toLast,
   );
 
   /** @param {string} sentence @param {boolean} [wrong] */
@@ -220,6 +228,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     correction.compare(mode === 'adjust' ? fittedPoints() : null);
     asDetected.hidden = detected === null;
     another.hidden = faces.length < 2;
+    toLast.hidden = !last || mode === 'busy' || mode === 'ready';
     comparison.beforeAfter.hidden = mode !== 'ready' || !editable;
     if (mode === 'choose' || points) photoOnStage();
     turn();
@@ -272,7 +281,11 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       asking = false;
     }
   }
-  editor.onShape(() => void follow());
+  editor.onShape(() => {
+    // Who goes on with this photo has read what was wrong with another.
+    if (mode === 'ready' && status.classList.contains('is-wrong')) say(text.photo.ready);
+    void follow();
+  });
 
   /** Points of the fitted face, px of the photo. */
   function fittedPoints() {
@@ -287,10 +300,63 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     fitter.cancel();
     editable = false;
     field = null;
+    keepLast();
+    if (last) return void bringBack(text.photo.cancelled);
     say(text.photo.cancelled);
     retry.hidden = false;
     show(photo ? 'none' : 'empty');
   }
+  const present = () => ({ photo, onStage, faces, person, detected, fitted, own, shown, sentence: quality.textContent });
+  function keepLast() {
+    if (fitted) last = present();
+  }
+  /** Another was fitted. */
+  function forgetLast() {
+    if (last?.person !== person) last?.person?.mask.close();
+    if (last?.photo !== photo) {
+      last?.photo?.bitmap.close();
+      last?.onStage?.close();
+    }
+    last = null;
+  }
+  /** What the stage has of a photo that is not the last. */
+  function forgetPhoto() {
+    if (photo === last?.photo) return;
+    photo?.bitmap.close();
+    onStage?.close();
+  }
+  /** The last photo is there again as it was. @param {string} sentence why @param {boolean} [wrong] */
+  async function bringBack(sentence, wrong = false) {
+    if (!last) return;
+    const here = (visit += 1);
+    stopFinding();
+    forgetPerson();
+    forgetPhoto();
+    ({ photo, onStage, faces, person, detected, fitted, own, shown } = last);
+    quality.textContent = last.sentence;
+    last = null;
+    if (!photo || !onStage || !fitted) return;
+    dressed = true;
+    field = null;
+    size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
+    correction.open(photo, fitted.points);
+    warp.setPhoto(onStage);
+    view.open(photo.width, photo.height);
+    view.closeTo(around(fitted.points, 1));
+    say(sentence, wrong);
+    try {
+      // Whoever stopped a fit has stopped what edits, too.
+      await fitter.edit(fitted.pixels, fitted.fit);
+    } catch (error) {
+      if (here === visit && !(error instanceof Cancelled)) say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
+    }
+    if (here !== visit) return;
+    editable = true;
+    show('ready');
+    await follow();
+    if (here === visit) void colours.prepare();
+  }
+
   /** @param {unknown} error @param {Mode} next */
   function complain(error, next) {
     say(error instanceof Error ? error.message : String(error), true);
@@ -324,6 +390,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       if (here !== visit) return;
       stopFinding();
       // The photo before stays, whole.
+      editable = fitted !== null;
       say(error instanceof Failure ? error.message : text.photo.damaged, true);
       return show(fitted ? 'ready' : photo ? 'none' : 'empty');
     }
@@ -338,13 +405,13 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       picture.close();
       return next.bitmap.close();
     }
-    photo?.bitmap.close();
-    onStage?.close();
+    keepLast();
+    forgetPerson();
+    forgetPhoto();
     onStage = picture;
     photo = next;
     faces = [];
     detected = fitted = own = field = null;
-    forgetPerson();
     editable = dressed = false;
     comparison.reset();
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
@@ -385,13 +452,15 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   }
 
   function forgetPerson() {
-    person?.mask.close();
+    if (person !== last?.person) person?.mask.close();
     person = undefined;
   }
 
   /** One of the faces. @param {number} i */
   async function take(i) {
-    dressed = false;
+    keepLast();
+    dressed = editable = false;
+    fitted = own = field = null;
     forgetPerson();
     detected = marksOf(faces[i]);
     correction.open(photo, detected.points);
@@ -417,9 +486,12 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     const box = boxOf(points);
     const tall = box[3] - box[1];
     if (tall < LEAST_FACE) {
-      say(text.photo.faceTooSmall(tall, LEAST_FACE), true);
+      const sentence = text.photo.faceTooSmall(tall, LEAST_FACE);
+      const byHand = mode === 'adjust' || mode === 'place';
+      if (last && !byHand) return bringBack(sentence, true);
+      say(sentence, true);
       retry.hidden = true;
-      return show(mode === 'adjust' || mode === 'place' ? mode : 'none');
+      return show(byHand ? mode : 'none');
     }
     const from = mode === 'adjust' || mode === 'place' ? mode : 'none';
     editable = false;
@@ -442,7 +514,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       if (here !== visit) return;
       if (found.quality.refusal) {
         say(text.photo.refused(found.quality.refusal), true);
-        before = 'none';
+        before = fitted ? 'ready' : 'none';
         return show(from === 'none' ? 'adjust' : from);
       }
       // The page keeps expressions in whole per cents; what the photo shows is the same then.
@@ -456,7 +528,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       if (here !== visit) return;
       editor.take({ code: found.code, expression, ...(looks && { colouring: colouringOf(looks, tone) }) });
       own = { code: face.code, expression: face.expression };
-      fitted = { fit: { ...base, ...own }, points: points.slice(), scale: pixels.scale };
+      fitted = { fit: { ...base, ...own }, points: points.slice(), pixels, scale: pixels.scale };
+      forgetLast();
       dressed = true;
       editable = true;
       colours.forget();
@@ -472,6 +545,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       if (here === visit) void colours.prepare();
     } catch (error) {
       if (here !== visit || error instanceof Cancelled) return;
+      before = fitted ? 'ready' : 'none';
       complain(new Error(text.photo.notFitted(error instanceof Error ? error.message : String(error))), from === 'none' ? 'adjust' : from);
     }
   }
@@ -487,8 +561,11 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     correction.focus();
   }
   function leaveAdjusting() {
-    if (before === 'ready' && fitted) say(text.photo.ready);
-    show(before === 'ready' && fitted ? 'ready' : 'none');
+    if (before !== 'ready' || !fitted) return show('none');
+    editable = true;
+    say(text.photo.ready);
+    show('ready');
+    void follow();
   }
   /** A face with room around it, as a part of its height. @param {Float64Array} points @param {number} part */
   function around(points, part) {
@@ -498,7 +575,9 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   }
   function startPlacing() {
     if (!photo) return;
-    dressed = false;
+    keepLast();
+    dressed = editable = false;
+    fitted = own = field = null;
     forgetPerson();
     const { width, height } = photo;
     detected = null;

@@ -1,3 +1,4 @@
+import { part } from '../frame/download.js';
 import { element } from '../frame/element.js';
 import { text } from '../text.js';
 
@@ -22,7 +23,7 @@ export function createPhotoTab(editor, parts) {
   async function make() {
     state.textContent = text.photo.loading;
     retry.hidden = true;
-    const { createRoom } = await import('./room.js');
+    const { createRoom } = await part(import('./room.js'));
     room = createRoom(editor, { ...parts, panel });
     state.remove();
     retry.remove();

@@ -46,13 +46,14 @@ const TASKS = {
   },
   async fit({ photo, ...wish }, progress) {
     const loaded = await prepared(wish);
-    pixels = photo.rgba;
     return { answer: await loaded.fitPhoto({ ...photo, progress }) };
   },
-  async edit({ photo, fit }) {
+  async edit({ photo: { width, height, rgba }, fit, ...wish }) {
+    const loaded = await prepared(wish);
     edit?.free();
     edit = null;
-    edit = (await (await model)?.editPhoto({ width: photo.width, height: photo.height, fit, rgba: pixels ?? undefined })) ?? null;
+    edit = await loaded.editPhoto({ width, height, fit, rgba });
+    pixels = rgba;
     return { answer: true };
   },
   async texture({ size, detail }) {

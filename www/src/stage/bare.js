@@ -8,14 +8,15 @@ const BARE = { crop: 0, length: 0, beard: 0, beardLength: 0 };
 const hairOf = (colouring) => Object.keys(BARE).map((name) => colouring[name] ?? REST[name]);
 
 /**
- * Hides hair and beard, to see the head below while it is shaped: a button, and a key on the canvas. The face keeps
+ * Hides hair and beard, to see the head below while it is shaped: a button, and a key on the stage. (Anywhere else,
+ * a key alone would be in the way of who speaks to the page.) The face keeps
  * them, and who changes them sees them again.
  *
  * @param {import('../editing/editor.js').Editor} editor
- * @param {HTMLCanvasElement} canvas
+ * @param {HTMLElement} stage
  * @param {() => void} repaint
  */
-export function createBare(editor, canvas, repaint) {
+export function createBare(editor, stage, repaint) {
   let bare = false;
   let before = '';
   const button = element('button', { type: 'button', class: 'tool', 'aria-label': text.hideHair, title: text.hideHairAbout, onclick: toggle }, icon('hair'));
@@ -38,7 +39,7 @@ export function createBare(editor, canvas, repaint) {
     show(!bare);
     repaint();
   }
-  canvas.addEventListener('keydown', (event) => {
+  stage.addEventListener('keydown', (event) => {
     if (event.key.toLowerCase() !== 'h' || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     toggle();

@@ -1,0 +1,123 @@
+import { distributionOf } from './distribution.js';
+import { spoken, text } from '../text.js';
+
+// Lengths that the model has no control for, such as the face's height. A sample of random faces tells how people
+// differ in them, and any of them can be set by the most probable change of the face.
+
+/**
+ * So many tell a mean to a twentieth of a standard deviation and that to 3.5 %: in the middle two percentiles. Of
+ * 4000 faces no such length is skewed by more than 0.1, so a normal distribution stands for all.
+ */
+const FACES = 400;
+/** Work goes on for so long before others have their turn, ms. A face takes a half. */
+const SLICE = 8;
+/**
+ * What each leaves as it is: in people all of them go with the size of the face, and a long face would be a broad one.
+ * A narrow face has a narrow jaw all the same.
+ */
+const KEPT = ['face height', 'face width'];
+const KEPT_BY_HEIGHT = ['face width', 'jaw width', 'tragion width'];
+/** mm; the module itself is exact to 0.01. */
+const MET = 0.005;
+const MISSED = 0.05;
+const ROUNDS = 8;
+
+/** Limits, in standard deviations, and how many steps the table has between them. */
+const REACH = 3;
+const STEPS = 60;
+
+const PLACES = Array.from({ length: STEPS + 1 }, (_, i) => i / STEPS);
+/** The percentiles there, if all people are within the limits. */
+const PERCENTILES = (() => {
+  const sums = [0];
+  const density = (/** @type {number} */ at) => Math.exp(-0.5 * (REACH * (2 * at - 1)) ** 2);
+  for (let i = 1; i <= STEPS; i++) sums.push(sums[i - 1] + density(PLACES[i - 1]) + density(PLACES[i]));
+  return sums.map((sum) => sum / sums[STEPS]);
+})();
+
+const idle = () => new Promise((done) => (typeof requestIdleCallback === 'function' ? requestIdleCallback(done, { timeout: 200 }) : setTimeout(done)));
+
+/**
+ * Gives a face a length by the most probable change that leaves height and width of the face, and what is held.
+ * @param {import('phiz').Face} face @param {string} measure @param {number} mm
+ */
+function setLength(face, measure, mm) {
+  const known = face.model.measures.map(({ name }) => name);
+  const kept = (measure === 'face height' ? KEPT_BY_HEIGHT : KEPT).filter((name) => name !== measure && known.includes(name) && !face.lockedMeasures.includes(name));
+  const before = face.code;
+  for (const name of kept) face.lockMeasure(name);
+  try {
+    // What is held is brought back after each step, which takes a part of the step back, too: the next ones allow for it.
+    let met = 1;
+    for (let round = 0; round < ROUNDS; round++) {
+      const was = face.measure(measure);
+      if (Math.abs(mm - was) < MET) break;
+      const step = (mm - was) / met;
+      face.setMeasure(measure, was + step);
+      met = Math.min(1.2, Math.max(0.1, (face.measure(measure) - was) / step));
+    }
+    if (Math.abs(mm - face.measure(measure)) > MISSED) throw new Error(text.cannotHave(spoken(measure), mm));
+  } catch (error) {
+    face.code = before;
+    throw error;
+  } finally {
+    for (const name of kept) face.unlockMeasure(name);
+  }
+}
+
+/**
+ * The lengths that no control sets.
+ * @param {import('phiz').FaceModel} model
+ */
+export function createLengths(model) {
+  const measures = model.measures.filter(({ name }) => !model.controls.some(({ measure }) => measure === name));
+  /** @type {Promise<Map<string, import('./distribution.js').Distribution>> | null} */
+  let coming = null;
+
+  async function sample() {
+    const face = model.face();
+    const median = measures.map(({ name }) => face.measure(name));
+    const sums = measures.map(() => [0, 0]);
+    let since = performance.now();
+    for (let seed = 1; seed <= FACES; seed++) {
+      if (performance.now() - since > SLICE) {
+        await idle();
+        since = performance.now();
+      }
+      // Also of what a random face keeps: the blending distance.
+      face.reset();
+      face.randomize({ seed });
+      measures.forEach(({ name }, i) => {
+        const away = face.measure(name) - median[i];
+        sums[i][0] += away;
+        sums[i][1] += away * away;
+      });
+    }
+    face.free();
+    return new Map(
+      measures.map(({ name }, i) => {
+        const mean = sums[i][0] / FACES;
+        const deviation = Math.sqrt(sums[i][1] / FACES - mean * mean);
+        const low = median[i] + mean - REACH * deviation;
+        const span = 2 * REACH * deviation;
+        const distribution = distributionOf({
+          low,
+          span,
+          percentiles: PERCENTILES,
+          places: PLACES,
+          start: 0,
+          read: (face) => face.measure(name),
+          write: (face, mm) => setLength(face, name, mm),
+        });
+        return [name, { ...distribution, start: distribution.value((median[i] - low) / span) }];
+      }),
+    );
+  }
+
+  return {
+    measures,
+    /** How people differ in them: asked once, and answered while nothing else is to do. */
+    distributions: () => (coming ??= sample()),
+    set: setLength,
+  };
+}
