@@ -65,6 +65,14 @@ impl Landmarks {
     }
 }
 
+/// Gives a measure a length in a list of those that are wanted, mm, or takes it out.
+// Not inlined: the module is downloaded before it runs.
+#[inline(never)]
+fn want(list: &mut Vec<(usize, f64)>, measure: usize, mm: Option<f64>) {
+    list.retain(|wanted| wanted.0 != measure);
+    list.extend(mm.map(|mm| (measure, mm)));
+}
+
 impl Face {
     /// A measure of the face, mm.
     ///
@@ -90,7 +98,10 @@ impl Face {
                 let free = self.free(None)?;
                 let before = self.before();
                 self.changed = 0..0;
-                self.solve(&[(measure, mm)], Unknowns::Coefficients(free), MET)?;
+                // With what is held: brought back afterwards it would take a part of this back.
+                let mut wanted = self.held.clone();
+                want(&mut wanted, measure, Some(mm));
+                self.solve(&wanted, Unknowns::Coefficients(free), MET)?;
                 self.keep(measure, &[], before)
             }
         }
@@ -125,10 +136,7 @@ impl Face {
 
     fn hold_measure(&mut self, measure: usize) {
         let mm = self.measured(measure);
-        match self.held.iter_mut().find(|held| held.0 == measure) {
-            Some(held) => held.1 = mm,
-            None => self.held.push((measure, mm)),
-        }
+        want(&mut self.held, measure, Some(mm));
     }
 
     /// Undoes [`Face::lock_measure`].
@@ -137,7 +145,7 @@ impl Face {
     /// When no measure has that name.
     pub fn unlock_measure(&mut self, name: &str) -> Result<()> {
         let measure = self.measure_index(name)?;
-        self.held.retain(|held| held.0 != measure);
+        want(&mut self.held, measure, None);
         Ok(())
     }
 

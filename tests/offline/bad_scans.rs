@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use base64ct::{Base64, Encoding};
 use glam::DVec3;
 use phiz::fit::FitResult;
 use phiz::fit::head::template::{Landmark, Template};
@@ -142,13 +143,19 @@ fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     file
 }
 
-/// One triangle of 100 mm with indices `indices`, in a buffer of `bytes` at `uri`.
-fn glb_triangle(indices: [u16; 3], bytes: usize, uri: &str) -> Vec<u8> {
+/// The buffer of one triangle of 100 mm: positions and indices.
+fn triangle_bytes(indices: [u16; 3]) -> Vec<u8> {
     let mut binary: Vec<u8> = [0f32, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0]
         .iter()
         .flat_map(|x| x.to_le_bytes())
         .collect();
     binary.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
+    binary
+}
+
+/// One triangle of 100 mm with indices `indices`, in a buffer of `bytes` at `uri`.
+fn glb_triangle(indices: [u16; 3], bytes: usize, uri: &str) -> Vec<u8> {
+    let mut binary = triangle_bytes(indices);
     binary.truncate(bytes);
     let json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
@@ -162,6 +169,36 @@ fn glb_triangle(indices: [u16; 3], bytes: usize, uri: &str) -> Vec<u8> {
         "buffers":[{{{uri}"byteLength":42}}]}}"#
     );
     glb(&json, &binary)
+}
+
+/// A GLB that cannot be read without an extension.
+fn glb_extended(name: &str) -> Vec<u8> {
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["{name}"],"extensionsRequired":["{name}"]}}"#
+    );
+    glb(&json, &[])
+}
+
+/// The triangle as glTF in JSON, whose buffer is at `uri`.
+fn gltf_triangle(uri: &str) -> Vec<u8> {
+    let glb = glb_triangle([0, 1, 2], 0, &format!(r#""uri":"{uri}","#));
+    glb[20..].trim_ascii_end().to_vec()
+}
+
+/// A binary STL of so many of the egg's triangles.
+fn stl(triangles: usize) -> Vec<u8> {
+    let (positions, all) = egg();
+    // Many a binary file begins as one in text.
+    let mut bytes = b"solid".to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend((triangles as u32).to_le_bytes());
+    for t in &all[..triangles] {
+        bytes.extend([0; 12]);
+        let corners = t.map(|v| positions[v as usize].as_vec3().to_array());
+        bytes.extend(corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
 }
 
 /// Reads a scan and its landmarks as `register` does; the notes.
@@ -301,7 +338,7 @@ fn bad_scans_get_one_clear_line() {
                 &[DVec3::ZERO, DVec3::X * 9000.0, DVec3::Y * 9000.0],
                 &[[0, 1, 2]],
             ),
-            &["too large"],
+            &["too large", "guessed (millimetres", "--unit"],
         ),
         case(
             "garbage",
@@ -422,8 +459,81 @@ fn bad_scans_get_one_clear_line() {
             glb_triangle([0, 1, 3], 42, ""),
             &["mesh 0, primitive 0", "index 3"],
         ),
-        case("unknown ending", "a.stl", "solid", &[".obj, .ply and .glb"]),
-        case("no ending", "a", "v 0 0 0", &[".obj, .ply and .glb"]),
+        case(
+            "Draco",
+            "a.glb",
+            glb_extended("KHR_draco_mesh_compression"),
+            &["compressed with Draco: save it without"],
+        ),
+        case(
+            "meshopt",
+            "a.glb",
+            glb_extended("EXT_meshopt_compression"),
+            &["compressed with meshoptimizer: save it without"],
+        ),
+        case(
+            "an extension of nobody's",
+            "a.glb",
+            glb_extended("ACME_folding"),
+            &["needs the extension ACME_folding"],
+        ),
+        case("glTF's JSON broken", "a.gltf", "{\"asset\":", &["line 1"]),
+        case(
+            "glTF's buffer elsewhere",
+            "a.gltf",
+            gltf_triangle("https://host/a.bin"),
+            &["buffer 0", "https://host/a.bin: no file beside it"],
+        ),
+        case(
+            "glTF's data broken",
+            "a.gltf",
+            gltf_triangle("data:;base64,AAA!"),
+            &["buffer 0", "data URI"],
+        ),
+        case("no STL", "a.stl", "cube", &["no STL file"]),
+        case(
+            "STL cut off",
+            "a.stl",
+            stl(2)[..184 - 50].to_vec(),
+            &["ends after 1 of 2 triangles"],
+        ),
+        case(
+            "STL text cut off",
+            "a.stl",
+            "solid\nvertex 0 0 0\nvertex 1 0 0\n",
+            &["in the middle of a triangle"],
+        ),
+        case(
+            "STL text for a number",
+            "a.stl",
+            "solid\nvertex 0 zero 0\n",
+            &["line 2", "`zero` is no number"],
+        ),
+        case(
+            "PLY strip out of range",
+            "a.ply",
+            ply_header("ascii", "3", FACES).replace("face 1", "tristrips 1")
+                + "0 0 0\n100 0 0\n0 100 0\n4 0 1 2 9\n",
+            &["vertex 9, of 3"],
+        ),
+        case(
+            "half of UTF-16",
+            "a.obj",
+            vec![0xff, 0xfe, b'v'],
+            &["UTF-16"],
+        ),
+        case(
+            "unknown ending",
+            "a.fbx",
+            "solid",
+            &[".obj, .ply, .glb, .gltf and .stl"],
+        ),
+        case(
+            "no ending",
+            "a",
+            "v 0 0 0",
+            &[".obj, .ply, .glb, .gltf and .stl"],
+        ),
     ];
     let folder = tempfile::tempdir().expect("a folder");
     for Case {
@@ -552,6 +662,14 @@ fn bad_landmarks_get_one_clear_line() {
             &["line 69", "`nan` is not finite"],
         ),
         case("no text", "l.txt", vec![0xff, 0xfe, 0], &["no text"]),
+        case("zeros", "l.txt", vec![0; 40], &["no text"]),
+        case(
+            "another scheme of menpo's",
+            "l.ljson",
+            r#"{"version":2,"landmarks":{"points":[[0,0,0]]}}"#,
+            &["1 points, not the 68 iBUG points"],
+        ),
+        case("no ljson", "l.ljson", "{}", &["no landmarks"]),
         case(
             "in metres",
             l,
@@ -628,6 +746,36 @@ fn bad_landmarks_get_one_clear_line() {
     one_line("missing", &error.to_string(), &missing, &["No such file"]);
     try_points(l, json(&right).as_bytes()).expect("the right ones are taken");
     try_points("l.txt", lines.join("\n").as_bytes()).expect("as text too");
+    // As other programs write them: with marks, letters and ends of lines of other systems, as iBUG and
+    // menpo do.
+    let marked = |text: &str| [b"\xef\xbb\xbf", text.as_bytes()].concat();
+    let wide = json(&right).encode_utf16().collect::<Vec<_>>();
+    let wide = [0xfeff].iter().chain(&wide).flat_map(|u| u.to_le_bytes());
+    let pts = format!("version: 1\nn_points:  68\n{{\n{}\n}}\n", lines.join("\n"));
+    let list: Vec<[f64; 3]> = right.iter().map(DVec3::to_array).collect();
+    let old = serde_json::json!({ "version": 2, "landmarks": { "points": list } });
+    let mut group = serde_json::json!({ "landmarks": { "points": list } });
+    // One that nobody has set.
+    group["landmarks"]["points"][3] = serde_json::json!([null, null, null]);
+    let new = serde_json::json!({ "version": 3, "groups": { "LJSON": group } });
+    for (name, content, points) in [
+        (l, marked(&json(&right)), 68),
+        (l, wide.collect(), 68),
+        ("l.txt", marked(&lines.join("\r\n")), 68),
+        (
+            "l.txt",
+            [b"# f\xfcr uns\r", lines.join("\r").as_bytes()].concat(),
+            68,
+        ),
+        ("l.pts", pts.into_bytes(), 68),
+        ("l.ljson", old.to_string().into_bytes(), 68),
+        ("l.ljson", new.to_string().into_bytes(), 67),
+    ] {
+        try_points(name, &content).unwrap_or_else(|e| panic!("{e}"));
+        let mut scan = Scan::read(&scan, None).expect("reads");
+        let read = landmarks::read(&folder.path().join(name), &mut scan, &template);
+        assert_eq!(read.expect("reads").len(), points, "{name}");
+    }
     // A mirrored scan: its points are where they belong on it.
     let mirror = DVec3::new(-1.0, 1.0, 1.0);
     let mirrored: Vec<DVec3> = positions.iter().map(|&p| p * mirror).collect();
@@ -773,6 +921,286 @@ fn odd_scans_are_read_and_said() {
     assert_eq!(texture.triangles.iter().filter(covered).count(), 1);
 }
 
+/// Text as Windows' programs and old ones write it is text all the same, and no vertex is lost.
+#[test]
+fn text_of_other_systems_is_read() {
+    let (positions, triangles) = egg();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let plain = obj(&positions, &triangles);
+    let wide: Vec<u16> = plain.encode_utf16().collect();
+    let wide = [0xfeff].iter().chain(&wide).flat_map(|u| u.to_be_bytes());
+    let rest = plain.as_bytes();
+    for (kind, content) in [
+        ("UTF-8's mark", [b"\xef\xbb\xbf", rest].concat()),
+        ("UTF-16", wide.collect()),
+        (
+            "Latin-1",
+            [b"# M\xfcller, \xff\xfe\no Gr\xfc\xdfe\n", rest].concat(),
+        ),
+        ("UTF-8", ["# Müller\n".as_bytes(), rest].concat()),
+        ("CR LF", plain.replace('\n', "\r\n").into_bytes()),
+        ("CR", plain.replace('\n', "\r").into_bytes()),
+        (
+            "continued",
+            format!("# C:\\scans\\\n{}", plain.replacen(' ', " \\\n", 1)).into_bytes(),
+        ),
+    ] {
+        fs::write(path("t.obj"), content).expect("written");
+        let scan = Scan::read(&path("t.obj"), None).unwrap_or_else(|e| panic!("{kind}: {e}"));
+        assert_eq!(scan.positions.len(), positions.len(), "{kind}");
+        assert_eq!(scan.triangles.len(), triangles.len(), "{kind}");
+    }
+    // Names of files in either encoding, of files in either encoding.
+    let mut png = Vec::new();
+    image::RgbImage::new(2, 2)
+        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
+        .expect("encodes");
+    let uv = "vt 0 0\nvt 1 0\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3\n";
+    let latin = |text: &str| -> Vec<u8> { text.chars().map(|c| c as u8).collect() };
+    let utf = |text: &str| text.as_bytes().to_vec();
+    type Written<'a> = &'a dyn Fn(&str) -> Vec<u8>;
+    let kinds: [(&str, Written); 2] = [("Latin-1", &latin), ("UTF-8", &utf)];
+    for (kind, written) in kinds {
+        for (named, bytes) in kinds {
+            let name = |text: &str| {
+                use std::os::unix::ffi::OsStringExt;
+                folder
+                    .path()
+                    .join(std::ffi::OsString::from_vec(bytes(text)))
+            };
+            let library = written("newmtl skin\nmap_Kd Fotos\\Müller.png\n");
+            fs::write(name("Müller.mtl"), library).expect("written");
+            fs::write(name("Müller.png"), &png).expect("written");
+            let content = written(&format!("mtllib Müller.mtl\n{plain}{uv}"));
+            fs::write(path("m.obj"), content).expect("written");
+            let scan = Scan::read(&path("m.obj"), None).expect("reads");
+            assert!(
+                scan.texture.is_some(),
+                "{named} in {kind}: {:?}",
+                scan.notes
+            );
+            for file in ["Müller.mtl", "Müller.png"] {
+                fs::remove_file(name(file)).expect("goes");
+            }
+        }
+    }
+    // A header in Latin-1, and a mark.
+    let ply = ply_header("ascii", "3", FACES).replace("1.0\n", "1.0\ncomment von Müller\n")
+        + "0 0 0\n100 0 0\n0 100 0\n3 0 1 2\n";
+    for content in [
+        latin(&ply),
+        utf(&ply),
+        [b"\xef\xbb\xbf", ply.as_bytes()].concat(),
+    ] {
+        fs::write(path("m.ply"), content).expect("written");
+        Scan::read(&path("m.ply"), None).expect("reads");
+    }
+}
+
+/// Strips and loose triangles: STL of both kinds, and PLY with `tristrips`.
+#[test]
+fn strips_and_loose_triangles_are_meshes() {
+    let (positions, triangles) = egg();
+    let folder = tempfile::tempdir().expect("a folder");
+    let read = |name: &str, content: &[u8]| {
+        let file = folder.path().join(name);
+        fs::write(&file, content).expect("written");
+        Scan::read(&file, None).expect(name)
+    };
+    let corner = |v: u32| positions[v as usize].as_vec3();
+    let text: String = (triangles.iter())
+        .map(|t| {
+            let corners = t
+                .map(corner)
+                .map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z));
+            format!(
+                "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n",
+                corners.concat()
+            )
+        })
+        .collect();
+    let text = format!("solid egg\n{text}endsolid egg\n");
+    for content in [stl(triangles.len()), text.into_bytes()] {
+        let scan = read("e.stl", &content);
+        assert_eq!(scan.positions.len(), positions.len());
+        assert_eq!(scan.triangles.len(), triangles.len());
+    }
+    // A square as a strip, and one triangle that a strip of its own turns.
+    let strips = ply_header("ascii", "4", FACES).replace("face 1", "tristrips 1")
+        + "0 0 0\n100 0 0\n0 100 0\n100 100 0\n9 0 1 2 3 -1 2 2 1 3\n";
+    let scan = read("s.ply", strips.as_bytes());
+    assert_eq!(scan.triangles, [[0, 1, 2], [2, 1, 3], [1, 2, 3]]);
+}
+
+/// What glTF allows beside plain floats: integers, sparse accessors, a part of a picture, JSON.
+#[test]
+fn every_kind_of_gltf_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let read = |name: &str, content: &[u8]| {
+        let file = folder.path().join(name);
+        fs::write(&file, content).expect("written");
+        Scan::read(&file, None).unwrap_or_else(|e| panic!("{e}"))
+    };
+    // The buffer in the file, beside it, and beside it with a space.
+    let plain = read("t.glb", &glb_triangle([0, 1, 2], 42, ""));
+    let buffer = triangle_bytes([0, 1, 2]);
+    for name in ["t.bin", "my scan.bin"] {
+        fs::write(folder.path().join(name), &buffer).expect("written");
+    }
+    let base64 = Base64::encode_string(&buffer);
+    for uri in [
+        "t.bin",
+        "my%20scan.bin",
+        "my scan.bin",
+        &format!("data:application/octet-stream;base64,{base64}"),
+    ] {
+        let scan = read("t.gltf", &gltf_triangle(uri));
+        assert_eq!(scan.positions, plain.positions, "{uri}");
+        assert_eq!(scan.triangles, plain.triangles, "{uri}");
+    }
+
+    // A triangle of 100 mm of one integer type after the other, as they are and normalised.
+    let (i8s, u8s) = ([0i8, 0, 0, 0, 127, 0, 0, 0, 0, 127, 0, 0], 127u8);
+    let integers: [(u32, f64, Vec<u8>); 4] = [
+        (5120, 127.0, i8s.iter().map(|&x| x as u8).collect()),
+        (
+            5121,
+            255.0,
+            i8s.iter().map(|&x| if x > 0 { u8s } else { 0 }).collect(),
+        ),
+        (
+            5122,
+            32767.0,
+            i8s.iter()
+                .flat_map(|&x| i16::from(x).to_le_bytes())
+                .collect(),
+        ),
+        (
+            5123,
+            65535.0,
+            i8s.iter()
+                .flat_map(|&x| u16::from(x as u8).to_le_bytes())
+                .collect(),
+        ),
+    ];
+    for (kind, most, bytes) in integers {
+        for normalised in [false, true] {
+            let scale = 0.1 / 127.0 * if normalised { most } else { 1.0 };
+            let stride = bytes.len() / 3;
+            let json = format!(
+                r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
+                "extensionsUsed":["KHR_mesh_quantization"],
+                "extensionsRequired":["KHR_mesh_quantization"],
+                "nodes":[{{"mesh":0,"scale":[{scale},{scale},{scale}]}}],
+                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+                "accessors":[{{"bufferView":0,"componentType":{kind},"count":3,"type":"VEC3",
+                "normalized":{normalised},"min":[0,0,0],"max":[127,127,0]}}],
+                "bufferViews":[{{"buffer":0,"byteLength":{},"byteStride":{stride}}}],
+                "buffers":[{{"byteLength":{}}}]}}"#,
+                bytes.len(),
+                bytes.len()
+            );
+            let scan = read("q.glb", &glb(&json, &bytes));
+            for (p, q) in scan.positions.iter().zip(&plain.positions) {
+                let q = *q - plain.positions[0];
+                assert!(p.distance(q) < 1e-3, "{kind}, {normalised}: {p}");
+            }
+        }
+    }
+
+    // All zeros but two, and one of three replaced.
+    let floats = |x: &[f32]| x.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let base = floats(&[0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 7.0, 7.0, 7.0]);
+    let values = floats(&[0.1, 0.0, 0.0, 0.0, 0.1, 0.0]);
+    let indices = [1u16, 2].map(u16::to_le_bytes).concat();
+    let bytes = [base, values, indices].concat();
+    for (view, count, first) in [("", 2, 0), (r#""bufferView":0,"#, 1, 1)] {
+        let json = |count: usize| {
+            format!(
+                r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+                "accessors":[{{{view}"componentType":5126,"count":3,"type":"VEC3",
+                "min":[0,0,0],"max":[0.1,0.1,0],"sparse":{{"count":{count},
+                "indices":{{"bufferView":2,"byteOffset":{},"componentType":5123}},
+                "values":{{"bufferView":1,"byteOffset":{}}}}}}}],
+                "bufferViews":[{{"buffer":0,"byteLength":36}},
+                {{"buffer":0,"byteOffset":36,"byteLength":24}},
+                {{"buffer":0,"byteOffset":60,"byteLength":4}}],"buffers":[{{"byteLength":64}}]}}"#,
+                2 * first,
+                12 * first
+            )
+        };
+        let scan = read("s.glb", &glb(&json(count), &bytes));
+        assert_eq!(scan.positions.len(), 3);
+        for (p, q) in scan.positions.iter().zip(&plain.positions) {
+            assert!(p.distance(*q - plain.positions[0]) < 1e-3, "{view}: {p}");
+        }
+        // More than there are, and none.
+        for count in [3, 0] {
+            let file = folder.path().join("s.glb");
+            fs::write(&file, glb(&json(count), &bytes)).expect("written");
+            let error = Scan::read(&file, None).map(|_| ()).expect_err("no");
+            one_line(
+                "sparse",
+                &error.to_string(),
+                &file,
+                &["reaches beyond its buffer"],
+            );
+        }
+    }
+
+    // A quarter turn counter-clockwise on the picture, of half its width, from the middle; another set.
+    let mut png = Vec::new();
+    image::RgbImage::new(2, 2)
+        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
+        .expect("encodes");
+    let corners = floats(&[0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0]);
+    let bytes = [
+        corners,
+        floats(&[9.0; 6]),
+        [0u16, 0, 65535, 0, 0, 65535].map(u16::to_le_bytes).concat(),
+        png.clone(),
+    ]
+    .concat();
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+        "extensionsUsed":["KHR_texture_transform"],"extensionsRequired":["KHR_texture_transform"],
+        "meshes":[{{"primitives":[{{"material":0,
+        "attributes":{{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":2}}}}]}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0,"texCoord":0,
+        "extensions":{{"KHR_texture_transform":{{"offset":[0.5,0.5],"rotation":1.5707963,
+        "scale":[0.5,1],"texCoord":1}}}}}}}}}}],
+        "textures":[{{"source":0}}],"images":[{{"bufferView":3}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
+        "min":[0,0,0],"max":[0.1,0.1,0]}},
+        {{"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"}},
+        {{"bufferView":2,"componentType":5123,"normalized":true,"count":3,"type":"VEC2"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":24}},
+        {{"buffer":0,"byteOffset":60,"byteLength":12}},
+        {{"buffer":0,"byteOffset":72,"byteLength":{}}}],"buffers":[{{"byteLength":{}}}]}}"#,
+        png.len(),
+        bytes.len()
+    );
+    let texture = read("p.glb", &glb(&json, &bytes))
+        .texture
+        .expect("a picture");
+    // v is up here: what went right goes up, by the half; what went down goes right.
+    let expected = [(0.5, 0.5), (0.5, 1.0), (1.5, 0.5)].map(glam::DVec2::from);
+    for (uv, expected) in texture.uvs.iter().zip(expected) {
+        assert!(uv.distance(expected) < 1e-6, "{uv}");
+    }
+    // An image of a kind that is not read leaves a scan.
+    let json = json.replace(r#"[{"source":0}]"#, r#"[{}]"#);
+    let scan = read("p.glb", &glb(&json, &bytes));
+    assert!(scan.texture.is_none());
+    assert!(
+        scan.notes.iter().any(|note| note.contains("no texture")),
+        "{:?}",
+        scan.notes
+    );
+}
+
 #[test]
 fn one_mesh_is_the_same_in_every_format() {
     let (positions, triangles) = egg();
@@ -908,16 +1336,25 @@ fn a_damaged_file_is_no_panic() {
     let (positions, triangles) = egg();
     fs::write(&scan, obj(&positions, &triangles)).expect("written");
     let egg = Scan::read(&scan, None).expect("reads");
+    let base64 = Base64::encode_string(&triangle_bytes([0, 1, 2]));
+    let lines = right.iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z));
+    let pts = format!(
+        "version: 1\nn_points: 68\n{{\n{}}}\n",
+        lines.collect::<String>()
+    );
     let mut random = phiz::Random::new(11);
     for (name, content) in [
         ("d.obj", textured.into_bytes()),
         ("ascii.ply", ascii.into_bytes()),
         ("binary.ply", binary),
         ("d.glb", glb_triangle([0, 1, 2], 42, "")),
+        ("d.gltf", gltf_triangle(&format!("data:;base64,{base64}"))),
+        ("d.stl", stl(20)),
+        ("d.pts", pts.into_bytes()),
         ("d.json", json(&right[..20]).into_bytes()),
     ] {
         let file = folder.path().join(name);
-        let read = || match name.ends_with("json") {
+        let read = || match name.ends_with("json") || name.ends_with("pts") {
             true => landmarks::read(&file, &mut egg.clone(), &template).map(|_| ()),
             false => Scan::read(&file, None).map(|_| ()),
         };

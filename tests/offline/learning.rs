@@ -1,15 +1,17 @@
 //! Learning on the real generic head: seams, and the committed model made again.
 
+use std::process::Command;
 use std::sync::LazyLock;
 use std::time::Instant;
 
 use glam::DVec3;
 use phiz::blob::pack;
+use phiz::fit::format::ply::write_mesh;
 use phiz::fit::head::cage::Cage;
 use phiz::fit::head::prior::ShapePrior;
 use phiz::fit::head::template::Template;
 use phiz::fit::learn::crease::{Seam, seams};
-use phiz::fit::learn::{Learned, Settings, learn};
+use phiz::fit::learn::{Learned, Settings, doubled, learn};
 use phiz::fit::truth::population;
 use phiz::fit::validate::rounding;
 use phiz::quantise::BLOCK_ERROR;
@@ -263,4 +265,46 @@ fn threads_do_not_change_a_model() {
         })
     };
     assert!(on(1) == on(4));
+}
+
+/// Faces that are there twice are told by their numbers, and what few of them cannot teach is said.
+#[test]
+fn doubled_faces_are_told_and_too_few_are_refused_in_words() {
+    let (Some(folder), Some(template)) = (base_mesh::folder(), heads::plain()) else {
+        return;
+    };
+    let mut faces = population::sample(template, &folder, 4, SEED)
+        .unwrap()
+        .faces;
+    assert!(doubled(&faces).is_empty());
+    faces.push(faces[1].clone());
+    faces.push(faces[1].clone());
+    assert_eq!(doubled(&faces), [(4, 1), (5, 1)]);
+    let settings = Settings::default();
+    // Two people, one of them twice: nothing is between them.
+    let few = [0, 0, 2].map(|face: usize| faces[face].clone()).to_vec();
+    let error = learn(template, few, population::about(), &settings);
+    let error = error.map(|_| ()).expect_err("no spread").to_string();
+    let start = "3 faces are too few, or too alike, to learn \"";
+    assert!(error.starts_with(start), "{error}");
+
+    // The program leaves them out, and says of which files.
+    let root = tempfile::tempdir().unwrap();
+    let (file, people) = (root.path().join("t.phiz"), root.path().join("people"));
+    std::fs::write(&file, template.to_bytes().unwrap()).unwrap();
+    std::fs::create_dir(&people).unwrap();
+    for (name, face) in [("anna", 0), ("anna again", 0), ("emil", 1)] {
+        let path = people.join(name).with_extension("ply");
+        write_mesh(&path, &faces[face], &template.triangles()).unwrap();
+    }
+    let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+    command.args(["train", "--template"]).arg(&file);
+    command.arg("--faces").arg(&people).arg("-o").arg(&file);
+    let done = command.output().unwrap();
+    let [out, err] = [done.stdout, done.stderr].map(|said| String::from_utf8(said).unwrap());
+    assert_eq!(
+        out,
+        "anna.ply is the same face as anna again.ply: counted once\n"
+    );
+    assert!(err.contains("2 faces are too few"), "{err}");
 }

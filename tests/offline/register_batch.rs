@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::sync::Mutex;
 use std::time::SystemTime;
 
+use glam::DVec3;
 use phiz::fit::format::ply::{read_positions, write_mesh};
 use phiz::fit::head::template::Template;
 use phiz::fit::register::Settings;
-use phiz::fit::register::batch::{self, Job};
+use phiz::fit::register::batch::{self, Job, Jobs};
 use phiz::fit::scan::{Scan, landmarks};
 
 use crate::heads;
@@ -100,7 +101,8 @@ fn a_bad_scan_among_good_ones_does_not_stop_them() {
     // What is no scan is nobody's business.
     fs::write(scans.join("notes.md"), "done").expect("writes");
 
-    let jobs = batch::jobs(&scans, &faces).expect("scans");
+    let Jobs { jobs, refused } = batch::jobs(&scans, &faces).expect("scans");
+    assert!(refused.is_empty());
     let job = |name: &str, points: Option<&str>| Job {
         scan: scans.join(format!("{name}.ply")),
         landmarks: points.map(|p| scans.join(p)),
@@ -162,30 +164,139 @@ fn folders_that_cannot_be_meant_are_refused() {
         fs::create_dir(folder).expect("makes");
     }
     let said = error(&faces);
-    assert_eq!(
-        said,
-        format!("{}: no .ply, .obj or .glb files", scans.display())
-    );
+    let none = "no scans in it (.obj, .ply, .glb, .gltf, .stl)";
+    assert_eq!(said, format!("{}: {none}", scans.display()));
     fs::write(scans.join("anna.ply"), "").expect("writes");
     let said = error(&scans.join("."));
     assert!(
         said.contains("registered faces go to a folder of their own"),
         "{said}"
     );
-    fs::write(scans.join("anna.OBJ"), "").expect("writes");
-    let said = error(&faces);
-    assert!(said.contains("has the same name as"), "{said}");
+    // Two of one name, and a name that is taken, are no reason to leave out the others.
+    for name in ["anna.OBJ", "recipe.ply", "emil.stl", "emil.pts"] {
+        fs::write(scans.join(name), "").expect("writes");
+    }
+    let Jobs { jobs, refused } = batch::jobs(&scans, &faces).expect("emil");
+    let emil = Job {
+        scan: scans.join("emil.stl"),
+        landmarks: Some(scans.join("emil.pts")),
+        output: faces.join("emil.ply"),
+    };
+    assert_eq!(jobs, [emil]);
+    let [anna, recipe] = &refused[..] else {
+        panic!("{refused:?}")
+    };
+    let (anna, recipe) = (anna.to_string(), recipe.to_string());
+    assert!(anna.contains("has the same name as"), "{anna}");
     assert!(
-        said.contains("anna.ply") && said.contains("anna.OBJ"),
-        "{said}"
+        anna.contains("anna.ply") && anna.contains("anna.OBJ"),
+        "{anna}"
     );
-    fs::remove_file(scans.join("anna.OBJ")).expect("goes");
-    fs::write(scans.join("recipe.ply"), "").expect("writes");
-    let said = error(&faces);
     assert!(
-        said.contains("recipe.ply") && said.contains("a name that is taken"),
-        "{said}"
+        recipe.contains("recipe.ply") && recipe.contains("a name that is taken"),
+        "{recipe}"
     );
+}
+
+#[test]
+fn a_folder_tells_of_each_scan_what_was_guessed_or_found() {
+    let Some(template) = heads::template() else {
+        return;
+    };
+    let root = tempfile::tempdir().expect("a folder");
+    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
+    fs::create_dir(&scans).expect("makes");
+    let smile = |e: &&phiz::fit::head::expression::Expression| e.name.starts_with("mouthSmile");
+    let mut smiling = template.positions.clone();
+    for expression in template.expressions.iter().filter(smile) {
+        let moves = smiling.iter_mut().zip(&expression.displacements);
+        moves.for_each(|(p, d)| *p += *d * 0.8);
+    }
+    let far = DVec3::X * 4e6;
+    for (name, head, by, at) in [
+        ("inch", &template.positions, 1.0 / 25.4, DVec3::ZERO),
+        ("smile", &smiling, 1.0, DVec3::ZERO),
+        ("far", &template.positions, 1.0, far),
+    ] {
+        let scan = heads::skin(template, head);
+        let mut text = String::new();
+        for p in &scan.positions {
+            let p = *p * by + at;
+            text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+        }
+        for [a, b, c] in &scan.triangles {
+            text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+        }
+        fs::write(scans.join(format!("{name}.obj")), text).expect("writes");
+        let points: Vec<(usize, DVec3)> = (heads::points(template, head).into_iter())
+            .map(|(l, p)| (l, p * by + at))
+            .collect();
+        let file = scans.join(format!("{name}.json"));
+        landmarks::write(&file, &points, 1.0, template).expect("writes");
+    }
+    let file = template_file(root.path(), template);
+    let paths = ["--scans".as_ref(), &*scans, "-o".as_ref(), &*faces];
+    let done = register(&file, &paths);
+    let out = said(&done.stdout);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done.stderr));
+    let line = |start: &str| {
+        let found = out.lines().find(|line| line.starts_with(start));
+        found.unwrap_or_else(|| panic!("{out}"))
+    };
+    assert!(
+        line("inch: ").starts_with("inch: in inches, guessed"),
+        "{out}"
+    );
+    assert!(line("smile: shows ").contains("mouthSmile"), "{out}");
+    assert!(line("far: ").contains("from the origin"), "{out}");
+    let all = line("units guessed: 1 in inches, 2 in millimetres (see --unit)");
+    assert!(all.contains("with expressions (see --neutral)"), "{out}");
+}
+
+#[test]
+fn who_asks_for_another_format_or_for_the_beginning_gets_no_surprise() {
+    let Some(template) = heads::template() else {
+        return;
+    };
+    let root = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| root.path().join(name);
+    let file = template_file(root.path(), template);
+    write(root.path(), "anna", 11).expect("a template");
+    let (scan, face) = (at("anna.ply"), at("face.obj"));
+    let refused = register(&file, &["--scan".as_ref(), &scan, "-o".as_ref(), &face]);
+    let err = said(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(err.contains("face.obj: ") && err.contains(".ply"), "{err}");
+    assert!(!face.exists());
+
+    // Every name of a landmark is in the help.
+    for verb in ["register", "landmarks"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+        let help = command.args([verb, "--help"]).output().expect("runs");
+        let help = said(&help.stdout);
+        let help = help.split("Names of landmarks").nth(1).expect("names");
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for landmark in &template.landmarks {
+            let name = &landmark.name;
+            let pair = name.strip_suffix(" left").or(name.strip_suffix(" right"));
+            let told = help.contains(pair.unwrap_or(name)) || name.starts_with("ibug_");
+            assert!(told, "{name} in {help}");
+        }
+    }
+
+    // Who reads the first line alone.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+    let mut child = command
+        .args(["landmarks", "--template"])
+        .args([&file, Path::new("--scan"), &scan])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("runs");
+    drop(child.stdout.take());
+    let ended = child.wait_with_output().expect("ends");
+    let err = said(&ended.stderr);
+    assert!(!err.contains("panicked") && !err.contains("pipe"), "{err}");
 }
 
 #[test]
@@ -421,7 +532,7 @@ fn an_expression_is_taken_off_where_that_is_asked_for() {
     // The landmarks beside a face are that face's.
     let corner = |folder: &Path| {
         let read = batch::read_registered(folder, template).expect("reads");
-        let name = |p: &&(usize, glam::DVec3)| template.landmarks[p.0].name == "ibug_48";
+        let name = |p: &&(usize, DVec3)| template.landmarks[p.0].name == "ibug_48";
         read[0].points.iter().find(name).expect("is there").1
     };
     let at = template.landmarks.iter().position(|l| l.name == "ibug_48");

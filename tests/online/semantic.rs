@@ -328,6 +328,27 @@ fn faces_around_what_is_locked_are_of_the_population() {
     }
 }
 
+#[test]
+fn a_measure_without_a_control_is_met_beside_what_is_held() {
+    for (set, by) in [("jaw width", 8.0), ("face height", -6.0)] {
+        let mut face = head_model().face();
+        face.randomize(&seeded(3)).unwrap();
+        let held = ["face width", "tragion width", "mouth width"].map(|name| {
+            face.lock_measure(name).unwrap();
+            (name, face.measure(name).unwrap())
+        });
+        let wanted = face.measure(set).unwrap() + by;
+        face.set_measure(set, wanted).unwrap();
+        // What the documents promise of both.
+        let off = face.measure(set).unwrap() - wanted;
+        assert!(off.abs() < 0.01, "{set} is {off} mm off");
+        for (name, before) in held {
+            let off = face.measure(name).unwrap() - before;
+            assert!(off.abs() < 1e-4, "{name} moved by {off} mm");
+        }
+    }
+}
+
 /// Semantic reshaping, Fig. 9: a liar's nose grows far beyond all limits.
 #[test]
 fn pinocchio_has_a_nose_and_otherwise_his_own_face() {

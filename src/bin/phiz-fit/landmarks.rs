@@ -5,15 +5,25 @@ use std::path::PathBuf;
 use clap::Args;
 
 use phiz::fit::detect::Detector;
+use phiz::fit::register::batch;
 use phiz::fit::scan::{Scan, Unit, landmarks};
 use phiz::fit::{FitError, FitResult};
 
+/// What files of landmarks call the points of the generic head, for `--help`.
+pub const NAMES: &str = "\
+Names of landmarks in a JSON, as {\"ibug_30\": [x, y, z], ...}, four of them or more:
+  ibug_00 to ibug_67, the 68 points of iBUG (300-W) from 0, a person's right first;
+  glabella, pogonion, supramentale, trichion, vertex;
+  each with \" right\" or \" left\" of the person: alare, tragion, gonion, cheek, postaurale,
+  helix root, crus helicis, intertragic notch, superaurale, subaurale, lower helix";
+
 #[derive(Args)]
+#[command(after_help = NAMES)]
 pub struct LandmarksArgs {
     /// The generic head.
     #[arg(long, value_name = "FILE")]
     template: PathBuf,
-    /// The scan: OBJ, PLY or GLB, in any pose.
+    /// The scan: OBJ, PLY, GLB, glTF or STL, in any pose.
     #[arg(long, value_name = "FILE")]
     scan: PathBuf,
     /// The scan's unit: mm, cm, m, inch, or how many mm it has. Without it it is guessed by size, and said.
@@ -35,7 +45,7 @@ pub fn run(args: &LandmarksArgs) -> FitResult<()> {
     let template = super::read_template(&args.template)?;
     let mut scan = super::step("reading the scan", || Scan::read(&args.scan, args.unit))?;
     let found = super::step("looking for the face", || {
-        Detector::new(&template)?.find_on(&mut scan, &template)
+        batch::find(&Detector::new(&template)?, &mut scan, &template)
     })?;
     scan.notes.iter().for_each(|note| eprintln!("{note}"));
     let points = found.landmarks(args.least);

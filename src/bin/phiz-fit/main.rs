@@ -26,7 +26,7 @@ use phiz::fit::head::generic_head;
 use phiz::fit::head::people::People;
 use phiz::fit::head::template::Template;
 use phiz::fit::learn::semantic::{Method, Table};
-use phiz::fit::learn::{Learned, Settings, learn};
+use phiz::fit::learn::{Learned, Settings, doubled, learn};
 use phiz::fit::picture::pictures;
 use phiz::fit::register::batch;
 use phiz::fit::truth::ict::Ict;
@@ -191,7 +191,20 @@ struct PicturesArgs {
     output: PathBuf,
 }
 
+/// Lets who reads the output go before its end (`| head`): the program then ends without a word, as others
+/// do. Rust's programs ignore the signal of it, and `println!` panics.
+#[cfg(unix)]
+fn end_with_the_reader() {
+    #[allow(unsafe_code)]
+    // SAFETY: nothing runs yet that could handle a signal.
+    unsafe {
+        libc::signal(libc::SIGPIPE, libc::SIG_DFL);
+    }
+}
+
 fn main() -> ExitCode {
+    #[cfg(unix)]
+    end_with_the_reader();
     let done = match Cli::parse().verb {
         Verb::Template(args) => template(&args),
         Verb::Register(args) => register::run(&args),
@@ -291,11 +304,19 @@ fn synthetic(args: &PopulationArgs) -> FitResult<()> {
 
 fn train(args: &TrainArgs) -> FitResult<()> {
     let template = read_template(&args.template)?;
-    let (_names, faces): (Vec<_>, Vec<_>) = step("reading faces", || {
+    let (names, mut faces): (Vec<_>, Vec<_>) = step("reading faces", || {
         ply::read_faces(&args.faces, template.positions.len())
     })?
     .into_iter()
     .unzip();
+    let doubled = doubled(&faces);
+    for &(face, before) in &doubled {
+        let (face, before) = (&names[face], &names[before]);
+        println!("{face}.ply is the same face as {before}.ply: counted once");
+    }
+    for &(face, _) in doubled.iter().rev() {
+        faces.remove(face);
+    }
     let about = about(&args.faces)?;
     let settings = Settings {
         tau: args.tau,

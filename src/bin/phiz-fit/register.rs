@@ -11,25 +11,26 @@ use phiz::fit::format::files;
 use phiz::fit::format::ply;
 use phiz::fit::head::template::Template;
 use phiz::fit::picture::pictures;
-use phiz::fit::register::batch::{self, Job, Prepared, Recipe};
+use phiz::fit::register::batch::{self, Job, Jobs, Prepared, Recipe, Tally};
 use phiz::fit::register::texture;
 use phiz::fit::register::{Registered, Registrar, Settings};
 use phiz::fit::scan::{Scan, Texture, Unit};
 use phiz::fit::{FitError, FitResult};
 
 #[derive(Args)]
+#[command(after_help = super::landmarks::NAMES)]
 #[command(group(clap::ArgGroup::new("what").required(true).args(["scan", "scans"])))]
 pub struct RegisterArgs {
     /// The generic head.
     #[arg(long, value_name = "FILE")]
     template: PathBuf,
-    /// One scan: OBJ, PLY or GLB.
+    /// One scan: OBJ, PLY, GLB, glTF or STL.
     #[arg(long, value_name = "FILE")]
     scan: Option<PathBuf>,
-    /// Its landmarks, JSON or 68 lines of text; without them they are found.
+    /// Its landmarks, JSON, or 68 lines of text (.txt, .pts), or menpo's .ljson; without them they are found.
     #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     landmarks: Option<PathBuf>,
-    /// Every scan of a folder, with landmarks in NAME.json or NAME.txt beside NAME.ply. Faces that are
+    /// Every scan of a folder, with landmarks in NAME.json (or .txt, .pts, .ljson) beside NAME.ply. Faces that are
     /// there already, and newer than both, stay.
     #[arg(long, value_name = "DIR")]
     scans: Option<PathBuf>,
@@ -99,6 +100,11 @@ fn one(
         landmarks: args.landmarks.clone(),
         output: args.output.clone(),
     };
+    let ply = args.output.extension();
+    if !ply.is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
+        let cause = "a registered face is a PLY: a name that ends in .ply is needed";
+        return Err(FitError::file(&args.output, cause));
+    }
     let (prepared, registered) = super::step("registering", || {
         batch::register_scan(registrar, &job, args.unit, settings)
     })?;
@@ -138,7 +144,8 @@ fn many(
 ) -> FitResult<()> {
     let output = &args.output;
     std::fs::create_dir_all(output).map_err(|e| FitError::file(output, e))?;
-    let jobs = batch::jobs(folder, output)?;
+    let Jobs { jobs, refused } = batch::jobs(folder, output)?;
+    let all = jobs.len() + refused.len();
     let bytes = super::read(&args.template)?;
     let recipe = Recipe {
         template: Blob::parse(&bytes, Kind::Template)?.fingerprint(),
@@ -152,7 +159,14 @@ fn many(
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} scans, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let bare = Mutex::new(Vec::new());
+    let tally = Mutex::new(Tally::default());
     let also = |job: &Job, prepared: &Prepared, face: &Registered| {
+        let mut counted = tally.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(said) = counted.count(&prepared.scan, face) {
+            let name = job.output.file_stem().unwrap_or_default().display();
+            bar.suspend(|| println!("{name}: {said}"));
+        }
+        drop(counted);
         if args.textures && coloured(&prepared.scan) {
             let file = job.output.with_extension("png");
             return bake(template, &prepared.scan, face)?.save(&file);
@@ -164,7 +178,10 @@ fn many(
         Ok(())
     };
     let done = |_: &Job, _: &FitResult<()>| bar.inc(1);
-    let failed = batch::run(registrar, &jobs, args.unit, settings, also, done);
+    let mut failed = refused;
+    failed.extend(batch::run(
+        registrar, &jobs, args.unit, settings, also, done,
+    ));
     bar.finish_and_clear();
     let mut bare = bare.into_inner().unwrap_or_else(PoisonError::into_inner);
     bare.sort_unstable();
@@ -177,10 +194,14 @@ fn many(
         let bytes = super::read(&about)?;
         files::write_atomically(&output.join("about.json"), &bytes)?;
     }
+    let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
+    if let Some(said) = tally.summary(settings.neutral) {
+        println!("{said}");
+    }
     println!(
         "{}: {} faces registered, {there} were there, {} failed",
         output.display(),
-        jobs.len() - there - failed.len(),
+        all - there - failed.len(),
         failed.len()
     );
     if failed.is_empty() {
@@ -192,6 +213,6 @@ fn many(
     Err(FitError::Input(format!(
         "{} of {} scans could not be registered",
         failed.len(),
-        jobs.len()
+        all
     )))
 }

@@ -58,7 +58,7 @@ pub struct Pull {
 }
 
 /// How many independent distances all points together are worth: neighbours err alike.
-const WORTH: f64 = 200.0;
+pub const WORTH: f64 = 200.0;
 
 /// The standard deviation of log(size) beyond what the modes do: children, and scans whose unit
 /// is a little off.
@@ -136,10 +136,9 @@ pub fn step(
     let Some(Equations { matrix, right }) = Equations::new(shape, fit, pull, find) else {
         return;
     };
-    let Some(factor) = matrix.cholesky() else {
+    let Some(change) = solved(matrix, &right, shape, fit) else {
         return;
     };
-    let change = factor.solve(&right);
     // Far from the solution a step may be wild; these are beyond what one can know.
     let turn = DVec3::new(change[0], change[1], change[2]).clamp_length_max(0.5);
     let growth = change[6].clamp(-0.2, 0.2);
@@ -154,6 +153,36 @@ pub fn step(
         *c += d;
     }
 }
+
+/// The least squares, with no expression shown less than not at all: those that would be are held there, and the others
+/// solved for again (an active set that only grows, as a step is one of many).
+fn solved(
+    mut matrix: DMatrix<f64>,
+    right: &DVector<f64>,
+    shape: &Shape,
+    fit: &Fit,
+) -> Option<DVector<f64>> {
+    let modes = matrix.nrows() - POSE;
+    let mut right = right.clone();
+    let mut held = vec![false; modes];
+    loop {
+        let change = matrix.clone().cholesky()?.solve(&right);
+        let own = |k: usize| fit.coefficients.get(k).copied().unwrap_or(0.0);
+        let below = |k: &usize| *k < modes && !held[*k] && own(*k) + change[POSE + k] < 0.0;
+        let out: Vec<usize> = shape.shown.iter().copied().filter(below).collect();
+        if out.is_empty() {
+            return Some(change);
+        }
+        for k in out {
+            held[k] = true;
+            matrix[(POSE + k, POSE + k)] += HELD;
+            right[POSE + k] -= HELD * own(k);
+        }
+    }
+}
+
+/// The weight by which a coefficient is held: distances weigh some thousands at most.
+const HELD: f64 = 1e8;
 
 /// How sure a fit is of where points are.
 pub struct Uncertainty {
@@ -214,6 +243,7 @@ mod tests {
             normals: (0..300).map(|_| vector(random).normalize()).collect(),
             modes: (0..300 * 6).map(|_| vector(random) * 2.0).collect(),
             count: 6,
+            shown: Vec::new(),
         }
     }
 

@@ -11,17 +11,20 @@
 
 use glam::DVec3;
 
+use crate::fit::head::expression::Expression;
 use crate::fit::head::template::Template;
 use crate::fit::mesh::surface::{Hit, Surface};
 use crate::fit::{FitError, FitResult};
 
 mod fit;
+mod lips;
 mod search;
 mod shape;
 mod surfels;
 mod units;
 
-use fit::{Fit, Match, Pull, Uncertainty, step};
+use fit::{Fit, Match, Pull, Uncertainty, WORTH, step};
+use lips::Lips;
 use search::{Breadth, Lookout, PART, WHOLE, agreement, starts};
 use shape::{Shape, visible_face};
 use surfels::Surfels;
@@ -34,6 +37,9 @@ pub struct Detector {
     landmarks: Shape,
     /// The tip of the nose.
     tip: Lookout,
+    /// Whether the first mode opens the mouth.
+    opens: bool,
+    lips: Option<Lips>,
 }
 
 /// What was found on a scan.
@@ -73,6 +79,13 @@ const FACE_POINTS: usize = 1500;
 const OWN_MODES: usize = 60;
 /// The standard deviation of an expression's strength.
 const SHOWN: f64 = 0.3;
+/// The expression that opens the mouth, and how far it is open in further starts.
+const OPEN: &str = "jawOpen";
+const OPENED: [f64; 2] = [0.6, 1.2];
+/// A mouth that came of these is open by more than this, with so much of the cost of the fit without. Of simulated people
+/// with a jaw that hangs, 0.61 to 0.78; with a beard over the mouth, 0.92.
+const HANGS: f64 = 0.3;
+const MUCH_MORE: f64 = 0.85;
 /// Centres of the smooth modes, their standard deviation an axis and their length, mm.
 const CENTRES: usize = 60;
 const SMOOTH_SIGMA: f64 = 3.0;
@@ -135,6 +148,14 @@ const SHAPED: [Stage; 3] = [
     },
 ];
 
+/// To the scan itself, with an open mouth: mostly the jaw moves.
+const OPENING: Stage = Stage {
+    gates: &[16.0, 16.0, 14.0, 12.0, 10.0, 8.0],
+    points: 800,
+    modes: 16,
+    sigma: 1.0,
+};
+
 /// To the scan itself, with all modes.
 const LAST: Stage = Stage {
     gates: &[5.0; 8],
@@ -161,9 +182,17 @@ impl Detector {
     /// When the template has no tip of a nose (`ibug_30`) or no visible face.
     pub fn new(template: &Template) -> FitResult<Self> {
         let people = template.prior.iter().flat_map(|prior| &prior.modes);
-        let mut modes: Vec<Vec<DVec3>> = people.take(OWN_MODES).cloned().collect();
-        let shown = template.expressions.iter();
-        modes.extend(shown.map(|e| e.displacements.iter().map(|d| *d * SHOWN).collect()));
+        let shown = |open: bool| {
+            let of = move |e: &&Expression| (e.name == OPEN) == open;
+            let at_sigma = |e: &Expression| e.displacements.iter().map(|d| *d * SHOWN).collect();
+            template.expressions.iter().filter(of).map(at_sigma)
+        };
+        // Hardly anything moves a face as far as its jaw: that is asked for from the first.
+        let mut modes: Vec<Vec<DVec3>> = shown(true).collect();
+        let opens = modes.len();
+        modes.extend(people.take(OWN_MODES).cloned());
+        let own = modes.len();
+        modes.extend(shown(false));
         let tip = template.landmarks.iter().position(|l| l.name == "ibug_30");
         let Some(tip) = tip else {
             return Err(FitError::Input(
@@ -180,6 +209,7 @@ impl Detector {
         let vertices: Vec<&[(u32, f64)]> = vertices.iter().map(|v| &v[..]).collect();
         let marks: Vec<&[(u32, f64)]> = template.landmarks.iter().map(|l| &l.stencil[..]).collect();
         let mut face = Shape::new(template, &modes, &surface.normals, &vertices);
+        face.shown = (0..opens).chain(own..modes.len()).collect();
         let mut landmarks = Shape::new(template, &modes, &surface.normals, &marks);
         let centres = face.mean[..CENTRES].to_vec();
         face.loosen(&centres, SMOOTH_SIGMA, SMOOTH_LENGTH);
@@ -190,6 +220,8 @@ impl Detector {
             face,
             landmarks,
             tip: Lookout::new(&rough, tip),
+            opens: opens > 0,
+            lips: Lips::new(template),
         })
     }
 
@@ -207,7 +239,7 @@ impl Detector {
         let mut most: f64 = 0.0;
         for breadth in [&WHOLE, &PART] {
             for fit in &mut self.finalists(&scene, &rough, breadth) {
-                self.draw(fit, &LAST, |p, n, gate| scene.closest(p, n, gate));
+                self.finish(fit, &scene);
                 let evidence = self.evidence(fit, &scene);
                 if evidence >= LEAST_EVIDENCE {
                     return Ok(self.read_off(fit, &scene, evidence));
@@ -237,13 +269,60 @@ impl Detector {
         }
         self.keep_best(&mut fits, FINALISTS);
         for (worth, fit) in &mut fits {
-            for stage in &SHAPED {
-                self.draw(fit, stage, |p, n, gate| scene.closest(p, n, gate));
-            }
+            self.shape(fit, scene);
             *worth = self.evidence(fit, scene);
         }
         self.keep_best(&mut fits, FINALISTS);
         fits.into_iter().map(|(_, fit)| fit).collect()
+    }
+
+    /// Fits the prior's modes to the scan itself.
+    fn shape(&self, fit: &mut Fit, scene: &Scene<'_>) {
+        for stage in &SHAPED {
+            self.draw(fit, stage, |p, n, gate| scene.closest(p, n, gate));
+        }
+    }
+
+    /// Fits all modes, from the mouth as it is and from open ones, as a jaw that hangs is too far from one that does not for any
+    /// step. It is open if that is much more probable: under a beard a mouth may be anything.
+    fn finish(&self, fit: &mut Fit, scene: &Scene<'_>) {
+        let last = |fit: &mut Fit| {
+            self.draw(fit, &LAST, |p, n, gate| scene.closest(p, n, gate));
+            self.cost(fit, scene)
+        };
+        let opened = OPENED.iter().filter(|_| self.opens).map(|strength| {
+            let mut open = fit.clone();
+            open.coefficients.resize(fit.coefficients.len().max(1), 0.0);
+            open.coefficients[0] = strength / SHOWN;
+            self.draw(&mut open, &OPENING, |p, n, gate| scene.closest(p, n, gate));
+            self.shape(&mut open, scene);
+            open
+        });
+        let opened: Vec<Fit> = opened.collect();
+        let mut least = last(fit) * MUCH_MORE;
+        for mut open in opened {
+            let cost = last(&mut open);
+            if cost < least && open.coefficients[0] * SHOWN > HANGS {
+                (least, *fit) = (cost, open);
+            }
+        }
+    }
+
+    /// The negative logarithm of how probable a fit is, twice and but for a constant: what [`step`] makes small, with
+    /// distances that count as [`FAR`] where the scan is farther, faces elsewhere, or is missing.
+    fn cost(&self, fit: &Fit, scene: &Scene<'_>) -> f64 {
+        let count = self.face.mean.len();
+        let off = |i: usize| {
+            let p = fit.point(&self.face, i);
+            let on = scene.surface.closest(p, FAR).filter(|hit| {
+                let surfel = scene.fine.near(hit.point);
+                let normal = surfel.map_or(scene.surface.normal(hit), |s| scene.fine.normals[s]);
+                normal.dot(fit.normal(&self.face, i)) > 0.3
+            });
+            on.map_or(FAR, |hit| hit.distance).powi(2)
+        };
+        let lies = (0..count).map(off).sum::<f64>() * WORTH / count as f64;
+        lies + fit.coefficients.iter().map(|c| c * c).sum::<f64>()
     }
 
     fn draw(
@@ -350,6 +429,13 @@ impl Detector {
             points.push(hit.map_or(p, |hit| hit.point));
             confidences.push(confidence);
         }
+        if let Some(lips) = &self.lips {
+            let [up, front] = [fit.rotation.y_axis, fit.rotation.z_axis];
+            lips.shut(&mut points, front, up, |p| {
+                let from = p + front * MIDDLE;
+                Some(scene.surface.cast(from, -front, 2.0 * MIDDLE)?.point)
+            });
+        }
         Detection {
             points,
             confidences,
@@ -360,6 +446,9 @@ impl Detector {
 
 /// The radius of the middle of the face around the tip of the nose, mm.
 const MIDDLE: f64 = 45.0;
+
+/// Where a scan is farther from a fit, mm, it is another thing, or missing: three times the scatter.
+const FAR: f64 = 3.0;
 
 /// How far a landmark of the fitted face may be from the scan, mm.
 const LANDMARK_REACH: f64 = 6.0;

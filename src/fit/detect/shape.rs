@@ -18,6 +18,8 @@ pub struct Shape {
     pub modes: Vec<DVec3>,
     /// K.
     pub count: usize,
+    /// The modes that are strengths of expressions: no face shows less than none of one.
+    pub shown: Vec<usize>,
 }
 
 impl Shape {
@@ -41,6 +43,7 @@ impl Shape {
                 .collect(),
             modes: across.flatten().collect(),
             count: modes.len(),
+            shown: Vec::new(),
         }
     }
 
@@ -177,6 +180,7 @@ mod tests {
             modes: vec![DVec3::X; mean.len()],
             mean,
             count: 1,
+            shown: Vec::new(),
         };
         shape.loosen(&centres, 3.0, 25.0);
         assert_eq!(shape.count, 61);

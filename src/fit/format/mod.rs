@@ -4,3 +4,5 @@ pub mod files;
 pub mod glb;
 pub mod obj;
 pub mod ply;
+pub mod stl;
+pub mod text;

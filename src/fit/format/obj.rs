@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 
 use super::files::write_atomically;
+use super::text::{decoded, lines, named, plain};
 use crate::Face;
 use crate::fit::{FitError, FitResult};
 
@@ -103,9 +104,23 @@ impl Obj {
             runs: vec![Run::default()],
             ..Obj::default()
         };
-        for (index, line) in bytes.split(|&b| b == b'\n').enumerate() {
+        let bytes = plain(bytes)?;
+        let mut lines = lines(&bytes);
+        let mut joined = Vec::new();
+        while let Some((number, mut line)) = lines.next() {
+            // A path in a comment or a name may end with the sign that continues a line of numbers.
+            if matches!(line.trim_ascii(), [b'v' | b'f', .., b'\\']) {
+                joined.clear();
+                while let Some(part) = line.trim_ascii_end().strip_suffix(b"\\") {
+                    joined.extend_from_slice(part);
+                    joined.push(b' ');
+                    line = lines.next().map_or(&[], |(_, next)| next);
+                }
+                joined.extend_from_slice(line);
+                line = &joined;
+            }
             obj.line(line)
-                .map_err(|cause| format!("line {}: {cause}", index + 1))?;
+                .map_err(|cause| format!("line {number}: {cause}"))?;
         }
         if !obj.colours.is_empty() && obj.colours.len() != obj.positions.len() {
             obj.colours.clear();
@@ -158,7 +173,7 @@ impl Obj {
                 self.run(|run| run.material = material);
             }
             b"mtllib" => self.libraries.push(text(rest)),
-            _ if self.positions.is_empty() && line.iter().any(|&b| b == 0 || b > 0xf7) => {
+            _ if self.positions.is_empty() && line.contains(&0) => {
                 return Err("binary data: this is no OBJ file".into());
             }
             _ => {}
@@ -181,7 +196,7 @@ fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 }
 
 fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
+    decoded(bytes).into_owned()
 }
 
 fn number(word: Option<&[u8]>) -> Result<f64, String> {
@@ -231,23 +246,15 @@ pub fn read_images(path: &Path) -> FitResult<Vec<(String, PathBuf)>> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut material = String::new();
     let mut images = Vec::new();
-    for line in String::from_utf8_lossy(&bytes).lines() {
-        let line = line.trim();
-        let Some((keyword, rest)) = line.split_once(char::is_whitespace) else {
+    let bytes = plain(&bytes).map_err(|cause| FitError::file(path, cause))?;
+    for (_, line) in lines(&bytes) {
+        let line = decoded(line);
+        let Some((keyword, rest)) = line.trim().split_once(char::is_whitespace) else {
             continue;
         };
         match keyword.to_ascii_lowercase().as_str() {
             "newmtl" => material = rest.trim().to_owned(),
-            "map_kd" => {
-                let name = without_options(rest).replace('\\', "/");
-                let beside = Path::new(&name).file_name().map(|name| folder.join(name));
-                // What was written on another machine may name its folders; the image is here.
-                let file = match beside {
-                    Some(beside) if !folder.join(&name).is_file() && beside.is_file() => beside,
-                    _ => folder.join(&name),
-                };
-                images.push((material.clone(), file));
-            }
+            "map_kd" => images.push((material.clone(), named(folder, without_options(rest)))),
             _ => {}
         }
     }
@@ -285,6 +292,19 @@ mod tests {
         assert_eq!(obj.polygon(1), [[0, NONE], [1, NONE], [2, NONE]]);
         assert_eq!(obj.runs[1].material, "skin");
         assert!(obj.colours.is_empty(), "one colour for three vertices");
+    }
+
+    #[test]
+    fn a_line_of_numbers_goes_on_after_a_backslash() {
+        let obj = Obj::parse(
+            b"# from C:\\scans\\\nv 0 0 \\\n0\nv 1 0 0\rv 0 1 0\r\nv 1 1 0\nf 1 \\\r\n2 \\\r\n3 4\n",
+        )
+        .expect("parses");
+        assert_eq!(obj.positions.len(), 4);
+        assert_eq!(obj.polygon(0).len(), 4);
+        let wrong = Obj::parse(b"v 0 0 \\\n0\nf 1 1 2\n").expect_err("no vertex 2");
+        assert!(wrong.starts_with("line 3: "), "{wrong}");
+        assert!(Obj::parse(b"v 0 0 0\nf 1 1 1 \\").is_ok(), "at the end");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! PLY files: meshes of any kind are read; registered faces, the template's vertices in their
 //! order in mm, are read and written.
 
+use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -9,6 +10,7 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::files::write_atomically;
+use super::text::{decoded, plain};
 use crate::fit::{FitError, FitResult};
 
 /// Writes a mesh as binary little-endian PLY: f32 positions and triangles. The file appears
@@ -46,7 +48,7 @@ pub struct PlyMesh {
     pub uvs: Vec<DVec2>,
     /// sRGB colours of the vertices (`red green blue`), or none.
     pub colours: Vec<[u8; 3]>,
-    /// Polygons, whose vertices exist.
+    /// Polygons (`face`) and what strips (`tristrips`) consist of; their vertices exist.
     pub faces: Vec<Face>,
     /// Images named in comments (`TextureFile NAME`), in order.
     pub images: Vec<String>,
@@ -79,13 +81,15 @@ pub fn read_positions(path: &Path) -> FitResult<Vec<DVec3>> {
 
 fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
     let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    let bytes = plain(&bytes).map_err(|cause| FitError::file(path, cause))?;
     if !bytes.starts_with(b"ply") {
         return Err(FitError::file(
             path,
             "does not start with `ply`: no PLY file",
         ));
     }
-    let mut reader = Reader::new(Cursor::new(&bytes));
+    let bytes = with_readable_header(bytes);
+    let mut reader = Reader::new(Cursor::new(&bytes[..]));
     let header = Parser::<Vertex>::new()
         .read_header(&mut reader)
         .map_err(|e| FitError::file(path, format!("header: {}", one_line(&e))))?;
@@ -105,10 +109,14 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
             )));
         }
         let has = |property: &str| element.properties.iter().any(|(name, _)| name == property);
-        if name == "face" && faces {
-            mesh.faces = Parser::<Face>::new()
+        if (name == "face" || name == "tristrips") && faces {
+            let read = Parser::<Face>::new()
                 .read_payload_for_element(&mut reader, element, &header)
                 .map_err(|e| fail(one_line(&e)))?;
+            match name == "face" {
+                true => mesh.faces.extend(read),
+                false => mesh.faces.extend(read.iter().flat_map(Face::triangles)),
+            }
             continue;
         }
         let vertices = Parser::<Vertex>::new()
@@ -148,6 +156,17 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
         }
     }
     Ok(mesh)
+}
+
+/// The library takes UTF-8 alone, in comments too.
+fn with_readable_header(bytes: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
+    const END: &[u8] = b"end_header";
+    let end = bytes.windows(END.len()).position(|word| word == END);
+    let (header, rest) = bytes.split_at(end.unwrap_or(0));
+    match std::str::from_utf8(header) {
+        Ok(_) => bytes,
+        Err(_) => [decoded(header).as_bytes(), rest].concat().into(),
+    }
 }
 
 /// The library's errors span lines, and what follows `String:` is its own state.
@@ -247,6 +266,28 @@ impl PropertyAccess for Vertex {
             None => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
+    }
+}
+
+/// Ends a strip of triangles in a list of them: -1.
+const NO_VERTEX: u32 = u32::MAX;
+
+impl Face {
+    /// The triangles of strips: each vertex makes one with the two before it, every other one turned.
+    fn triangles(&self) -> impl Iterator<Item = Face> {
+        let strips = self.vertices.split(|&v| v == NO_VERTEX);
+        let turned = |(i, t): (usize, &[u32])| match i % 2 {
+            0 => [t[0], t[1], t[2]],
+            _ => [t[1], t[0], t[2]],
+        };
+        strips
+            .flat_map(move |strip| strip.windows(3).enumerate().map(turned))
+            // A strip turns a corner by going through a vertex twice.
+            .filter(|[a, b, c]| a != b && b != c && c != a)
+            .map(|corners| Face {
+                vertices: corners.to_vec(),
+                ..Face::default()
+            })
     }
 }
 

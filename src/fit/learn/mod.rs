@@ -26,7 +26,7 @@ use crate::fit::mesh::geodesic::Geodesic;
 use crate::fit::statistics::gram::sums;
 use crate::fit::statistics::pca::Spectrum;
 use crate::fit::{FitError, FitResult};
-use crate::model::{About, Blending, Block, ModelParts, Modes};
+use crate::model::{About, Blending, Block, Control, ModelParts, Modes};
 use crate::quantise::{BLOCK_ERROR, COORDINATES, Quantised};
 pub(crate) use distribution::quantiles;
 use distribution::{controls, correlation};
@@ -119,6 +119,20 @@ pub fn learn(
     let learner = Learner::new(template, faces, settings.blending)?;
     let bases = learner.bases(settings.tau)?;
     learner.model(bases, about, settings.semantic)
+}
+
+/// Vertices nearer to each other than this are at the same place, mm: a file's rounding.
+const SAME: f64 = 1e-3;
+
+/// Which faces are there before: `(face, the first that is the same)`, in their order. A face that is
+/// there twice would count twice, and among few it leaves measures without a spread.
+pub fn doubled(faces: &[Vec<DVec3>]) -> Vec<(usize, usize)> {
+    let same = |a: &[DVec3], b: &[DVec3]| {
+        a.len() == b.len() && a.iter().zip(b).all(|(p, q)| p.distance(*q) < SAME)
+    };
+    (1..faces.len())
+        .filter_map(|i| Some((i, (0..i).find(|&j| same(&faces[i], &faces[j]))?)))
+        .collect()
 }
 
 /// An aligned population, from which models of any tau are made.
@@ -312,7 +326,8 @@ impl<'a> Learner<'a> {
     /// The model with these bases, and with semantic controls.
     ///
     /// # Errors
-    /// When the template lacks a landmark that a measure needs, and as [`semantic::learn`].
+    /// When the template lacks a landmark that a measure needs, when the faces hardly differ in one, and
+    /// as [`semantic::learn`].
     pub fn model(self, bases: Bases, about: About, method: Method) -> FitResult<Learned> {
         let alignment = rms(self.alignment().into_iter());
         let Bases {
@@ -344,6 +359,16 @@ impl<'a> Learner<'a> {
         let found = semantic::learn(self.template, &self.aligned, &parts, method)?;
         parts.blocks.extend(found.blocks);
         parts.controls.extend(found.controls);
+        let even = |c: &&Control| {
+            c.limits[0] >= c.limits[1] || c.quantiles.windows(2).any(|q| q[0] >= q[1])
+        };
+        if let Some(control) = parts.controls.iter().find(even) {
+            return Err(FitError::Input(format!(
+                "{} faces are too few, or too alike, to learn {:?} from",
+                self.aligned.len(),
+                control.name
+            )));
+        }
         Ok(Learned {
             parts,
             blocks: reports,

@@ -9,11 +9,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Registered, Registrar, Settings};
+use crate::fit::detect::{Detection, Detector};
 use crate::fit::format::files::write_atomically;
 use crate::fit::format::ply;
 use crate::fit::head::people::RegisteredFace;
 use crate::fit::head::template::Template;
-use crate::fit::scan::{Scan, Unit, check, landmarks};
+use crate::fit::scan::{ENDINGS, Scan, Unit, check, landmarks};
 use crate::fit::{FitError, FitResult};
 
 /// A scan of a folder and what will become of it.
@@ -98,15 +99,21 @@ impl Recipe {
     }
 }
 
-/// The endings of scans.
-const ENDINGS: [&str; 3] = ["ply", "obj", "glb"];
+/// What is to be done of a folder.
+#[derive(Debug, Default)]
+pub struct Jobs {
+    /// The jobs, by name.
+    pub jobs: Vec<Job>,
+    /// Scans that make none, by name: one that has the same name as another but for its ending, or one
+    /// that is taken.
+    pub refused: Vec<FitError>,
+}
 
-/// The jobs of a folder, by name: every `.ply`, `.obj` and `.glb` in it (not in its subfolders).
+/// The jobs of a folder: every scan in it (not in its subfolders), by its ending.
 ///
 /// # Errors
-/// When the folder cannot be read or holds no scan, when two scans have the same name but for
-/// their ending or one that is taken, and when the output folder is the scans' own.
-pub fn jobs(scans: &Path, output: &Path) -> FitResult<Vec<Job>> {
+/// When the folder cannot be read or holds no scan, and when the output folder is the scans' own.
+pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
     let entries = std::fs::read_dir(scans).map_err(|e| FitError::file(scans, e))?;
     if let (Ok(a), Ok(b)) = (scans.canonicalize(), output.canonicalize())
         && a == b
@@ -114,42 +121,48 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Vec<Job>> {
         let cause = "holds the scans: registered faces go to a folder of their own";
         return Err(FitError::file(output, cause));
     }
-    let mut found: BTreeMap<String, PathBuf> = BTreeMap::new();
+    let mut found: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
     for entry in entries {
         let path = entry.map_err(|e| FitError::file(scans, e))?.path();
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         if !ending.is_some_and(|e| ENDINGS.contains(&e.as_str())) {
             continue;
         }
-        let name = path
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        // Its landmarks would take the place of what is said of all faces.
-        if OF_ALL.contains(&name.as_str()) {
-            let cause = "has a name that is taken: call it otherwise";
-            return Err(FitError::file(&path, cause));
-        }
-        if let Some(other) = found.insert(name, path.clone()) {
-            let cause = format!("has the same name as {}", other.display());
-            return Err(FitError::file(&path, cause));
-        }
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        found.entry(name.into_owned()).or_default().push(path);
     }
     if found.is_empty() {
-        return Err(FitError::file(scans, "no .ply, .obj or .glb files"));
+        let none = ENDINGS.map(|ending| format!(".{ending}")).join(", ");
+        return Err(FitError::file(scans, format!("no scans in it ({none})")));
     }
-    Ok(found
-        .into_iter()
-        .map(|(name, scan)| Job {
-            landmarks: ["json", "txt"]
-                .iter()
-                .map(|ending| scan.with_extension(ending))
-                .find(|path| path.is_file()),
-            output: output.join(format!("{name}.ply")),
-            scan,
-        })
-        .collect())
+    let mut all = Jobs::default();
+    for (name, mut paths) in found {
+        paths.sort();
+        let refused = match &paths[..] {
+            // Its landmarks would take the place of what is said of all faces.
+            [scan, ..] if OF_ALL.contains(&name.as_str()) => {
+                FitError::file(scan, "has a name that is taken: call it otherwise")
+            }
+            [scan, other, ..] => {
+                let cause = format!("has the same name as {}", other.display());
+                FitError::file(scan, cause)
+            }
+            _ => {
+                all.jobs.extend(paths.into_iter().map(|scan| {
+                    Job {
+                        landmarks: (landmarks::ENDINGS.iter())
+                            .map(|ending| scan.with_extension(ending))
+                            .find(|path| path.is_file()),
+                        output: output.join(format!("{name}.ply")),
+                        scan,
+                    }
+                }));
+                continue;
+            }
+        };
+        all.refused.push(refused);
+    }
+    Ok(all)
 }
 
 /// Found landmarks less sure than this are left out.
@@ -157,6 +170,16 @@ const CONFIDENT: f64 = 0.3;
 
 /// The error of found landmarks, mm.
 const FOUND_ERROR: f64 = 2.5;
+
+/// Finds landmarks as [`Detector::find_on`] does; where there is no face and the scan's unit was guessed,
+/// that is said.
+///
+/// # Errors
+/// When there is no face on the scan.
+pub fn find(detector: &Detector, scan: &mut Scan, template: &Template) -> FitResult<Detection> {
+    let found = detector.find_on(scan, template);
+    found.map_err(|error| scan.doubting_unit(error))
+}
 
 /// A scan as read, with its landmarks in mm.
 pub struct Prepared {
@@ -168,10 +191,25 @@ pub struct Prepared {
     pub notes: Vec<String>,
 }
 
+/// Faces are written as f32; coarser steps than this are said, mm.
+const COARSE: f64 = 0.01;
+
+/// Says how coarse a face becomes that is written where the scan is, if that is far from the origin.
+fn rounding(scan: &Scan) -> Option<String> {
+    let coordinates = scan.positions.iter().map(|p| p.abs().max_element());
+    let farthest = coordinates.fold(0.0, f64::max) as f32;
+    let step = f64::from(farthest.next_up() - farthest);
+    (step > COARSE).then(|| {
+        format!(
+            "place: {farthest:.0} mm from the origin, where a PLY has steps of {step:.2} mm: move the scan there"
+        )
+    })
+}
+
 /// Reads a scan and its landmarks, or finds them, and looks at both.
 ///
 /// # Errors
-/// Those of the readers, of [`check`] and of the [`Detector`](crate::fit::detect::Detector).
+/// Those of the readers, of [`check`] and of the [`Detector`].
 pub fn prepare(
     registrar: &Registrar<'_>,
     scan: &Path,
@@ -184,7 +222,7 @@ pub fn prepare(
     let points = match points {
         Some(path) => landmarks::read(path, &mut scan, template)?,
         None => {
-            let found = registrar.detector()?.find_on(&mut scan, template)?;
+            let found = find(registrar.detector()?, &mut scan, template)?;
             let points = found.landmarks(CONFIDENT);
             let sure: f64 = points.iter().map(|&(l, _)| found.confidences[l]).sum();
             said.push(format!(
@@ -200,11 +238,79 @@ pub fn prepare(
     let mut notes = scan.notes.clone();
     notes.extend(said);
     notes.extend(checked);
+    notes.extend(rounding(&scan));
     Ok(Prepared {
         scan,
         points,
         notes,
     })
+}
+
+/// Weaker expressions are not told, as in [`Registered::summary`].
+const TOLD: f64 = 0.2;
+/// So many are told of one scan.
+const STRONGEST: usize = 3;
+
+/// What was decided or found of the scans of a folder.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// How many scans are in a unit that was guessed, by the unit's name.
+    pub guessed: BTreeMap<String, usize>,
+    /// How many show an expression.
+    pub expressive: usize,
+}
+
+impl Tally {
+    /// Counts a scan. In a few words, what whose scan it is would want to know: a unit that is not
+    /// millimetres and was guessed, the expressions that the face shows, and a place far from the origin.
+    pub fn count(&mut self, scan: &Scan, face: &Registered) -> Option<String> {
+        let mut words = Vec::new();
+        if scan.unit_guessed {
+            let (unit, size) = match scan.unit() {
+                Unit::Own(_) => (
+                    "units of their own",
+                    "in units of its own, made average size",
+                ),
+                Unit::Millimetre => ("millimetres", ""),
+                Unit::Centimetre => ("centimetres", "in centimetres, guessed"),
+                Unit::Inch => ("inches", "in inches, guessed"),
+                Unit::Metre => ("metres", "in metres, guessed"),
+            };
+            *self.guessed.entry(unit.into()).or_default() += 1;
+            words.extend((!size.is_empty()).then(|| size.to_owned()));
+        }
+        let mut told: Vec<_> = face.expressions.iter().filter(|e| e.1 >= TOLD).collect();
+        told.sort_by(|a, b| b.1.total_cmp(&a.1));
+        if !told.is_empty() {
+            self.expressive += 1;
+            let told = told.iter().take(STRONGEST);
+            let told: Vec<String> = told.map(|(n, s)| format!("{n} {s:.1}")).collect();
+            words.push(format!("shows {}", told.join(", ")));
+        }
+        words.extend(rounding(scan));
+        (!words.is_empty()).then(|| words.join("; "))
+    }
+
+    /// All that were counted, in one line, and the options that change it.
+    pub fn summary(&self, neutral: bool) -> Option<String> {
+        let mut words = Vec::new();
+        if !self.guessed.is_empty() {
+            let each = self
+                .guessed
+                .iter()
+                .map(|(unit, n)| format!("{n} in {unit}"));
+            let each: Vec<String> = each.collect();
+            words.push(format!("units guessed: {} (see --unit)", each.join(", ")));
+        }
+        if self.expressive > 0 {
+            let what = match neutral {
+                true => "taken off",
+                false => "see --neutral",
+            };
+            words.push(format!("{} with expressions ({what})", self.expressive));
+        }
+        (!words.is_empty()).then(|| words.join("; "))
+    }
 }
 
 /// Registers one scan.

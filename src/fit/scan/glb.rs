@@ -1,13 +1,17 @@
-//! Scans as binary glTF.
+//! Scans as glTF: binary, or as JSON with its buffers and images in it or beside it.
 
+use std::borrow::Cow;
 use std::path::Path;
 
+use base64ct::{Base64Unpadded, Encoding};
 use glam::{DMat4, DVec2, DVec3, Mat4};
-use gltf::accessor::{DataType, Dimensions};
+use gltf::accessor::{DataType, Dimensions, Item, Iter};
 use gltf::mesh::Mode;
+use gltf::texture::TextureTransform;
 
 use super::Texture;
 use super::mesh_file::MeshFile;
+use crate::fit::format::text::{named, plain};
 use crate::fit::{FitError, FitResult};
 
 /// Deeper trees of nodes are taken for cycles.
@@ -17,24 +21,10 @@ const DEEPEST: usize = 64;
 pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
     let fail = |cause: String| FitError::file(path, cause);
     let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
-    if !bytes.starts_with(b"glTF") {
-        return Err(fail("does not start with `glTF`: no GLB file".into()));
-    }
-    // The header says how long the file is; what is cut off would pass as an odd chunk.
-    if let Some(length) = bytes.get(8..12).and_then(|b| b.try_into().ok()) {
-        let length = u32::from_le_bytes(length) as usize;
-        if length > bytes.len() {
-            return Err(fail(format!(
-                "ends after {} of {length} bytes",
-                bytes.len()
-            )));
-        }
-    }
-    let glb = gltf::Glb::from_slice(&bytes).map_err(|e| fail(one_line(&e)))?;
-    let mut root = gltf::json::Root::from_slice(&glb.json).map_err(|e| fail(one_line(&e)))?;
+    let (json, blob) = chunks(&bytes, path).map_err(fail)?;
+    let mut root = gltf::json::Root::from_slice(&json).map_err(|e| fail(one_line(&e)))?;
     mend(&mut root).map_err(fail)?;
     let gltf = gltf::Document::from_json(root).map_err(|e| fail(one_line(&e)))?;
-    let blob = glb.bin.map(|bin| bin.into_owned());
     let folder = path.parent().unwrap_or(Path::new(""));
     let buffers = gltf
         .buffers()
@@ -42,8 +32,9 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
             gltf::buffer::Source::Bin => blob
                 .clone()
                 .ok_or_else(|| fail(format!("buffer {}: no binary chunk", buffer.index()))),
-            gltf::buffer::Source::Uri(uri) => std::fs::read(folder.join(uri))
-                .map_err(|e| fail(format!("buffer {}: {uri}: {e}", buffer.index()))),
+            gltf::buffer::Source::Uri(uri) => load(folder, uri)
+                .map(Cow::Owned)
+                .map_err(|cause| fail(format!("buffer {}: {cause}", buffer.index()))),
         })
         .collect::<FitResult<Vec<_>>>()?;
     let scene = gltf.default_scene().or_else(|| gltf.scenes().next());
@@ -67,8 +58,112 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
     Ok(reader.file)
 }
 
-/// Refuses what the crate's own validation would panic on, and adds what it would miss later.
+/// The JSON, and the bytes that come with it in a binary file.
+type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
+
+/// Takes a file apart, as its ending says.
+fn chunks<'a>(bytes: &'a [u8], path: &Path) -> Result<Chunks<'a>, String> {
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("gltf"))
+        && !bytes.starts_with(b"glTF")
+    {
+        return Ok((plain(bytes)?, None));
+    }
+    if !bytes.starts_with(b"glTF") {
+        return Err("does not start with `glTF`: no GLB file".into());
+    }
+    // The header says how long the file is; what is cut off would pass as an odd chunk.
+    if let Some(length) = bytes.get(8..12).and_then(|b| b.try_into().ok()) {
+        let length = u32::from_le_bytes(length) as usize;
+        if length > bytes.len() {
+            return Err(format!("ends after {} of {length} bytes", bytes.len()));
+        }
+    }
+    let glb = gltf::Glb::from_slice(bytes).map_err(|e| one_line(&e))?;
+    Ok((glb.json, glb.bin))
+}
+
+/// What a URI of a buffer or an image stands for: data in it, or a file seen from the folder.
+fn load(folder: &Path, uri: &str) -> Result<Vec<u8>, String> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (_, base64) = data
+            .split_once(";base64,")
+            .ok_or("a data URI that is not in base64")?;
+        // Not all who write it pad it.
+        return Base64Unpadded::decode_vec(base64.trim_end_matches('='))
+            .map_err(|e| format!("a data URI: {e}"));
+    }
+    if uri.contains("://") {
+        return Err(format!("{uri:.60}: no file beside it"));
+    }
+    // Spaces and such are written as %20, though not by everyone.
+    let unescaped = named(folder, &unescaped(uri));
+    let file = match unescaped.is_file() {
+        true => unescaped,
+        false => named(folder, uri),
+    };
+    std::fs::read(file).map_err(|e| format!("{uri}: {e}"))
+}
+
+/// A URI with its escaped bytes (`%20`) as they are; what is no text then stays as it was.
+fn unescaped(uri: &str) -> Cow<'_, str> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let [first, after @ ..] = rest {
+        let hex = after.get(..2).and_then(|hex| std::str::from_utf8(hex).ok());
+        let byte = hex.and_then(|hex| u8::from_str_radix(hex, 16).ok());
+        rest = match byte.filter(|_| *first == b'%') {
+            Some(byte) => {
+                bytes.push(byte);
+                &after[2..]
+            }
+            None => {
+                bytes.push(*first);
+                after
+            }
+        };
+    }
+    String::from_utf8(bytes).map_or(uri.into(), Cow::Owned)
+}
+
+/// Extensions that may be required of who reads a file, but say nothing of its triangles. Of those that
+/// begin so, too.
+const ASIDE: [&str; 7] = [
+    // The crate reads what it allows: integers as positions and texture coordinates.
+    "KHR_mesh_quantization",
+    "KHR_materials_",
+    "KHR_lights_",
+    "KHR_texture_basisu",
+    "EXT_texture_",
+    "KHR_animation_",
+    "MSFT_texture_",
+];
+
+/// Refuses what the crate's own validation would panic on or does not say in words, and adds what it
+/// would miss later.
 fn mend(root: &mut gltf::json::Root) -> Result<(), String> {
+    let bare = |a: &gltf::json::Accessor| a.buffer_view.is_none() && a.sparse.is_none();
+    let mut needed = root.extensions_required.clone();
+    // One that is only used has what it stands for beside it; where not, it is required.
+    if root.accessors.iter().any(bare) {
+        needed.extend(root.extensions_used.iter().cloned());
+    }
+    for name in &needed {
+        let with = match name.as_str() {
+            "KHR_draco_mesh_compression" => "Draco",
+            "EXT_meshopt_compression" | "KHR_meshopt_compression" => "meshoptimizer",
+            _ => continue,
+        };
+        return Err(format!("compressed with {with}: save it without"));
+    }
+    root.extensions_required
+        .retain(|name| !ASIDE.iter().any(|aside| name.starts_with(aside)));
+    let read =
+        |name: &&String| !gltf::json::extensions::ENABLED_EXTENSIONS.contains(&name.as_str());
+    if let Some(name) = root.extensions_required.iter().find(read) {
+        return Err(format!("needs the extension {name}, which is not read"));
+    }
     for (index, mesh) in root.meshes.iter().enumerate() {
         let accessors = mesh.primitives.iter().flat_map(|p| p.attributes.values());
         if let Some(bad) = accessors
@@ -92,7 +187,7 @@ fn mend(root: &mut gltf::json::Root) -> Result<(), String> {
 }
 
 struct Reader<'a> {
-    buffers: Vec<Vec<u8>>,
+    buffers: Vec<Cow<'a, [u8]>>,
     folder: &'a Path,
     file: MeshFile,
     /// The image in use, and its name.
@@ -137,11 +232,10 @@ impl Reader<'_> {
         let accessor = primitive
             .get(&gltf::Semantic::Positions)
             .ok_or("no positions")?;
-        self.readable(&accessor, Dimensions::Vec3, &[DataType::F32])?;
-        let reader = primitive.reader(|buffer| self.buffers.get(buffer.index()).map(Vec::as_slice));
-        let positions = reader.read_positions().ok_or("positions are missing")?;
-        let positions: Vec<DVec3> = positions
-            .map(|p| to_scene.transform_point3(DVec3::from_array(p.map(f64::from))))
+        self.readable(&accessor, Dimensions::Vec3, &REALS)?;
+        let positions = self.numbers(&accessor).ok_or("positions are missing")?;
+        let positions: Vec<DVec3> = (positions.into_iter())
+            .map(|p| to_scene.transform_point3(DVec3::from_array(p)))
             .collect();
         let count = positions.len() as u32;
         let indices: Vec<u32> = match primitive.indices() {
@@ -149,6 +243,7 @@ impl Reader<'_> {
             Some(accessor) => {
                 let types = [DataType::U8, DataType::U16, DataType::U32];
                 self.readable(&accessor, Dimensions::Scalar, &types)?;
+                let reader = primitive.reader(|buffer| self.bytes(&buffer));
                 let read = reader.read_indices().ok_or("indices are missing")?;
                 read.into_u32().collect()
             }
@@ -197,25 +292,22 @@ impl Reader<'_> {
 
     /// The texture coordinates of the base colour, v up; none where there is none.
     fn uvs(&self, primitive: &gltf::Primitive, count: u32) -> Result<Vec<DVec2>, String> {
-        let colour = primitive
-            .material()
-            .pbr_metallic_roughness()
-            .base_color_texture();
-        let Some(set) = colour.map(|texture| texture.tex_coord()) else {
+        let material = primitive.material();
+        let Some(colour) = material.pbr_metallic_roughness().base_color_texture() else {
             return Ok(Vec::new());
         };
+        let moved = colour.texture_transform();
+        let set = moved.as_ref().and_then(TextureTransform::tex_coord);
+        let set = set.unwrap_or_else(|| colour.tex_coord());
         let Some(accessor) = primitive.get(&gltf::Semantic::TexCoords(set)) else {
             return Ok(Vec::new());
         };
-        let types = [DataType::F32, DataType::U8, DataType::U16];
-        self.readable(&accessor, Dimensions::Vec2, &types)?;
-        let reader = primitive.reader(|buffer| self.buffers.get(buffer.index()).map(Vec::as_slice));
-        let uvs = reader
-            .read_tex_coords(set)
-            .ok_or("texture coordinates are missing")?;
-        let uvs: Vec<DVec2> = uvs
-            .into_f32()
-            .map(|[u, v]| DVec2::new(u.into(), 1.0 - f64::from(v)))
+        self.readable(&accessor, Dimensions::Vec2, &REALS)?;
+        let uvs = self.numbers(&accessor);
+        let uvs = uvs.ok_or("texture coordinates are missing")?;
+        let uvs: Vec<DVec2> = (uvs.into_iter().map(DVec2::from_array))
+            .map(|uv| moved.as_ref().map_or(uv, |moved| transformed(uv, moved)))
+            .map(|uv| DVec2::new(uv.x, 1.0 - uv.y))
             .collect();
         match uvs.len() == count as usize {
             true => Ok(uvs),
@@ -230,7 +322,16 @@ impl Reader<'_> {
     fn takes_image(&mut self, primitive: &gltf::Primitive, triangles: usize) -> bool {
         let material = primitive.material();
         let colour = material.pbr_metallic_roughness().base_color_texture();
-        let Some(image) = colour.map(|info| info.texture().source()) else {
+        let Some(texture) = colour.map(|info| info.texture()) else {
+            return false;
+        };
+        let Some(image) = texture.source() else {
+            let name = texture.index();
+            let note =
+                format!("no texture: texture {name} has an image of a kind that is not read");
+            if !self.file.notes.contains(&note) {
+                self.file.notes.push(note);
+            }
             return false;
         };
         if let Some((used, _)) = self.image {
@@ -251,9 +352,10 @@ impl Reader<'_> {
                     }
                 }
             }
-            gltf::image::Source::Uri { uri, .. } => match std::fs::read(self.folder.join(uri)) {
+            gltf::image::Source::Uri { uri, .. } => match load(self.folder, uri) {
+                Ok(bytes) if uri.starts_with("data:") => self.file.decode_image(&bytes, &name),
                 Ok(bytes) => self.file.decode_image(&bytes, uri),
-                Err(e) => self.file.notes.push(format!("no texture: {uri}: {e}")),
+                Err(cause) => self.file.notes.push(format!("no texture: {cause}")),
             },
         }
         self.image = Some((image.index(), name));
@@ -276,26 +378,108 @@ impl Reader<'_> {
                 accessor.data_type()
             ));
         }
-        let Some(view) = accessor.view().filter(|_| accessor.sparse().is_none()) else {
-            return Err(format!("accessor {index}: sparse, which is not read"));
+        let (count, size) = (accessor.count(), accessor.size());
+        if count == 0 {
+            return Err(format!("accessor {index}: empty"));
+        }
+        let inside = match accessor.view() {
+            Some(view) => self.holds(&view, accessor.offset(), count, size),
+            // All zeros but for what is sparse, of which a file could claim any number.
+            None => count <= self.buffers.iter().map(|bytes| bytes.len()).sum(),
         };
-        let size = accessor.size();
-        let stride = view.stride().unwrap_or(size).max(size);
-        let bytes = accessor
-            .count()
-            .checked_sub(1)
-            .and_then(|steps| steps.checked_mul(stride))
-            .and_then(|bytes| bytes.checked_add(size))
-            .and_then(|bytes| bytes.checked_add(accessor.offset()));
-        let end = view.offset().checked_add(view.length());
-        let held = self.buffers.get(view.buffer().index()).map_or(0, Vec::len);
-        let inside = bytes.is_some_and(|bytes| bytes <= view.length());
-        match inside && end.is_some_and(|end| end <= held) {
+        let sparse = accessor.sparse().is_none_or(|sparse| {
+            let (indices, values) = (sparse.indices(), sparse.values());
+            let (count, wide) = (sparse.count(), indices.index_type().size());
+            count > 0
+                && self.holds(&indices.view(), indices.offset(), count, wide)
+                && self.holds(&values.view(), values.offset(), count, size)
+        });
+        match inside && sparse {
             true => Ok(()),
-            false if accessor.count() == 0 => Err(format!("accessor {index}: empty")),
             false => Err(format!("accessor {index} reaches beyond its buffer")),
         }
     }
+
+    /// Whether a view has so many elements of a size from an offset on, and its buffer has the view.
+    fn holds(&self, view: &gltf::buffer::View, offset: usize, count: usize, size: usize) -> bool {
+        let stride = view.stride().unwrap_or(size);
+        let bytes = (count - 1)
+            .checked_mul(stride)
+            .and_then(|bytes| bytes.checked_add(size))
+            .and_then(|bytes| bytes.checked_add(offset));
+        let end = view.offset().checked_add(view.length());
+        let held = self.bytes(&view.buffer()).map_or(0, <[u8]>::len);
+        // The crate takes it on trust that elements do not overlap.
+        stride >= size
+            && bytes.is_some_and(|bytes| bytes <= view.length())
+            && end.is_some_and(|end| end <= held)
+    }
+
+    fn bytes(&self, buffer: &gltf::Buffer) -> Option<&[u8]> {
+        self.buffers.get(buffer.index()).map(AsRef::as_ref)
+    }
+
+    /// The vectors of an accessor that is [readable](Self::readable), with integers as the file means
+    /// them: as they are, or normalised to what 0 to 1 or -1 to 1 is in all of their range.
+    fn numbers<const N: usize>(&self, accessor: &gltf::Accessor) -> Option<Vec<[f64; N]>>
+    where
+        [i8; N]: Item,
+        [u8; N]: Item,
+        [i16; N]: Item,
+        [u16; N]: Item,
+        [f32; N]: Item,
+    {
+        let most = match (accessor.normalized(), accessor.data_type()) {
+            (true, DataType::I8) => f64::from(i8::MAX),
+            (true, DataType::U8) => f64::from(u8::MAX),
+            (true, DataType::I16) => f64::from(i16::MAX),
+            (true, DataType::U16) => f64::from(u16::MAX),
+            _ => 1.0,
+        };
+        let integer = |value: f64| match accessor.normalized() {
+            true => (value / most).max(-1.0),
+            false => value,
+        };
+        match accessor.data_type() {
+            DataType::I8 => self.each(accessor, |x: i8| integer(x.into())),
+            DataType::U8 => self.each(accessor, |x: u8| integer(x.into())),
+            DataType::I16 => self.each(accessor, |x: i16| integer(x.into())),
+            DataType::U16 => self.each(accessor, |x: u16| integer(x.into())),
+            DataType::F32 => self.each(accessor, |x: f32| x.into()),
+            DataType::U32 => None,
+        }
+    }
+
+    fn each<T, const N: usize>(
+        &self,
+        accessor: &gltf::Accessor,
+        number: impl Fn(T) -> f64,
+    ) -> Option<Vec<[f64; N]>>
+    where
+        [T; N]: Item,
+    {
+        let read = Iter::<[T; N]>::new(accessor.clone(), |buffer| self.bytes(&buffer))?;
+        Some(read.map(|vector| vector.map(&number)).collect())
+    }
+}
+
+/// What positions and texture coordinates may consist of.
+const REALS: [DataType; 5] = [
+    DataType::F32,
+    DataType::I8,
+    DataType::U8,
+    DataType::I16,
+    DataType::U16,
+];
+
+/// A texture coordinate, v down, in the part of the picture that is meant (`KHR_texture_transform`). Turning is
+/// counter-clockwise as the picture is seen: the extension's first listing had it the other way.
+fn transformed(uv: DVec2, to: &TextureTransform) -> DVec2 {
+    let (sine, cosine) = f64::from(to.rotation()).sin_cos();
+    let pair = |[x, y]: [f32; 2]| DVec2::new(x.into(), y.into());
+    let uv = uv * pair(to.scale());
+    let turned = DVec2::new(cosine * uv.x + sine * uv.y, cosine * uv.y - sine * uv.x);
+    turned + pair(to.offset())
 }
 
 fn one_line(error: &dyn std::fmt::Display) -> String {

@@ -1,7 +1,8 @@
 //! The points that come with a scan.
 //!
-//! Two forms are read: a JSON object, name -> [x, y, z] in the scan's units, and plain text of 68
-//! lines "x y z", the iBUG points in their order.
+//! Three forms are read, in the scan's units: a JSON object, name -> [x, y, z]; plain text of 68 lines
+//! "x y z", the iBUG points in their order, also with what a `.pts` file has around them; and those
+//! points as menpo writes them, `.ljson`.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -14,6 +15,7 @@ use super::check::{Placement, spread};
 use super::unit::LARGEST_FACE;
 use super::{Scan, Unit, extent};
 use crate::fit::format::files::write_atomically;
+use crate::fit::format::text::{decoded, lines, plain};
 use crate::fit::head::template::Template;
 use crate::fit::{FitError, FitResult};
 
@@ -69,16 +71,19 @@ pub(in crate::fit) fn read_file(
 ) -> FitResult<Vec<(usize, DVec3)>> {
     let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
     let fail = |cause: String| FitError::file(path, cause);
-    let text = std::str::from_utf8(&bytes).map_err(|_| fail("no text".into()))?;
-    let json = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("json"));
-    let named = if json || text.trim_start().starts_with('{') {
-        let Entries(entries) =
-            serde_json::from_str(text).map_err(|e| fail(format!("no landmarks: {e}")))?;
+    let bytes = plain(&bytes).map_err(fail)?;
+    let is = |ending: &str| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    };
+    let bad = |e: serde_json::Error| fail(format!("no landmarks: {e}"));
+    let named = if is("ljson") {
+        from_menpo(&serde_json::from_slice(&bytes).map_err(bad)?).map_err(fail)?
+    } else if is("json") || bytes.trim_ascii_start().starts_with(b"{") {
+        let Entries(entries) = serde_json::from_slice(&bytes).map_err(bad)?;
         entries
     } else {
-        from_lines(text).map_err(fail)?
+        from_lines(&bytes).map_err(fail)?
     };
     let known: HashMap<&str, usize> = template
         .landmarks
@@ -124,11 +129,47 @@ pub(in crate::fit) fn read_file(
     Ok(points)
 }
 
-/// The iBUG points from lines "x y z"; commas may stand between the numbers, `#` begins a comment.
-fn from_lines(text: &str) -> Result<Vec<(String, Vec<f64>)>, String> {
+/// The endings of files of landmarks, the likeliest first.
+pub const ENDINGS: [&str; 4] = ["json", "txt", "pts", "ljson"];
+
+/// The name of an iBUG point.
+fn ibug(number: usize) -> String {
+    format!("ibug_{number:02}")
+}
+
+/// The iBUG points of a file of menpo's: of its first group, without those that are not set.
+fn from_menpo(file: &serde_json::Value) -> Result<Vec<(String, Vec<f64>)>, String> {
+    let group = file["groups"].as_object().and_then(|g| g.values().next());
+    let points = group.unwrap_or(file)["landmarks"]["points"].as_array();
+    let points = points.ok_or("no landmarks: neither `landmarks` nor `groups` with `points`")?;
+    if points.len() != IBUG {
+        let cause = format!("{} points, not the {IBUG} iBUG points", points.len());
+        return Err(cause);
+    }
+    let number = |x: &serde_json::Value| x.as_f64();
+    Ok((points.iter().enumerate())
+        .filter_map(|(i, point)| {
+            let numbers = point.as_array()?.iter().map(number);
+            Some((ibug(i), numbers.collect::<Option<_>>()?))
+        })
+        .collect())
+}
+
+/// The iBUG points from lines "x y z"; commas may stand between the numbers, `#` begins a comment. What a
+/// `.pts` file says of itself and the braces around its points are passed over.
+fn from_lines(bytes: &[u8]) -> Result<Vec<(String, Vec<f64>)>, String> {
+    // What is no text has no lines either.
+    if bytes.contains(&0) {
+        return Err("no text".into());
+    }
     let mut points = Vec::new();
-    for (line, content) in text.lines().enumerate() {
-        let content = content.split('#').next().unwrap_or_default();
+    for (line, content) in lines(bytes) {
+        let content = decoded(content);
+        let content = content.split('#').next().unwrap_or_default().trim();
+        let about = ["version:", "n_points:"];
+        if ["{", "}"].contains(&content) || about.iter().any(|word| content.starts_with(word)) {
+            continue;
+        }
         let words: Vec<&str> = content
             .split(|c: char| c.is_whitespace() || c == ',')
             .filter(|word| !word.is_empty())
@@ -136,7 +177,7 @@ fn from_lines(text: &str) -> Result<Vec<(String, Vec<f64>)>, String> {
         if words.is_empty() {
             continue;
         }
-        let place = format!("line {}", line + 1);
+        let place = format!("line {line}");
         if words.len() != 3 {
             return Err(format!("{place}: {} words, not x, y and z", words.len()));
         }
@@ -148,7 +189,7 @@ fn from_lines(text: &str) -> Result<Vec<(String, Vec<f64>)>, String> {
                 Err(_) => Err(format!("{place}: `{word}` is no number")),
             })
             .collect::<Result<_, _>>()?;
-        points.push((format!("ibug_{:02}", points.len()), numbers));
+        points.push((ibug(points.len()), numbers));
     }
     match points.len() {
         IBUG => Ok(points),

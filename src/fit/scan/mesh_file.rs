@@ -8,7 +8,8 @@ use glam::{DVec2, DVec3};
 use super::polygon::triangulate;
 use super::{Scan, Texture};
 use crate::fit::format::obj::{self, Obj};
-use crate::fit::format::ply;
+use crate::fit::format::text::named;
+use crate::fit::format::{ply, stl};
 use crate::fit::{FitError, FitResult};
 
 /// A triangle mesh in the units and with the vertices of its file.
@@ -97,7 +98,7 @@ fn obj_images(path: &Path, obj: &Obj, notes: &mut Vec<String>) -> Vec<(String, P
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut images = Vec::new();
     for name in &obj.libraries {
-        match obj::read_images(&folder.join(name)) {
+        match obj::read_images(&named(folder, name)) {
             Ok(more) => images.extend(more),
             Err(error) => notes.push(format!("no materials: {error}")),
         }
@@ -139,7 +140,7 @@ pub(super) fn ply(path: &Path) -> FitResult<MeshFile> {
     }
     file.say_polygons(cut, lines);
     let name = match ply.images.first() {
-        Some(name) => Some(path.parent().unwrap_or(Path::new("")).join(name)),
+        Some(name) => Some(named(path.parent().unwrap_or(Path::new("")), name)),
         None if !file.uvs.is_empty() => file.image_beside(path),
         None => None,
     };
@@ -150,6 +151,18 @@ pub(super) fn ply(path: &Path) -> FitResult<MeshFile> {
     file.positions = ply.positions;
     file.colours = ply.colours;
     Ok(file)
+}
+
+/// Reads an STL file.
+pub(super) fn stl(path: &Path) -> FitResult<MeshFile> {
+    let triangles = stl::read(path)?;
+    let corners = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    Ok(MeshFile {
+        triangles: corners.collect(),
+        uv_triangles: vec![Texture::BARE; triangles.len()],
+        positions: triangles.into_iter().flatten().collect(),
+        ..MeshFile::default()
+    })
 }
 
 fn rgb(colour: DVec3) -> [u8; 3] {

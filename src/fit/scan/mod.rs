@@ -1,6 +1,7 @@
 //! Scans: unregistered meshes of one person, as other programs write them.
 //!
-//! A reader a format ([`obj`](crate::fit::format::obj), [`ply`](crate::fit::format::ply), GLB) says what a file says;
+//! A reader a format ([`obj`](crate::fit::format::obj), [`ply`](crate::fit::format::ply),
+//! [`stl`](crate::fit::format::stl), glTF) says what a file says;
 //! what is the same for all of them, from units to welding, is done here. [`landmarks`] reads the
 //! points that come with a scan, [`check`](fn@check) says whether the two belong together.
 
@@ -23,6 +24,15 @@ pub(in crate::fit) use check::{Placement, spread};
 use unit::EXTENTS;
 pub use unit::Unit;
 
+/// The endings of files that are read as scans, in lower case.
+pub const ENDINGS: [&str; 5] = ["obj", "ply", "glb", "gltf", "stl"];
+
+/// [`ENDINGS`] in words.
+pub(in crate::fit) fn endings() -> String {
+    let [first @ .., last] = ENDINGS.map(|ending| format!(".{ending}"));
+    format!("{} and {last}", first.join(", "))
+}
+
 /// A scan: one person's surface, in mm.
 #[derive(Debug, Clone, Default)]
 pub struct Scan {
@@ -43,6 +53,9 @@ pub struct Scan {
     /// The file, for messages.
     pub path: PathBuf,
 }
+
+/// How the note begins that says which unit was guessed.
+const UNITS: &str = "units: ";
 
 /// A picture on a mesh.
 #[derive(Debug, Clone, Default)]
@@ -66,7 +79,7 @@ impl Texture {
 }
 
 impl Scan {
-    /// Reads a scan by its ending: `.obj` (with its MTL file and image), `.ply`, `.glb`.
+    /// Reads a scan by its ending, one of [`ENDINGS`]; an OBJ with its MTL file and image.
     ///
     /// Polygons are cut into triangles, vertices at the same place become one, triangles without
     /// area and vertices without triangles go, and a surface that is inside out is turned. A unit
@@ -88,9 +101,10 @@ impl Scan {
         let file = match ending.as_deref() {
             Some("obj") => mesh_file::obj(path)?,
             Some("ply") => mesh_file::ply(path)?,
-            Some("glb") => glb::read(path)?,
+            Some("glb" | "gltf") => glb::read(path)?,
+            Some("stl") => mesh_file::stl(path)?,
             _ => {
-                let cause = "not a scan's ending: .obj, .ply and .glb are read";
+                let cause = format!("not a scan's ending: {} are read", endings());
                 return Err(FitError::file(path, cause));
             }
         };
@@ -105,13 +119,34 @@ impl Scan {
             scan.say_unit(unit, &format!("because the mesh is {extent:.3} across"));
         }
         scan.rescale(unit.millimetres());
-        scan.plausible(unit)?;
+        scan.plausible(unit)
+            .map_err(|error| scan.doubting_unit(error))?;
         if volume(&scan.positions, &scan.triangles) < 0.0 {
             scan.turn_inside_out();
             let note = "triangles: all turned, because the surface was inside out";
             scan.notes.push(note.into());
         }
         Ok(scan)
+    }
+
+    /// The unit of the file that is in use.
+    pub fn unit(&self) -> Unit {
+        let used = |unit: &Unit| unit.millimetres() == self.scale;
+        let known = Unit::ALL.into_iter().find(used);
+        known.unwrap_or(Unit::Own(self.scale))
+    }
+
+    /// Puts the guess of the unit into an error that it may be the cause of, and how to do without.
+    pub(in crate::fit) fn doubting_unit(&self, error: FitError) -> FitError {
+        let guess = self.notes.iter().find_map(|note| note.strip_prefix(UNITS));
+        match (error, guess) {
+            (FitError::File { path, cause }, Some(guess)) => {
+                let guess = guess.split(';').next().unwrap_or_default();
+                let cause = format!("{cause}; its unit is guessed ({guess}): --unit gives another");
+                FitError::File { path, cause }
+            }
+            (error, _) => error,
+        }
     }
 
     /// Takes another unit for the one that is in use.
@@ -123,12 +158,12 @@ impl Scan {
 
     /// Says which unit was guessed and why, in place of what was said before.
     pub(in crate::fit) fn say_unit(&mut self, unit: Unit, why: &str) {
-        self.notes.retain(|note| !note.starts_with("units: "));
+        self.notes.retain(|note| !note.starts_with(UNITS));
         self.notes.push(match unit {
             Unit::Own(millimetres) => format!(
-                "units: its own, of {millimetres:.4} mm, {why}; how large it was, is not known"
+                "{UNITS}its own, of {millimetres:.4} mm, {why}; how large it was, is not known"
             ),
-            _ => format!("units: {unit}, {why}"),
+            _ => format!("{UNITS}{unit}, {why}"),
         });
     }
 

@@ -1,0 +1,74 @@
+//! STL files: loose triangles, binary or in text.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::text::{decoded, lines, plain};
+use crate::fit::{FitError, FitResult};
+
+/// Bytes before the triangles of a binary file: a comment and how many they are.
+const HEADER: usize = 84;
+/// Bytes of a triangle: its normal, its corners, and two that mean nothing.
+const RECORD: usize = 50;
+
+/// Reads the triangles of a file, in its units; normals are passed over.
+///
+/// # Errors
+/// When the file is neither kind of STL, ends early, or has numbers that are none, with the line.
+pub fn read(path: &Path) -> FitResult<Vec<[DVec3; 3]>> {
+    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    parse(&bytes).map_err(|cause| FitError::file(path, cause))
+}
+
+fn parse(bytes: &[u8]) -> Result<Vec<[DVec3; 3]>, String> {
+    let said = bytes.get(HEADER - 4..HEADER).map(|count| {
+        let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);
+        count as usize
+    });
+    let held = bytes.len().saturating_sub(HEADER) / RECORD;
+    // Binary files may begin with `solid` too, but their count has a zero in it, or is right.
+    let binary = bytes.iter().take(HEADER).any(|&b| b == 0) || said == Some(held);
+    if !binary && bytes.trim_ascii_start().starts_with(b"solid") {
+        return in_text(bytes);
+    }
+    match said {
+        None => Err("neither `solid` nor a header: no STL file".into()),
+        Some(said) if said > held => Err(format!("ends after {held} of {said} triangles")),
+        Some(said) => {
+            let records = bytes[HEADER..].chunks_exact(RECORD).take(said);
+            Ok(records.map(corners).collect())
+        }
+    }
+}
+
+fn corners(record: &[u8]) -> [DVec3; 3] {
+    let float = |at: usize| {
+        let at = 12 + 4 * at;
+        let bytes = [record[at], record[at + 1], record[at + 2], record[at + 3]];
+        f64::from(f32::from_le_bytes(bytes))
+    };
+    [0, 3, 6].map(|at| DVec3::new(float(at), float(at + 1), float(at + 2)))
+}
+
+fn in_text(bytes: &[u8]) -> Result<Vec<[DVec3; 3]>, String> {
+    let mut corners = Vec::new();
+    for (number, line) in lines(&plain(bytes)?) {
+        let line = decoded(line);
+        let mut words = line.split_whitespace();
+        if words.next() != Some("vertex") {
+            continue;
+        }
+        let mut coordinate = || {
+            let word = words.next().unwrap_or_default();
+            let value = word.parse().ok().filter(|value: &f64| value.is_finite());
+            value.ok_or_else(|| format!("line {number}: `{word:.24}` is no number"))
+        };
+        corners.push(DVec3::new(coordinate()?, coordinate()?, coordinate()?));
+    }
+    let (triangles, left) = corners.as_chunks();
+    match left {
+        [] => Ok(triangles.to_vec()),
+        _ => Err("ends in the middle of a triangle".into()),
+    }
+}

@@ -1,0 +1,104 @@
+//! Text as programs on any system write it: its encoding, its ends of lines, and names of files in it.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+/// The bytes of a text file without a byte order mark; UTF-16, which only a mark tells, as UTF-8.
+/// What is Latin-1 or UTF-8 stays as it is: [`decoded`] tells them apart word by word.
+///
+/// # Errors
+/// When what follows a mark of UTF-16 is none.
+pub fn plain(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
+    let big = match bytes {
+        [0xef, 0xbb, 0xbf, rest @ ..] => return Ok(rest.into()),
+        [0xfe, 0xff, ..] => true,
+        [0xff, 0xfe, ..] => false,
+        _ => return Ok(bytes.into()),
+    };
+    let (pairs, odd) = bytes[2..].as_chunks();
+    let read = if big {
+        u16::from_be_bytes
+    } else {
+        u16::from_le_bytes
+    };
+    let units: Vec<u16> = pairs.iter().map(|&pair| read(pair)).collect();
+    match (String::from_utf16(&units), odd) {
+        (Ok(text), []) => Ok(text.into_bytes().into()),
+        _ => Err("no text: it begins as UTF-16 and is none".into()),
+    }
+}
+
+/// UTF-8, or else Latin-1, in which any bytes are text.
+pub fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.into(),
+        Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
+    }
+}
+
+/// The lines of a text, with their numbers from 1: they end with LF, CR LF, or CR alone.
+pub fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
+    let mut rest = Some(bytes);
+    let line = move || {
+        let text = rest?;
+        let end = text.iter().position(|b| matches!(b, b'\n' | b'\r'));
+        let (line, after) = text.split_at(end.unwrap_or(text.len()));
+        rest = match after {
+            [b'\r', b'\n', after @ ..] | [_, after @ ..] => Some(after),
+            [] => None,
+        };
+        Some(line)
+    };
+    (1..).zip(std::iter::from_fn(line))
+}
+
+/// The file that a text names, as seen from a folder: in the first of these ways in which it is there.
+///
+/// As it is written; by its last part alone, since what was written on another machine may name that
+/// machine's folders; and each with the name in Latin-1, as an old archive may have unpacked it.
+pub fn named(folder: &Path, name: &str) -> PathBuf {
+    let name = name.replace('\\', "/");
+    let last = name.rsplit('/').next().unwrap_or_default();
+    let mut ways = vec![folder.join(&name), folder.join(last)];
+    #[cfg(unix)]
+    for name in [&name, last] {
+        use std::os::unix::ffi::OsStrExt;
+        let bytes: Result<Vec<u8>, _> = name.chars().map(u8::try_from).collect();
+        if let Some(bytes) = bytes.ok().filter(|_| !name.is_ascii()) {
+            ways.push(folder.join(std::ffi::OsStr::from_bytes(&bytes)));
+        }
+    }
+    let there = ways.iter().position(|file| file.is_file());
+    ways.swap_remove(there.unwrap_or(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_in_three_ways() {
+        let text = b"a\nb\r\n\rc\r\r\nd";
+        let found: Vec<_> = lines(text).collect();
+        let expected: [(usize, &[u8]); 6] = [
+            (1, b"a"),
+            (2, b"b"),
+            (3, b""),
+            (4, b"c"),
+            (5, b""),
+            (6, b"d"),
+        ];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn marks_go_and_both_kinds_of_letters_are_read() {
+        assert_eq!(*plain(b"\xef\xbb\xbfv 1").unwrap(), *b"v 1");
+        assert_eq!(*plain(b"\xff\xfev\0\xfc\0").unwrap(), *"vü".as_bytes());
+        assert_eq!(*plain(b"\xfe\xff\0v").unwrap(), *b"v");
+        assert!(plain(b"\xff\xfev").is_err());
+        for bytes in [&b"Gr\xfc\xdfe"[..], "Grüße".as_bytes()] {
+            assert_eq!(decoded(bytes), "Grüße");
+        }
+    }
+}
