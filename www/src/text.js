@@ -217,7 +217,6 @@ export const text = {
   lockMeasure: (/** @type {string} */ name) => `Lock the ${name}`,
   clearMeasure: (/** @type {string} */ name) => `Undo what ${name} did`,
   resetMeasure: (/** @type {string} */ name) => `Reset the ${name}`,
-  cannotHave: (/** @type {string} */ name, /** @type {number} */ mm) => `this face cannot have a ${name} of ${decimal(mm)} mm`,
   neutral: 'Neutral',
   blink: 'Eyes shut',
   blinking: 'Blink now and then',

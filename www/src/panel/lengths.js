@@ -1,5 +1,4 @@
 import { distributionOf } from './distribution.js';
-import { spoken, text } from '../text.js';
 
 // Lengths that the model has no control for, such as the face's height. A sample of random faces tells how people
 // differ in them, and any of them can be set by the most probable change of the face.
@@ -17,10 +16,6 @@ const SLICE = 8;
  */
 const KEPT = ['face height', 'face width'];
 const KEPT_BY_HEIGHT = ['face width', 'jaw width', 'tragion width'];
-/** mm; the module itself is exact to 0.01. */
-const MET = 0.005;
-const MISSED = 0.05;
-const ROUNDS = 8;
 
 /** Limits, in standard deviations, and how many steps the table has between them. */
 const REACH = 3;
@@ -44,22 +39,9 @@ const idle = () => new Promise((done) => (typeof requestIdleCallback === 'functi
 function setLength(face, measure, mm) {
   const known = face.model.measures.map(({ name }) => name);
   const kept = (measure === 'face height' ? KEPT_BY_HEIGHT : KEPT).filter((name) => name !== measure && known.includes(name) && !face.lockedMeasures.includes(name));
-  const before = face.code;
   for (const name of kept) face.lockMeasure(name);
   try {
-    // What is held is brought back after each step, which takes a part of the step back, too: the next ones allow for it.
-    let met = 1;
-    for (let round = 0; round < ROUNDS; round++) {
-      const was = face.measure(measure);
-      if (Math.abs(mm - was) < MET) break;
-      const step = (mm - was) / met;
-      face.setMeasure(measure, was + step);
-      met = Math.min(1.2, Math.max(0.1, (face.measure(measure) - was) / step));
-    }
-    if (Math.abs(mm - face.measure(measure)) > MISSED) throw new Error(text.cannotHave(spoken(measure), mm));
-  } catch (error) {
-    face.code = before;
-    throw error;
+    face.setMeasure(measure, mm);
   } finally {
     for (const name of kept) face.unlockMeasure(name);
   }
