@@ -30,7 +30,7 @@ const PERCENTILES = (() => {
   return sums.map((sum) => sum / sums[STEPS]);
 })();
 
-const idle = () => new Promise((done) => (typeof requestIdleCallback === 'function' ? requestIdleCallback(done, { timeout: 200 }) : setTimeout(done)));
+const idle = () => new Promise((done) => (typeof requestIdleCallback === 'function' ? requestIdleCallback(done, { timeout: 40 }) : setTimeout(done)));
 
 /**
  * Gives a face a length by the most probable change that leaves height and width of the face, and what is held.

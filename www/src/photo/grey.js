@@ -1,4 +1,4 @@
-import { pigmentOf, skinOfBrightness } from './looks.js';
+import { skinAsBright } from './looks.js';
 
 // Photos without colours, as old ones are: what of a person's colours brightness tells.
 
@@ -32,7 +32,7 @@ export function coloured({ size, rgba }, tone) {
   }
   if (lights.length === 0 || grey < MOST * lights.length) return { size, rgba };
   const median = lights.sort((a, b) => a - b)[lights.length >> 1];
-  const own = pigmentOf(skinOfBrightness(median, tone), tone);
+  const own = skinAsBright(median, tone);
   const brightness = 0.2126 * own[0] + 0.7152 * own[1] + 0.0722 * own[2];
   const tables = own.map((value) => Uint8Array.from(LINEAR, (light) => BYTES[Math.min(4096, Math.round((4096 * light * value) / brightness))]));
   const tinted = new Uint8ClampedArray(rgba.length);

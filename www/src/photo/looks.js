@@ -74,16 +74,19 @@ const isGrey = (colour) => Math.max(...logarithms(colour)) - Math.min(...logarit
 /** @param {Linear} colour */
 const brightnessOf = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
 
-/** What a photo has of skin as the sliders paint it. @param {{ skin: number, blood: number }} sliders @param {import('three').Color} tone */
-export function pigmentOf({ skin, blood }, tone) {
-  const own = skinColour(tone, skin, blood);
-  return [own.r / SHOWN[0], own.g / SHOWN[1], own.b / SHOWN[2]];
-}
-
-/** Skin of which a photo tells no more than how bright it is. @param {number} brightness @param {import('three').Color} tone */
-export function skinOfBrightness(brightness, tone) {
-  const [skin] = least([50], (skin) => Math.abs(brightnessOf(pigmentOf({ skin, blood: REST.blood }, tone)) - brightness));
-  return { skin, blood: REST.blood };
+/** What cameras leave of the colour of skin beside its brightness: what is guessed should be no sunburn. */
+const PALER = 0.65;
+/**
+ * The colour of skin of which a photo tells no more than how bright it is, as a photo would have it.
+ * @param {number} brightness @param {import('three').Color} tone of the head's skin at rest
+ */
+export function skinAsBright(brightness, tone) {
+  const seen = (/** @type {number} */ skin) => {
+    const { r, g, b } = skinColour(tone, skin, REST.blood);
+    return [r / SHOWN[0], g / SHOWN[1], b / SHOWN[2]];
+  };
+  const [skin] = least([50], (skin) => Math.abs(brightnessOf(seen(skin)) - brightness));
+  return seen(skin).map((value, _, own) => brightnessOf(own) + PALER * (value - brightnessOf(own)));
 }
 
 /** @param {Linear} colour @param {import('three').Color} tone */
@@ -162,7 +165,7 @@ function styleOf({ colour, cover, off, hangs, forehead, aside }, colourless) {
  */
 export function colouringOf({ skin, irises, beard, hair }, tone) {
   const colourless = isGrey(skin);
-  const own = colourless ? skinOfBrightness(brightnessOf(skin), tone) : skinOf(skin, tone);
+  const own = skinOf(colourless ? skinAsBright(brightnessOf(skin), tone) : skin, tone);
   return readColouring({
     ...own,
     ...(irises && !colourless && irisOf(irises, own.skin)),
