@@ -5,9 +5,10 @@
 //! of the mean face's nose is set on every place that stands out enough, in every direction
 //! (`search`); the likeliest starts are fitted, first rigidly, then with ever more modes
 //! (`fit`); the one with the most evidence wins. Rough questions are put to a grid of small
-//! pieces of surface (`surfels`), and only the last ones to the scan itself. Behind the modes of
-//! the template's prior come its expressions, and smooth modes of no particular face (`shape`), so that
-//! landmarks reach what the prior has never seen.
+//! pieces of surface (`surfels`), and only the last ones to the scan itself. Before the modes of
+//! the template's prior comes its jaw, from which the last fit also starts when it hangs; behind them come its
+//! other expressions, and smooth modes of no particular face (`shape`), so that landmarks reach what the prior
+//! has never seen. Edges of shut lips are put to where these meet on the scan (`lips`).
 
 use glam::DVec3;
 

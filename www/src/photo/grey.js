@@ -1,4 +1,5 @@
-import { skinAsBright } from './looks.js';
+import { Color } from 'three';
+import { brightnessOf, skinAsBright } from './looks.js';
 
 // Photos without colours, as old ones are: what of a person's colours brightness tells.
 
@@ -12,8 +13,8 @@ const CLOSE = 3;
 const MOST = 0.95;
 
 /** How much light an sRGB value is, and the other way round: of one byte, and of 4096 steps. */
-const LINEAR = Float32Array.from({ length: 256 }, (_, i) => (i <= 10 ? i / 255 / 12.92 : ((i / 255 + 0.055) / 1.055) ** 2.4));
-const BYTES = Uint8Array.from({ length: 4097 }, (_, i) => Math.round(255 * (i <= 12 ? (i / 4096) * 12.92 : 1.055 * (i / 4096) ** (1 / 2.4) - 0.055)));
+const LINEAR = Float32Array.from({ length: 256 }, (_, i) => new Color(i / 255, 0, 0).convertSRGBToLinear().r);
+const BYTES = Uint8Array.from({ length: 4097 }, (_, i) => Math.round(255 * new Color(i / 4096, 0, 0).convertLinearToSRGB().r));
 
 /**
  * The colours that a head takes from a photo; skin of one that has none gets those of skin as bright.
@@ -33,7 +34,7 @@ export function coloured({ size, rgba }, tone) {
   if (lights.length === 0 || grey < MOST * lights.length) return { size, rgba };
   const median = lights.sort((a, b) => a - b)[lights.length >> 1];
   const own = skinAsBright(median, tone);
-  const brightness = 0.2126 * own[0] + 0.7152 * own[1] + 0.0722 * own[2];
+  const brightness = brightnessOf(own);
   const tables = own.map((value) => Uint8Array.from(LINEAR, (light) => BYTES[Math.min(4096, Math.round((4096 * light * value) / brightness))]));
   const tinted = new Uint8ClampedArray(rgba.length);
   for (let o = 0; o < rgba.length; o += 4) {

@@ -72,7 +72,7 @@ const NO_HUE = 0.04;
 /** @param {Linear} colour */
 const isGrey = (colour) => Math.max(...logarithms(colour)) - Math.min(...logarithms(colour)) < NO_HUE;
 /** @param {Linear} colour */
-const brightnessOf = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
+export const brightnessOf = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
 
 /** What cameras leave of the colour of skin beside its brightness: what is guessed should be no sunburn. */
 const PALER = 0.65;
