@@ -344,6 +344,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     view.open(photo.width, photo.height);
     view.closeTo(around(fitted.points, 1));
     say(sentence, wrong);
+    bar.removeAttribute('value');
+    show('busy');
     try {
       // Whoever stopped a fit has stopped what edits, too.
       await fitter.edit(fitted.pixels, fitted.fit);
