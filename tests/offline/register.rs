@@ -1,5 +1,6 @@
 //! Registration: what is known of the truth comes out, and what must not matter does not.
 
+use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use glam::{DMat3, DVec3};
@@ -16,7 +17,7 @@ use phiz::fit::register::{Pulls, Registered, Registrar, Settings};
 use phiz::fit::scan::Scan;
 use phiz::fit::truth::simulate::{self, Simulator};
 
-use crate::{base_mesh, heads, ict};
+use crate::{base_mesh, heads, ict, james};
 
 /// A bent head, the scan of it and what became of that, once for all tests.
 struct Given {
@@ -564,6 +565,65 @@ fn with_little_to_start_from_it_works_too() {
     assert!(without_prior < 0.25, "{without_prior}");
     assert!(of_four < 1.2, "{of_four}");
     assert!(of_found < 1.2, "{of_found}");
+}
+
+#[test]
+fn points_are_believed_by_their_own_errors() {
+    let Some(given) = given() else { return };
+    // The chin and a corner of the mouth were set wrong by 5 mm, the others exactly.
+    let wrong = given.named(&["ibug_08", "ibug_48"]);
+    let mut points = given.points.clone();
+    for (l, p) in &mut points {
+        if wrong.iter().any(|w| w.0 == *l) {
+            *p += DVec3::new(4.0, 3.0, 0.0);
+        }
+    }
+    let off = |errors: Vec<f64>| {
+        let settings = Settings {
+            point_errors: errors,
+            ..Settings::default()
+        };
+        let registered = given.registrar.register(&given.scan, &points, &settings);
+        let registered = registered.expect("registers");
+        let at = |&(l, p): &(usize, DVec3)| {
+            given
+                .template
+                .landmark(l, &registered.positions)
+                .distance(p)
+        };
+        wrong.iter().map(at).sum::<f64>() / wrong.len() as f64
+    };
+    let mut known = vec![0.0; given.template.landmarks.len()];
+    for (l, _) in &wrong {
+        known[*l] = 5.0;
+    }
+    let (believed, doubted) = (off(Vec::new()), off(known));
+    println!("{believed:.2} mm off, {doubted:.2} mm where they are doubted");
+    assert!(doubted < 0.5 * believed, "{doubted} {believed}");
+}
+
+#[test]
+fn lips_of_a_real_scan_are_shut_without_a_hand() {
+    let (Some(given), Some(folder)) = (given(), james::james()) else {
+        return;
+    };
+    let job = Job {
+        scan: folder.join("james.obj"),
+        landmarks: None,
+        output: PathBuf::new(),
+    };
+    let (_, face) =
+        register_scan(given.registrar, &job, None, &Settings::default()).expect("registers");
+    let [upper, lower] = ["ibug_62", "ibug_66"].map(|name| {
+        let at = given.template.landmarks.iter().position(|l| l.name == name);
+        given
+            .template
+            .landmark(at.expect("is there"), &face.positions)
+    });
+    // 0.3 by the scan's own landmarks; 4.0 when the line that was found counted as little as brows did.
+    let apart = upper.distance(lower);
+    println!("lips {apart:.2} mm apart");
+    assert!(apart < 2.0, "{apart}");
 }
 
 #[test]

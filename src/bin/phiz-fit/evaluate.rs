@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use phiz::fit::evaluate::{Evaluator, Report, evaluate, exchange};
 use phiz::fit::head::expression::Expressions;
 use phiz::fit::head::template::Template;
-use phiz::fit::register::{Registrar, Settings as Registration};
+use phiz::fit::register::{Registrar, Settings as Registration, batch};
 use phiz::fit::scan::Scan;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::simulate::{self, Settings, Simulated, Simulator};
@@ -43,6 +43,9 @@ pub struct EvaluateArgs {
     /// same names with the vertices of skin.ply.
     #[arg(long, value_name = "DIR")]
     registered: Option<PathBuf>,
+    /// Find the landmarks, as for a scan without any, instead of taking those that were simulated.
+    #[arg(long, conflicts_with_all = ["save", "registered"])]
+    found: bool,
     /// As JSON.
     #[arg(long)]
     json: bool,
@@ -76,7 +79,10 @@ pub fn run(args: &EvaluateArgs) -> FitResult<()> {
     }
     let registrar = Registrar::new(&template)?;
     let places = places(&template)?;
-    let ours = |scan: &Scan, landmarks: &[DVec3]| registered(&registrar, &places, scan, landmarks);
+    let ours = |scan: &Scan, landmarks: &[DVec3]| match args.found {
+        true => by_found(&registrar, scan),
+        false => registered(&registrar, &places, scan, landmarks),
+    };
     let reference = match &args.registered {
         Some(folder) => exchange::read(&folder.join("mean.ply"), &template)?,
         None => reference(&template, &ict)?,
@@ -166,6 +172,17 @@ fn registered(
     Ok(registrar
         .register(scan, &points, &Registration::default())?
         .positions)
+}
+
+/// The template's vertices registered to a scan by landmarks that are found.
+fn by_found(registrar: &Registrar, scan: &Scan) -> FitResult<Vec<DVec3>> {
+    let found = (registrar.detector()?).find(&scan.positions, &scan.triangles)?;
+    let points = found.landmarks(batch::CONFIDENT);
+    let settings = Registration {
+        point_errors: found.errors,
+        ..Registration::default()
+    };
+    Ok(registrar.register(scan, &points, &settings)?.positions)
 }
 
 /// The settings of these names; all for none.

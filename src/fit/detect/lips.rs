@@ -34,14 +34,15 @@ impl Lips {
     }
 
     /// Puts the edges of shut lips to where they meet. `front` and `up` are the face's axes, `seen` is the point of the scan
-    /// that is seen from the front through a point, if there is any. Of open mouths, and where no line is seen, nothing changes.
+    /// that is seen from the front through a point, if there is any. Of open mouths, and where no line is seen, nothing changes;
+    /// else these are the points that were put, with an error of [`LINE_ERROR`].
     pub fn shut(
         &self,
         points: &mut [DVec3],
         front: DVec3,
         up: DVec3,
         seen: impl Fn(DVec3) -> Option<DVec3>,
-    ) {
+    ) -> Option<[usize; 6]> {
         let met = self.0.map(|[above, upper, lower, below]| {
             let at = |i: usize| points[i];
             let middle = (at(upper) + at(lower)) / 2.0;
@@ -60,14 +61,23 @@ impl Lips {
         });
         // A mouth that is open anywhere is open.
         let [Some(a), Some(b), Some(c)] = met else {
-            return;
+            return None;
         };
-        for ([_, upper, lower, _], [over, under]) in self.0.iter().zip([a, b, c]) {
-            points[*upper] = over;
-            points[*lower] = under;
+        let mut put = [0; 6];
+        let edges = put.as_chunks_mut().0;
+        for ((edges, &[_, upper, lower, _]), [over, under]) in
+            edges.iter_mut().zip(&self.0).zip([a, b, c])
+        {
+            *edges = [upper, lower];
+            points[upper] = over;
+            points[lower] = under;
         }
+        Some(put)
     }
 }
+
+/// The error of a place on the line between lips, mm: across it, it is seen; along it, it is where the fit has its column.
+pub const LINE_ERROR: f64 = 0.7;
 
 /// The place of the deepest valley in a row of heights (mm), if it is as deep as lips' line.
 fn valley(heights: &[f64]) -> Option<usize> {
@@ -102,10 +112,13 @@ mod tests {
     fn edges(line: f64, gap: f64, depth: f64) -> [f64; 2] {
         let lips = Lips([[0, 1, 2, 3]; 3]);
         let mut points = [9.0, 3.0, -3.0, -9.0].map(|y| DVec3::new(0.0, y, 0.0));
-        lips.shut(&mut points, DVec3::Z, DVec3::Y, |p| {
+        let before = points;
+        let put = lips.shut(&mut points, DVec3::Z, DVec3::Y, |p| {
             let z = profile(p.y, line, gap).unwrap_or(-depth);
             (z > -90.0).then_some(DVec3::new(p.x, p.y, z))
         });
+        assert_eq!(put.is_some(), points != before);
+        assert!(put.is_none_or(|put| put == [1, 2, 1, 2, 1, 2]));
         [points[1].y, points[2].y]
     }
 

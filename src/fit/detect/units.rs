@@ -52,6 +52,7 @@ fn average(mut found: Detection, scan: &mut Scan, template: &Template) -> Detect
     let placed: Vec<(usize, DVec3)> = found.points.iter().copied().enumerate().collect();
     if let Some(placement) = Placement::of(&placed, template, false) {
         found.points.iter_mut().for_each(|p| *p /= placement.scale);
+        found.errors.iter_mut().for_each(|e| *e /= placement.scale);
         scan.rescale(scan.scale / placement.scale);
     }
     scan.say_unit(

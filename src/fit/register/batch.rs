@@ -166,10 +166,7 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
 }
 
 /// Found landmarks less sure than this are left out.
-const CONFIDENT: f64 = 0.3;
-
-/// The error of found landmarks, mm.
-const FOUND_ERROR: f64 = 2.5;
+pub const CONFIDENT: f64 = 0.3;
 
 /// Finds landmarks as [`Detector::find_on`] does; where there is no face and the scan's unit was guessed,
 /// that is said.
@@ -187,6 +184,8 @@ pub struct Prepared {
     pub scan: Scan,
     /// Its landmarks: place in the template's list, position in mm.
     pub points: Vec<(usize, DVec3)>,
+    /// Their errors as [`Settings::point_errors`] has them; none of those that a hand set.
+    pub errors: Vec<f64>,
     /// What was decided on the way, a line each.
     pub notes: Vec<String>,
 }
@@ -219,8 +218,8 @@ pub fn prepare(
     let template = registrar.template;
     let mut scan = Scan::read(scan, unit)?;
     let mut said = Vec::new();
-    let points = match points {
-        Some(path) => landmarks::read(path, &mut scan, template)?,
+    let (points, errors) = match points {
+        Some(path) => (landmarks::read(path, &mut scan, template)?, Vec::new()),
         None => {
             let found = find(registrar.detector()?, &mut scan, template)?;
             let points = found.landmarks(CONFIDENT);
@@ -231,7 +230,7 @@ pub fn prepare(
                 template.landmarks.len(),
                 sure / points.len().max(1) as f64
             ));
-            points
+            (points, found.errors)
         }
     };
     let checked = check(&mut scan, &points, template)?;
@@ -242,6 +241,7 @@ pub fn prepare(
     Ok(Prepared {
         scan,
         points,
+        errors,
         notes,
     })
 }
@@ -324,12 +324,8 @@ pub fn register_scan(
     settings: &Settings,
 ) -> FitResult<(Prepared, Registered)> {
     let prepared = prepare(registrar, &job.scan, job.landmarks.as_deref(), unit)?;
-    let error = match job.landmarks {
-        Some(_) => settings.point_error,
-        None => settings.point_error.max(FOUND_ERROR),
-    };
     let settings = Settings {
-        point_error: error,
+        point_errors: prepared.errors.clone(),
         ..settings.clone()
     };
     let registered = registrar

@@ -67,9 +67,9 @@ pub type Pulls = Vec<(usize, DVec3)>;
 pub struct Settings {
     /// Whether the template's prior is used where it has one.
     pub prior: bool,
-    /// The landmarks' error where it is known to be larger than how far they lie off the surface
-    /// tells, mm.
-    pub point_error: f64,
+    /// The landmarks' errors, by their places in the template's list, where they are known to be larger
+    /// than how far all lie off the surface tells, mm. Those of a list that ends sooner are not.
+    pub point_errors: Vec<f64>,
     /// Whether [`batch`] writes faces as they are without the expression that they show.
     pub neutral: bool,
 }
@@ -78,7 +78,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             prior: true,
-            point_error: 0.0,
+            point_errors: Vec::new(),
             neutral: false,
         }
     }
@@ -336,7 +336,15 @@ impl<'a> Registrar<'a> {
         let facing = normals(&seen, &scan.triangles);
         let noise = noise::noise(&seen, &facing, &neighbours);
         // One coordinate of three.
-        let off = off_surface(&points, &seen, &facing).max(settings.point_error / 3.0_f64.sqrt());
+        let off = off_surface(&points, &seen, &facing);
+        let offs: Vec<f64> = (points.iter())
+            .map(|&(l, _)| {
+                settings
+                    .point_errors
+                    .get(l)
+                    .map_or(off, |e| off.max(e / 3.0_f64.sqrt()))
+            })
+            .collect();
         if noise > CLEAN {
             noise::smooth(&mut seen, &neighbours, SMOOTHING);
         }
@@ -358,8 +366,10 @@ impl<'a> Registrar<'a> {
                     bare: &self.bare,
                     stencils: &stencils,
                 };
-                let error = (POINT_ERROR * POINT_ERROR + 3.0 * off * off).sqrt();
-                let fit = statistical::fit(&shape, &surface, &points, error);
+                let errors: Vec<f64> = (offs.iter())
+                    .map(|off| (POINT_ERROR * POINT_ERROR + 3.0 * off * off).sqrt())
+                    .collect();
+                let fit = statistical::fit(&shape, &surface, &points, &errors);
                 let face = shape.face(&fit.coefficients, &fit.strengths);
                 for (expression, &strength) in template.expressions.iter().zip(&fit.strengths) {
                     if strength > 0.0 {
@@ -393,8 +403,6 @@ impl<'a> Registrar<'a> {
             }
         };
         let mut reach = 15.0;
-        let pull_of_points =
-            POINT_PULL * POINT_SCATTER.powi(2) / (POINT_SCATTER.powi(2) + off * off);
         // The softest sheet would follow what is left of the noise.
         let last = LENGTHS.len() - usize::from(noise > CLEAN);
         for (level, &rounds) in ROUNDS[..last].iter().enumerate() {
@@ -413,13 +421,12 @@ impl<'a> Registrar<'a> {
                     targets: moves.clone(),
                     normals: facing,
                     weights: vec![0.0; base.len()],
-                    points: points
-                        .iter()
-                        .map(|&(l, p)| {
-                            let stencil = &template.landmarks[l].stencil;
-                            let at: DVec3 =
-                                stencil.iter().map(|&(v, w)| start[v as usize] * w).sum();
-                            (l, p - at, self.trust(l) * pull_of_points)
+                    points: (points.iter().zip(&offs))
+                        .map(|(&(l, p), off)| {
+                            let at = template.landmark(l, &start);
+                            let scatter = POINT_SCATTER * POINT_SCATTER;
+                            let pull = POINT_PULL * scatter / (scatter + off * off);
+                            (l, p - at, self.trust(l) * pull)
                         })
                         .collect(),
                 };
