@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
+import { FEELINGS, VISEMES } from '../../www/src/panel/presets.js';
 import { differing, fingerOn, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
@@ -37,8 +38,8 @@ describe('expressions', () => {
       const rest = await picture(page, `expressions-${device}-rest`);
       const code = await page.evaluate(() => window.designer.face.code);
       await openPanel(page);
-      // All of them are there: 15 by themselves, 14 on both sides, 8 glances.
-      assert.equal(await page.locator('.expressions input[type=range]').count(), 37);
+      // All of them are there: 15 by themselves, 14 on both sides, 8 glances; and how strong a preset is.
+      assert.equal(await page.locator('.expressions input[type=range]').count(), 37 + 1);
 
       // Both sides by default.
       await moveSlider(page, 'Smile mouthSmile', 0.8);
@@ -105,6 +106,122 @@ describe('expressions', () => {
       await context.close();
     });
   }
+
+  for (const [device, options] of /** @type {const} */ ([
+    ['desktop', {}],
+    ['phone', { viewport: { width: 320, height: 640 }, hasTouch: true, isMobile: true, colorScheme: 'dark' }],
+  ])) {
+    test(`presets by pointer and key, one step each, on a ${device}`, async () => {
+      const { context, page, complaints } = await open(browser, site, { sharp: true, ...options });
+      const rest = await picture(page, `presets-${device}-rest`);
+      await openPanel(page);
+      const preset = (/** @type {string} */ name) => page.locator('.presets').getByRole('button', { name, exact: true });
+      const pressed = () => page.locator('.presets [aria-pressed=true]').allTextContents();
+      const undo = page.getByRole('button', { name: 'Undo', exact: true });
+      const together = page.getByLabel('Left and right together');
+      assert.deepEqual(await pressed(), []);
+
+      // The eyes stay where they look.
+      await page.getByRole('slider', { name: 'Gaze' }).press('Shift+ArrowRight');
+      const glance = { eyeLookInRight: 25, eyeLookOutLeft: 25 };
+      assert.deepEqual(await shown(page), glance);
+      const looking = await picture(page, `presets-${device}-looking`);
+      await (device === 'phone' ? preset('Smile').tap() : preset('Smile').click());
+      assert.deepEqual(await pressed(), ['Smile']);
+      const smile = await shown(page);
+      assert.ok(smile.mouthSmileLeft > 50 && smile.mouthSmileLeft === smile.mouthSmileRight && smile.cheekSquintLeft > 20, JSON.stringify(smile));
+      assert.ok(smile.eyeLookOutLeft === 25 && smile.eyeLookInRight === 25);
+      const smiling = await picture(page, `presets-${device}-smile`);
+      const mouth = await around(page, 'ibug_57', 0.15);
+      assert.ok(differing(looking, smiling, mouth) > 200, `${differing(looking, smiling, mouth)} pixels of the mouth`);
+      const [left, , right] = await around(page, 'ibug_27', 0.1);
+      assert.equal(differing(looking, smiling, [left, 0, right, 0.2]), 0, 'not the crown');
+
+      // Another one replaces it.
+      await preset('Angry').focus();
+      await page.keyboard.press('Enter');
+      assert.deepEqual(await pressed(), ['Angry']);
+      const angry = await shown(page);
+      assert.ok(angry.browDownLeft > 50 && !('mouthSmileLeft' in angry) && angry.eyeLookOutLeft === 25, JSON.stringify(angry));
+      await undo.click();
+      assert.deepEqual(await shown(page), smile);
+      assert.deepEqual(await pressed(), ['Smile']);
+
+      // Half a smile is one, and so much of the next; all of its way is one step.
+      const strength = page.getByRole('slider', { name: 'Strength', exact: true });
+      await strength.focus();
+      await strength.fill('0.3');
+      await strength.fill('0.5');
+      await strength.dispatchEvent('change');
+      assert.equal((await shown(page)).mouthSmileLeft, Math.round(smile.mouthSmileLeft / 2));
+      assert.deepEqual(await pressed(), ['Smile']);
+      await undo.click();
+      assert.deepEqual(await shown(page), smile);
+      assert.equal(await strength.inputValue(), '1', 'the slider follows');
+      await page.getByRole('button', { name: 'Redo', exact: true }).click();
+      assert.equal(await strength.inputValue(), '0.5');
+      await preset('Surprised').press('Space');
+      assert.equal((await shown(page)).browOuterUpLeft, Math.round(50 * FEELINGS.surprised.browOuterUpLeft), 'as strong as the last one');
+      await strength.press('Delete');
+      assert.equal(await strength.inputValue(), '1');
+
+      // With a slider moved it is no longer that one.
+      await moveSlider(page, 'Open jawOpen', 0.11);
+      assert.deepEqual(await pressed(), []);
+
+      // One side alone parts the sliders as long as it lasts.
+      await preset('Wink').click();
+      assert.deepEqual(await pressed(), ['Wink']);
+      assert.equal(await together.isChecked(), false);
+      await page.getByText('Mouth shapes of speech').click();
+      await preset('OO').click();
+      assert.ok((await shown(page)).mouthPucker > 50);
+      assert.equal(await together.isChecked(), true);
+      assert.deepEqual(await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth), 0);
+      const wide = await page.locator('.presets button').evaluateAll((all) => all.filter((it) => it.scrollWidth > it.clientWidth || it.clientHeight < 24).map((it) => it.textContent));
+      assert.deepEqual(wide, []);
+      await page.locator('.presets').scrollIntoViewIfNeeded();
+      await page.screenshot({ path: join(SCREENSHOTS, `presets-${device}-page.png`) });
+
+      // Pressed again it goes, and only the glance is left, which the whole of Neutral takes, too.
+      await preset('OO').click();
+      assert.deepEqual(await shown(page), glance);
+      await preset('Kiss').click();
+      await page.getByRole('button', { name: 'Neutral' }).click();
+      assert.deepEqual(await shown(page), {});
+      assert.deepEqual(await pressed(), []);
+      assert.equal(differing(rest, await picture(page, `presets-${device}-again`)), 0);
+      assert.deepEqual(complaints, []);
+      await context.close();
+    });
+  }
+
+  test('every preset is told by what the face does at every strength, and differs from the others', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await openPanel(page);
+    await page.getByText('Mouth shapes of speech').click();
+    const buttons = page.locator('.presets button.small');
+    assert.equal(await buttons.count(), Object.keys({ ...FEELINGS, ...VISEMES }).length);
+    const names = await page.evaluate(() => window.designer.model.expressions);
+    for (const weights of Object.values({ ...FEELINGS, ...VISEMES })) {
+      // With less, a tenth of it would be none.
+      for (const [name, weight] of Object.entries(weights)) assert.ok(names.includes(name) && weight >= 0.05 && weight <= 1, name);
+    }
+    const strength = page.getByRole('slider', { name: 'Strength', exact: true });
+    for (const amount of ['0.1', '0.37', '1']) {
+      await page.getByRole('button', { name: 'Neutral' }).evaluate((button) => button.click());
+      await strength.fill(amount);
+      await strength.dispatchEvent('change');
+      for (const button of await buttons.all()) {
+        await button.click();
+        const name = await button.textContent();
+        assert.deepEqual(await page.locator('.presets [aria-pressed=true]').allTextContents(), [name], `${name} at ${amount}`);
+        assert.equal(await strength.inputValue(), amount);
+      }
+    }
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
 
   test('the address and the browser keep it, a new face takes it over, and the exports show it', async () => {
     const { context, page, complaints } = await open(browser, site, { sharp: true });

@@ -1,6 +1,7 @@
 import './expressions.css';
 import { createBlinking } from './blinking.js';
 import { element } from '../frame/element.js';
+import { createExpressionPresets } from './expressionpresets.js';
 import { createGaze } from './gaze.js';
 import { icon } from '../frame/icons.js';
 import { createSlider } from './slider.js';
@@ -46,6 +47,8 @@ export function createExpressions(editor, file, display) {
   const { model, face } = editor;
   let visible = false;
   let linked = true;
+  /** That an expression with two different sides made two of each slider, and nobody asked for it. */
+  let parted = false;
   let built = false;
   /** @type {{ members: string[], slider: import('./slider.js').Slider }[]} */
   let rows = [];
@@ -54,7 +57,7 @@ export function createExpressions(editor, file, display) {
   const retry = element('button', { type: 'button', class: 'button', hidden: true, onclick: come }, text.tryAgain);
   const neutral = element(
     'button',
-    { type: 'button', class: 'button', onclick: () => editor.express({}) },
+    { type: 'button', class: 'button', onclick: () => express({}) },
     icon('reset'),
     text.neutral,
   );
@@ -66,7 +69,7 @@ export function createExpressions(editor, file, display) {
       'aria-pressed': 'false',
       onclick: () => {
         const shut = blink.getAttribute('aria-pressed') !== 'true' ? 1 : 0;
-        editor.express({ ...face.expression, eyeBlinkLeft: shut, eyeBlinkRight: shut });
+        express({ ...face.expression, eyeBlinkLeft: shut, eyeBlinkRight: shut });
       },
     },
     text.blink,
@@ -80,14 +83,25 @@ export function createExpressions(editor, file, display) {
     id: 'expressions-linked',
     checked: true,
     onchange: () => {
+      parted = false;
       link(together.checked);
       if (linked) editor.express(evened());
     },
   });
+  const presets = createExpressionPresets(editor, express);
   const blinking = createBlinking(display);
   const alone = element('input', { type: 'checkbox', id: 'expressions-blinking', onchange: () => blinking.set(alone.checked) });
   const body = element('div', {});
 
+  /**
+   * One step: these weights and no others.
+   * @param {Record<string, number>} weights
+   */
+  function express(weights) {
+    editor.express(weights);
+    // A wink that is over leaves the panel as it was.
+    if (parted && isEven()) link(true);
+  }
   /** The expression with both sides as strong as the stronger. */
   function evened() {
     const expression = { ...face.expression };
@@ -162,6 +176,7 @@ export function createExpressions(editor, file, display) {
   function link(now) {
     if (now === linked) return;
     linked = now;
+    if (now) parted = false;
     together.checked = now;
     build();
   }
@@ -169,10 +184,14 @@ export function createExpressions(editor, file, display) {
   function refresh() {
     if (!visible || !built) return;
     // A wink that came from elsewhere is not one slider.
-    if (linked && !isEven()) return link(false);
+    if (linked && !isEven()) {
+      parted = true;
+      return link(false);
+    }
     const { expression } = face;
     for (const { members, slider } of rows) slider.show(Math.max(...members.map((name) => expression[name] ?? 0)));
     gaze.show(expression);
+    presets.show(expression);
     blink.setAttribute('aria-pressed', String((expression.eyeBlinkLeft ?? 0) > 0.99 && (expression.eyeBlinkRight ?? 0) > 0.99));
     neutral.disabled = Object.keys(expression).length === 0;
   }
@@ -185,6 +204,7 @@ export function createExpressions(editor, file, display) {
       await file.load();
       state.textContent = '';
       together.disabled = alone.disabled = blink.disabled = false;
+      presets.enable();
       if (!built) build();
     } catch (error) {
       state.textContent = text.noExpressions(error instanceof Error ? error.message : String(error));
@@ -203,6 +223,7 @@ export function createExpressions(editor, file, display) {
         'div',
         { class: 'scroll' },
         element('div', { class: 'row' }, neutral, blink),
+        presets.root,
         element('label', { class: 'check' }, together, text.bothSides),
         element('label', { class: 'check', title: text.blinkingAbout }, alone, text.blinking),
         state,
