@@ -138,6 +138,52 @@ describe('mixing', () => {
     await context.close();
   });
 
+  test('a caricature of the face: less is the average, more ends where sliders do, and what is locked stays', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    await moveSlider(page, 'nose 1', 0.99);
+    await moveSlider(page, 'nose 2', 0.3);
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    await codeOfPreset(page, 'Preset 3');
+    const code = await codeOf(page);
+    const start = await coefficients(page);
+    const far = Math.max(...start.map(Math.abs));
+    assert.ok(far > 1.6 && far < 3, `so that twice is too far: ${far}`);
+    await settled(page);
+    const before = await picture(page, 'caricature-before');
+    const slider = page.getByRole('slider', { name: 'Caricature', exact: true });
+    assert.equal(await slider.inputValue(), '100');
+    const near = (a, b, what) => a.forEach((v, i) => assert.ok(Math.abs(v - b[i]) < 2e-4, `${what}: coefficient ${i}: ${v}, not ${b[i]}`));
+    await slider.focus();
+    await page.keyboard.press('End');
+    near(await coefficients(page), start.map((v) => Math.max(-3, Math.min(3, 2 * v))), 'twice');
+    assert.ok(differing(before, await picture(page, 'caricature')) > 0.01 * before.width * before.height);
+    await page.keyboard.press('5');
+    await page.keyboard.press('0');
+    await page.keyboard.press('Enter');
+    near(await coefficients(page), start.map((v) => v / 2), 'half');
+    await slider.focus();
+    await page.keyboard.press('Home');
+    assert.ok((await coefficients(page)).every((v) => v === 0), 'the average');
+    // Where it began is where it began.
+    await slider.press('Delete');
+    assert.equal(await codeOf(page), code);
+    assert.equal(await slider.inputValue(), '100');
+
+    // Each stop of the way is a step; another change makes a new face, which is itself.
+    await slider.focus();
+    await page.keyboard.press('End');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.equal(await codeOf(page), code);
+    assert.equal(await slider.inputValue(), '100');
+    await page.evaluate(() => window.designer.face.lock('nose'));
+    const nose = await partOf(page, 'nose');
+    await slider.focus();
+    await page.keyboard.press('Home');
+    (await coefficients(page)).forEach((v, i) => assert.equal(v, nose.includes(i) ? start[i] : 0));
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('the way between two faces is shown, not taken, until it is kept', async () => {
     const { context, page, complaints } = await open(browser, site, { sharp: true });
     await page.getByRole('tab', { name: 'Mix' }).click();

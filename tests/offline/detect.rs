@@ -106,6 +106,16 @@ fn find_turned(detector: &Detector, mesh: &Mesh, by: DMat3) -> FitResult<Detecti
     Ok(found)
 }
 
+/// The 68 points of a face in the template's vertices.
+fn points(template: &Template, face: &[DVec3]) -> Vec<DVec3> {
+    let of = |i| {
+        let name = format!("ibug_{i:02}");
+        let at = template.landmarks.iter().position(|l| l.name == name);
+        template.landmark(at.expect("an iBUG point"), face)
+    };
+    (0..68).map(of).collect()
+}
+
 /// The mean distance of some of the 68 points from the truth, mm.
 fn error(
     template: &Template,
@@ -136,18 +146,9 @@ fn made_up_people_are_found_in_any_pose() {
     let people = population::sample(template, &data, 4, 31).expect("samples");
     let mut random = Random::new(1);
     for face in people.faces {
-        let truth: Vec<DVec3> = (0..template.landmarks.len())
-            .map(|i| template.landmark(i, &face))
-            .collect();
+        let named = points(template, &face);
         let mesh = (face, template.triangles());
         let found = find_turned(detector, &mesh, rotation(&mut random)).expect("a face");
-        let named: Vec<DVec3> = (0..68)
-            .map(|i| {
-                let name = format!("ibug_{i:02}");
-                let at = template.landmarks.iter().position(|l| l.name == name);
-                truth[at.expect("an iBUG point")]
-            })
-            .collect();
         // Issue 3's aim for landmarks without a hand is 2.5 mm.
         let mean = error(template, &found, &named, INNER);
         assert!(mean < 2.5, "{mean}");
@@ -169,13 +170,7 @@ fn a_jaw_that_hangs_is_found_where_it_is() {
         for (p, d) in face.iter_mut().zip(open) {
             *p += *d * strength;
         }
-        let named: Vec<DVec3> = (0..68)
-            .map(|i| {
-                let name = format!("ibug_{i:02}");
-                let at = template.landmarks.iter().position(|l| l.name == name);
-                template.landmark(at.expect("an iBUG point"), &face)
-            })
-            .collect();
+        let named = points(template, &face);
         let mesh = (face, template.triangles());
         let found = find_turned(&detector, &mesh, rotation(&mut random)).expect("a face");
         // Lips and a chin that were taken for those of a shut mouth are 10 mm off and more; what is left is what people
@@ -199,13 +194,7 @@ fn a_face_in_units_of_its_own_is_found_and_nothing_else_is() {
         .expect("samples")
         .faces)
         .remove(0);
-    let truth: Vec<DVec3> = (0..68)
-        .map(|i| {
-            let name = format!("ibug_{i:02}");
-            let at = template.landmarks.iter().position(|l| l.name == name);
-            template.landmark(at.expect("an iBUG point"), &face)
-        })
-        .collect();
+    let truth = points(template, &face);
     let known = detector.find(&face, &template.triangles()).expect("a face");
     let known = error(template, &known, &truth, INNER);
     for by in [0.02, 3.0] {

@@ -153,6 +153,7 @@ export async function createDesigner(model, stage, chosen) {
   canvas.addEventListener('keydown', (event) => event.key === 'Escape' && select(null));
   const mix = createMix(editor, {
     groups: featuresOf(model),
+    limits,
     library,
     portraits,
     display,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Registered, Registrar, Settings};
+use super::{Registered, Registrar, Settings, TOLD};
 use crate::fit::detect::{Detection, Detector};
 use crate::fit::format::files::write_atomically;
 use crate::fit::format::ply;
@@ -246,8 +246,6 @@ pub fn prepare(
     })
 }
 
-/// Weaker expressions are not told, as in [`Registered::summary`].
-const TOLD: f64 = 0.2;
 /// So many are told of one scan.
 const STRONGEST: usize = 3;
 

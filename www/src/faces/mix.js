@@ -1,3 +1,4 @@
+import { createCaricature } from './caricature.js';
 import { createCircle } from './circle.js';
 import { mixture } from '../head/colouring.js';
 import { element } from '../frame/element.js';
@@ -15,6 +16,7 @@ import { tapping, text, titleOf } from '../text.js';
  * @param {import('../editing/editor.js').Editor} editor
  * @param {{
  *   groups: string[],
+ *   limits: import('../panel/limits.js').Limits,
  *   library: import('../keep/library.js').Library,
  *   portraits: import('../stage/portraits.js').Portraits,
  *   display: import('../stage/display.js').Display,
@@ -24,7 +26,7 @@ import { tapping, text, titleOf } from '../text.js';
  *   say: (sentence: string) => void,
  * }} parts
  */
-export function createMix(editor, { groups, library, portraits, display, canvas, groupUnder, preview, say }) {
+export function createMix(editor, { groups, limits, library, portraits, display, canvas, groupUnder, preview, say }) {
   const { model, face } = editor;
   // The chosen face, as a face.
   const other = model.face();
@@ -143,6 +145,7 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
     start();
   }
 
+  const caricature = createCaricature(editor, limits);
   const circle = createCircle(editor, { portraits, say });
   const morph = createMorph(editor, { library, display, canvas });
 
@@ -174,6 +177,7 @@ export function createMix(editor, { groups, library, portraits, display, canvas,
       tray.root,
       nobody,
       detail,
+      caricature.root,
       circle.root,
       morph.root,
     ),
