@@ -73,15 +73,7 @@ await page.reload();
 await page.waitForFunction(() => document.documentElement.dataset.ready === 'true');
 await page.getByRole('tab', { name: 'Expressions' }).click();
 await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor({ timeout: 60_000 });
-for (const [name, weight] of /** @type {const} */ ([
-  ['Smile mouthSmile', 0.9],
-  ['Open jawOpen', 0.22],
-  ['Upper lip up mouthUpperUp', 0.45],
-  ['Squint eyeSquint', 0.5],
-  ['Cheek raised cheekSquint', 0.6],
-])) {
-  await moveSlider(page, name, weight);
-}
+await page.getByRole('button', { name: 'Laugh', exact: true }).click();
 await settled(page);
 await shoot('page-expressions');
 await page.context().close();
