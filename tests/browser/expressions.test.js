@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { FEELINGS, VISEMES } from '../../www/src/panel/presets.js';
+import { FEELINGS, VISEMES } from '../../www/src/panel/feelings.js';
 import { differing, fingerOn, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();

@@ -1,14 +1,11 @@
 import { element } from '../frame/element.js';
+import { sigmas } from '../panel/distribution.js';
 import { createSlider } from '../panel/slider.js';
 import { text } from '../text.js';
 
 /** Per cent of what makes a face differ from the average. */
 const ITSELF = 100;
 const MOST = 200;
-
-/** Sliders end at so many standard deviations, unless they were let go on, and then at so many. */
-const PEOPLE = 3;
-const BEYOND = 6;
 
 /**
  * A face so much like itself: 0 is the average, 1 the face, more its caricature, whose coefficients end where sliders
@@ -70,7 +67,7 @@ export function createCaricature(editor, limits) {
       coefficients = drawn.coefficients;
     }
     if (percent === ITSELF) drawn.code = base.code;
-    else drawn.coefficients = exaggerated(coefficients, percent / ITSELF, limits.beyond ? BEYOND : PEOPLE);
+    else drawn.coefficients = exaggerated(coefficients, percent / ITSELF, sigmas(limits.present[1]));
     editor.moveFrom(base, (present) => present.blend(drawn, 1));
     slider.show(percent);
   }

@@ -1,5 +1,5 @@
 import { element } from '../frame/element.js';
-import { FEELINGS, VISEMES } from './presets.js';
+import { FEELINGS, VISEMES } from './feelings.js';
 import { createSlider } from './slider.js';
 import { text } from '../text.js';
 
@@ -11,13 +11,13 @@ const isGaze = (name) => name.startsWith('eyeLook');
 
 /**
  * A preset so strong, as an editor keeps it: in whole per cents.
- * @param {import('./presets.js').Weights} weights @param {number} strength
+ * @param {import('./feelings.js').Weights} weights @param {number} strength
  */
 const percentsOf = (weights, strength) => Object.entries(weights).map(([name, weight]) => /** @type {const} */ ([name, Math.round(100 * weight * strength)]));
 
 /**
  * How strong a preset is, if the expression is that and nothing else.
- * @param {import('./presets.js').Weights} weights
+ * @param {import('./feelings.js').Weights} weights
  * @param {Record<string, number>} expression
  * @param {number} likely this, if it may be several: they are rounded
  */
