@@ -206,7 +206,7 @@ fn read(template: &Template, scan: &Path, points: Option<&Path>) -> FitResult<(S
     let mut scan = Scan::read(scan, None)?;
     let mut notes = Vec::new();
     if let Some(points) = points {
-        let points = landmarks::read(points, &mut scan, template)?;
+        let points = landmarks::read(points, &mut scan, template)?.points;
         notes = check(&mut scan, &points, template)?;
     }
     notes.extend(scan.notes.clone());
@@ -613,10 +613,16 @@ fn bad_landmarks_get_one_clear_line() {
             &["`ibug_67` has 2 numbers"],
         ),
         case(
-            "four numbers",
+            "five numbers",
             l,
-            with("\"ibug_67\": [0, 0, 1, 1]"),
-            &["`ibug_67` has 4 numbers"],
+            with("\"ibug_67\": [0, 0, 1, 1, 1]"),
+            &["`ibug_67` has 5 numbers"],
+        ),
+        case(
+            "less than no error",
+            l,
+            with("\"ibug_67\": [0, 0, 1, -1]"),
+            &["`ibug_67` has an error of -1"],
         ),
         case(
             "text for a number",
@@ -774,7 +780,9 @@ fn bad_landmarks_get_one_clear_line() {
         try_points(name, &content).unwrap_or_else(|e| panic!("{e}"));
         let mut scan = Scan::read(&scan, None).expect("reads");
         let read = landmarks::read(&folder.path().join(name), &mut scan, &template);
-        assert_eq!(read.expect("reads").len(), points, "{name}");
+        let read = read.expect("reads");
+        assert_eq!(read.points.len(), points, "{name}");
+        assert!(read.errors.is_empty(), "{name}");
     }
     // A mirrored scan: its points are where they belong on it.
     let mirror = DVec3::new(-1.0, 1.0, 1.0);

@@ -16,7 +16,12 @@ fn a_real_scan_is_read_with_its_image_and_points() {
     let bare = texture.triangles.iter().filter(|t| **t == Texture::BARE);
     assert_eq!(bare.count(), 0);
     let file = folder.join("james_ibug68.txt");
-    let points = landmarks::read(&file, &mut scan, template).expect("68 points");
+    let read = landmarks::read(&file, &mut scan, template).expect("68 points");
+    let points = read.points;
+    assert!(
+        read.errors.is_empty(),
+        "a text file does not tell how far points are off"
+    );
     assert_eq!(points.len(), 68);
     assert_eq!(
         check(&mut scan, &points, template).expect("a face"),
@@ -26,11 +31,15 @@ fn a_real_scan_is_read_with_its_image_and_points() {
     // What is written is read again, in the units of the scan.
     let copy = tempfile::tempdir().expect("a folder");
     let json = copy.path().join("james.json");
-    landmarks::write(&json, &points, scan.scale, template).expect("writes");
-    assert_eq!(
-        landmarks::read(&json, &mut scan, template).expect("reads"),
-        points
-    );
+    let mut errors = vec![0.0; template.landmarks.len()];
+    for errors in [vec![], {
+        errors[points[3].0] = 2.5;
+        errors
+    }] {
+        landmarks::write(&json, &points, &errors, scan.scale, template).expect("writes");
+        let read = landmarks::read(&json, &mut scan, template).expect("reads");
+        assert_eq!((&read.points, read.errors), (&points, errors));
+    }
 
     // Its mirror image is told even from four points, of which two are a pair.
     for names in [

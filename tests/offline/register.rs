@@ -12,9 +12,9 @@ use phiz::fit::head::generic_head::flip;
 use phiz::fit::head::template::Template;
 use phiz::fit::mesh::align::Rigid;
 use phiz::fit::mesh::surface::normals;
-use phiz::fit::register::batch::{Job, register_scan};
+use phiz::fit::register::batch::{Job, prepare, register_scan};
 use phiz::fit::register::{Pulls, Registered, Registrar, Settings};
-use phiz::fit::scan::Scan;
+use phiz::fit::scan::{Scan, landmarks};
 use phiz::fit::truth::simulate::{self, Simulator};
 
 use crate::{base_mesh, heads, ict, james};
@@ -600,6 +600,33 @@ fn points_are_believed_by_their_own_errors() {
     let (believed, doubted) = (off(Vec::new()), off(known));
     println!("{believed:.2} mm off, {doubted:.2} mm where they are doubted");
     assert!(doubted < 0.5 * believed, "{doubted} {believed}");
+}
+
+#[test]
+fn points_that_were_found_are_as_certain_in_a_file() {
+    let (Some(given), Some(folder)) = (given(), james::james()) else {
+        return;
+    };
+    let root = tempfile::tempdir().expect("a folder");
+    // In centimetres, as points and errors then are.
+    let mut scan = Scan::read(&folder.join("james.obj"), None).expect("reads");
+    scan.positions.iter_mut().for_each(|p| *p *= 0.1);
+    let (mesh, file) = (
+        root.path().join("james.ply"),
+        root.path().join("james.json"),
+    );
+    write_mesh(&mesh, &scan.positions, &scan.triangles).expect("writes");
+    let found = prepare(given.registrar, &mesh, None, None).expect("a face");
+    assert_eq!(found.scan.scale, 10.0);
+    landmarks::write(&file, &found.points, &found.errors, 10.0, given.template).expect("writes");
+    let read = prepare(given.registrar, &mesh, Some(&file), None).expect("a face");
+    assert_eq!(read.points.len(), found.points.len());
+    for (&(l, a), &(m, b)) in read.points.iter().zip(&found.points) {
+        assert_eq!(l, m);
+        assert!(a.distance(b) < 1e-9, "{a} {b}");
+        let (a, b) = (read.errors[l], found.errors[l]);
+        assert!(b > 0.3 && (a - b).abs() < 1e-9, "{a} {b}");
+    }
 }
 
 #[test]

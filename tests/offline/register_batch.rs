@@ -24,7 +24,7 @@ fn write(folder: &Path, name: &str, seed: u64) -> Option<Scan> {
     let path = folder.join(format!("{name}.ply"));
     write_mesh(&path, &scan.positions, &scan.triangles).expect("writes");
     let points = heads::points(template, &head);
-    landmarks::write(&path.with_extension("json"), &points, 1.0, template).expect("writes");
+    landmarks::write(&path.with_extension("json"), &points, &[], 1.0, template).expect("writes");
     Some(scan)
 }
 
@@ -232,7 +232,7 @@ fn a_folder_tells_of_each_scan_what_was_guessed_or_found() {
             .map(|(l, p)| (l, p * by + at))
             .collect();
         let file = scans.join(format!("{name}.json"));
-        landmarks::write(&file, &points, 1.0, template).expect("writes");
+        landmarks::write(&file, &points, &[], 1.0, template).expect("writes");
     }
     let file = template_file(root.path(), template);
     let paths = ["--scans".as_ref(), &*scans, "-o".as_ref(), &*faces];
@@ -504,7 +504,7 @@ fn an_expression_is_taken_off_where_that_is_asked_for() {
     let scan = heads::skin(template, &head);
     write_mesh(&scans.join("a.ply"), &scan.positions, &scan.triangles).expect("writes");
     let points = heads::points(template, &head);
-    landmarks::write(&scans.join("a.json"), &points, 1.0, template).expect("writes");
+    landmarks::write(&scans.join("a.json"), &points, &[], 1.0, template).expect("writes");
 
     let file = template_file(root.path(), template);
     let farthest = |face: &Path| {

@@ -11,7 +11,8 @@ use phiz::fit::{FitError, FitResult};
 
 /// What files of landmarks call the points of the generic head, for `--help`.
 pub const NAMES: &str = "\
-Names of landmarks in a JSON, as {\"ibug_30\": [x, y, z], ...}, four of them or more:
+Names of landmarks in a JSON, as {\"ibug_30\": [x, y, z], ...}, four of them or more (a fourth number
+is how far a point may be off, in the scan's unit; such points count as much as they are certain):
   ibug_00 to ibug_67, the 68 points of iBUG (300-W) from 0, a person's right first;
   glabella, pogonion, supramentale, trichion, vertex;
   each with \" right\" or \" left\" of the person: alare, tragion, gonion, cheek, postaurale,
@@ -61,7 +62,7 @@ pub fn run(args: &LandmarksArgs) -> FitResult<()> {
         }
         return Ok(());
     };
-    landmarks::write(output, &points, scan.scale, &template)?;
+    landmarks::write(output, &points, &found.errors, scan.scale, &template)?;
     let sure: f64 = points.iter().map(|&(i, _)| found.confidences[i]).sum();
     println!(
         "{}: {} of {} points, mean confidence {:.2}, evidence for a face {:.2}",

@@ -184,7 +184,7 @@ pub struct Prepared {
     pub scan: Scan,
     /// Its landmarks: place in the template's list, position in mm.
     pub points: Vec<(usize, DVec3)>,
-    /// Their errors as [`Settings::point_errors`] has them; none of those that a hand set.
+    /// Their errors as [`Settings::point_errors`] has them; none of those of which nobody told.
     pub errors: Vec<f64>,
     /// What was decided on the way, a line each.
     pub notes: Vec<String>,
@@ -219,7 +219,10 @@ pub fn prepare(
     let mut scan = Scan::read(scan, unit)?;
     let mut said = Vec::new();
     let (points, errors) = match points {
-        Some(path) => (landmarks::read(path, &mut scan, template)?, Vec::new()),
+        Some(path) => {
+            let read = landmarks::read(path, &mut scan, template)?;
+            (read.points, read.errors)
+        }
         None => {
             let found = find(registrar.detector()?, &mut scan, template)?;
             let points = found.landmarks(CONFIDENT);
@@ -345,7 +348,7 @@ pub fn read_registered(dir: &Path, template: &Template) -> FitResult<Vec<Registe
         .map(|(name, positions)| {
             let path = dir.join(format!("{name}.json"));
             let points = match path.is_file() {
-                true => landmarks::read_file(&path, template)?,
+                true => landmarks::read_file(&path, template)?.points,
                 false => Vec::new(),
             };
             Ok(RegisteredFace { positions, points })
@@ -382,7 +385,7 @@ pub fn run(
                         false => (&face.positions, &prepared.points),
                     };
                     let file = job.output.with_extension("json");
-                    landmarks::write(&file, points, 1.0, template)?;
+                    landmarks::write(&file, points, &prepared.errors, 1.0, template)?;
                     ply::write_mesh(&job.output, positions, &registrar.triangles)
                 });
             done(job, &result);

@@ -1,8 +1,8 @@
 //! The points that come with a scan.
 //!
-//! Three forms are read, in the scan's units: a JSON object, name -> [x, y, z]; plain text of 68 lines
-//! "x y z", the iBUG points in their order, also with what a `.pts` file has around them; and those
-//! points as menpo writes them, `.ljson`.
+//! Three forms are read, in the scan's units: a JSON object, name -> [x, y, z], or [x, y, z, error] where it is known
+//! how far a point is off; plain text of 68 lines "x y z", the iBUG points in their order, also with what a `.pts` file
+//! has around them; and those points as menpo writes them, `.ljson`.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -24,8 +24,17 @@ const IBUG: usize = 68;
 /// The fewest points that place a head and tell it from its mirror image.
 const FEWEST: usize = 4;
 
-/// Reads the landmarks of a scan, in mm: `(index in the template's landmarks, point)`, in the
-/// order of the template.
+/// The points of a scan.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Landmarks {
+    /// `(index in the template's landmarks, point)`, in the order of the template, mm.
+    pub points: Vec<(usize, DVec3)>,
+    /// How far each is from where it belongs, as a standard deviation, mm: of all of the template's landmarks, 0 of those of
+    /// which nobody knows; empty when nobody knows of any.
+    pub errors: Vec<f64>,
+}
+
+/// Reads the landmarks of a scan.
 ///
 /// A unit of the scan that was guessed is settled by the landmarks, which tell it better than the
 /// size of the mesh; where no unit makes them those of a face, the scan has units of its own
@@ -35,21 +44,23 @@ const FEWEST: usize = 4;
 /// When the file is in neither form, a name is unknown or there twice, numbers are missing or not
 /// finite, there are fewer than four points or they do not span space, or they are of no face's
 /// size in the unit that was asked for, or beside the scan: with the file and the name or line.
-pub fn read(path: &Path, scan: &mut Scan, template: &Template) -> FitResult<Vec<(usize, DVec3)>> {
-    let mut points = read_file(path, template)?;
-    settle_unit(path, scan, &points, template)?;
-    points.iter_mut().for_each(|(_, p)| *p *= scan.scale);
-    Ok(points)
+pub fn read(path: &Path, scan: &mut Scan, template: &Template) -> FitResult<Landmarks> {
+    let mut read = read_file(path, template)?;
+    settle_unit(path, scan, &read.points, template)?;
+    read.points.iter_mut().for_each(|(_, p)| *p *= scan.scale);
+    read.errors.iter_mut().for_each(|e| *e *= scan.scale);
+    Ok(read)
 }
 
-/// Writes landmarks as a JSON object, in the units of the scan: the points are in mm, one unit of
-/// the scan has `scale` mm. The file appears whole or not at all.
+/// Writes landmarks as a JSON object, in the units of the scan: points and `errors`, as in [`Landmarks`], are in mm, one
+/// unit of the scan has `scale` mm. The file appears whole or not at all.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write(
     path: &Path,
     points: &[(usize, DVec3)],
+    errors: &[f64],
     scale: f64,
     template: &Template,
 ) -> FitResult<()> {
@@ -58,17 +69,18 @@ pub fn write(
         let name = serde_json::Value::from(template.landmarks[index].name.as_str());
         let [x, y, z] = (p / scale).to_array();
         text += if i > 0 { ",\n  " } else { "\n  " };
-        text += &format!("{name}: [{x}, {y}, {z}]");
+        let error = match errors.get(index) {
+            Some(error) if *error > 0.0 => format!(", {}", error / scale),
+            _ => String::new(),
+        };
+        text += &format!("{name}: [{x}, {y}, {z}{error}]");
     }
     text += "\n}\n";
     write_atomically(path, text.as_bytes())
 }
 
-/// The points in the file's units.
-pub(in crate::fit) fn read_file(
-    path: &Path,
-    template: &Template,
-) -> FitResult<Vec<(usize, DVec3)>> {
+/// The same in the file's units.
+pub(in crate::fit) fn read_file(path: &Path, template: &Template) -> FitResult<Landmarks> {
     let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
     let fail = |cause: String| FitError::file(path, cause);
     let bytes = plain(&bytes).map_err(fail)?;
@@ -92,6 +104,7 @@ pub(in crate::fit) fn read_file(
         .map(|(index, landmark)| (landmark.name.as_str(), index))
         .collect();
     let mut points = Vec::with_capacity(named.len());
+    let mut errors = Vec::new();
     for (name, numbers) in &named {
         let Some(&index) = known.get(name.as_str()) else {
             let near = template
@@ -102,7 +115,10 @@ pub(in crate::fit) fn read_file(
             let cause = format!("no landmark is called `{name}`{}", near.unwrap_or_default());
             return Err(fail(cause));
         };
-        let &[x, y, z] = &numbers[..] else {
+        let (&[x, y, z], error) = (match &numbers[..] {
+            [place @ .., error] if place.len() == 3 => (place, *error),
+            place => (place, 0.0),
+        }) else {
             let cause = format!(
                 "landmark `{name}` has {} numbers, not x, y and z",
                 numbers.len()
@@ -116,6 +132,13 @@ pub(in crate::fit) fn read_file(
         if points.iter().any(|&(other, _)| other == index) {
             return Err(fail(format!("landmark `{name}` is there twice")));
         }
+        if !(error.is_finite() && error >= 0.0) {
+            return Err(fail(format!("landmark `{name}` has an error of {error}")));
+        }
+        if error > 0.0 {
+            errors.resize(template.landmarks.len(), 0.0);
+            errors[index] = error;
+        }
         points.push((index, p));
     }
     if points.len() < FEWEST {
@@ -126,7 +149,7 @@ pub(in crate::fit) fn read_file(
     }
     spread(&points).map_err(fail)?;
     points.sort_by_key(|&(index, _)| index);
-    Ok(points)
+    Ok(Landmarks { points, errors })
 }
 
 /// The endings of files of landmarks, the likeliest first.
@@ -254,7 +277,7 @@ impl<'de> Deserialize<'de> for Entries {
             type Value = Entries;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("an object, name -> [x, y, z]")
+                f.write_str("an object, name -> [x, y, z] or [x, y, z, error]")
             }
 
             fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Entries, M::Error> {
