@@ -258,28 +258,32 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     if (warp.lost) say(text.lostContext, true);
   }
   // The photo follows the face: one question at a time, the last state wins.
-  let asking = false;
   let asked = false;
+  /** @type {Promise<void> | null} */
+  let asking = null;
+  /** @returns {Promise<void>} until the photo is changed as the face is */
   async function follow() {
     back.disabled = !own || (own.code === face.code && sameWeights(own.expression, face.expression));
     if (!editable) return;
     asked = true;
-    if (asking) return;
-    asking = true;
-    const here = visit;
-    try {
-      while (asked && here === visit && editable) {
-        asked = false;
+    asking ??= ask();
+    await asking;
+  }
+  async function ask() {
+    while (asked && editable) {
+      asked = false;
+      const here = visit;
+      try {
         const next = await fitter.field({ code: face.code, expression: face.expression });
-        if (here !== visit || !editable) break;
+        // Another photo may have come, which asked for itself.
+        if (here !== visit || !editable) continue;
         field = next;
         draw();
+      } catch (error) {
+        if (!(error instanceof Cancelled)) say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
       }
-    } catch (error) {
-      if (!(error instanceof Cancelled)) say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
-    } finally {
-      asking = false;
     }
+    asking = null;
   }
   editor.onShape(() => {
     // Who goes on with this photo has read what was wrong with another.
@@ -354,9 +358,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     }
     if (here !== visit) return;
     editable = true;
-    show('ready');
     await follow();
-    if (here === visit) void colours.prepare();
+    if (here !== visit) return;
+    show('ready');
+    void colours.prepare();
   }
 
   /** @param {unknown} error @param {Mode} next */
