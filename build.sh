@@ -204,6 +204,8 @@ WASM_FEATURES=(--enable-bulk-memory --enable-bulk-memory-opt --enable-nontrappin
 SMALL="-C no-vectorize-loops -C llvm-args=-unroll-runtime=false -C llvm-args=-unroll-allow-partial=false"
 SMALL+=" -C llvm-args=-inline-threshold=5 -C llvm-args=-inlinehint-threshold=25"
 
+# Every byte of the face's module stands before the first face, so it is optimised until nothing is gained
+# (--converge); of the one for photos a hundred would be, for twelve seconds.
 # wasm BUILD NAME FEATURES TARGET RUSTFLAGS [WASM-OPT FLAG...]: one build of a module,
 # pkg/BUILD/NAME.js. Builds with the same flags share a TARGET, and so what they depend on.
 wasm() {
@@ -225,12 +227,12 @@ wasm() {
     mkdir -p "pkg/$build"
     cp "$out/bindings/$name.js" "pkg/$build/$name.js"
     # Functions that one other calls are not put into it: many begin alike, and gzip finds that.
-    quietly "optimise-$build" wasm-opt -Os -ocimfs=1 --low-memory-unused --converge --strip-debug --strip-producers \
+    quietly "optimise-$build" wasm-opt -Os -ocimfs=1 --low-memory-unused --strip-debug --strip-producers \
         "${WASM_FEATURES[@]}" "$@" "$module.trap" -o "pkg/$build/${name}_bg.wasm"
 }
 
 scalar_builds() {
-    wasm scalar phiz "" scalar "$SMALL"
+    wasm scalar phiz "" scalar "$SMALL" --converge
     wasm photo photo photo photo ""
 }
 
@@ -242,7 +244,7 @@ package() {
     # two at most: one build of that is enough.
     scalar_builds &
     local scalar=$!
-    wasm simd phiz "" simd "-C target-feature=+simd128 $SMALL" --enable-simd
+    wasm simd phiz "" simd "-C target-feature=+simd128 $SMALL" --enable-simd --converge
     wait "$scalar"
     cp www/phiz/index.js www/phiz/index.d.ts www/phiz/package.json www/phiz/README.md LICENSE-* pkg/
     rm -rf pkg/export
@@ -304,16 +306,31 @@ rust_tests_built() {
     quietly rust-tests-wasm cargo build --locked --tests --target wasm32-unknown-unknown
 }
 
-run_tests() {
-    say "Setting up"
-    need_node
-    need_wasm_tools
+need_test_tools() {
+    need_cargo_tool wasm-bindgen-cli "$WASM_BINDGEN" wasm-bindgen
     need_cargo_tool wasm-pack "$WASM_PACK"
     rm -rf "$TOOLS/build" # what the two tools share, and nobody else
+}
+
+need_npm() {
+    need_node
+    need_binaryen
+}
+
+run_tests() {
+    say "Setting up"
+    need_rust
     need_lints
+    # What is built and what is fetched do not wait for each other; Debian's packages are one at a time.
+    need_test_tools &
+    local tools=$!
+    need_npm &
+    local npm=$!
     need_browser
     need_base_mesh
     need_ict
+    wait "$npm"
+    wait "$tools"
     lints
     # What is built for the tests fills the time in which the package's builds are one thread.
     rust_tests_built &

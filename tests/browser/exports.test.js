@@ -35,6 +35,11 @@ describe('exports', () => {
   ])) {
     test(`the four mesh formats, on a ${device}`, async () => {
       const { context, page, complaints } = await open(browser, site, options);
+      // Somebody who makes a face, which all of them show.
+      await page.getByRole('button', { name: 'Random face', exact: true }).click();
+      await page.getByRole('tab', { name: 'Expressions' }).click();
+      await moveSlider(page, 'Open jawOpen', 0.37);
+      const [x, y, z] = await page.evaluate(() => Array.from(window.designer.face.positions.slice(0, 3)));
       await page.getByRole('button', { name: 'Take the face with you' }).click();
       const starts = { GLB: 'glTF', OBJ: '# ', PLY: 'ply\n', STL: 'phiz: a face' };
       for (const [format, start] of Object.entries(starts)) {
@@ -43,6 +48,11 @@ describe('exports', () => {
         assert.equal(bytes.toString('latin1', 0, start.length), start);
         assert.ok(bytes.length > 500_000, `${format}: ${bytes.length} bytes`);
         await page.getByText(`Saved ${name}`).waitFor();
+        if (format === 'OBJ') assert.ok(bytes.toString().includes(`v ${x.toFixed(4)} ${y.toFixed(4)} ${z.toFixed(4)} `));
+        if (format === 'GLB') {
+          const { weights, extras } = glbJson(bytes).meshes[0];
+          assert.equal(weights[extras.targetNames.indexOf('jawOpen')].toFixed(2), '0.37');
+        }
       }
       await page.screenshot({ path: `${SCREENSHOTS}/exports-${device}.png` });
       assert.deepEqual(complaints, []);

@@ -1,7 +1,14 @@
 // What a GLB that left the page holds.
 
+/** What was read, as a megabyte of it is asked for often. @type {WeakMap<Buffer, any>} */
+const read = new WeakMap();
+
 /** @param {Buffer} bytes */
-export const glbJson = (bytes) => JSON.parse(bytes.toString('utf8', 20, 20 + bytes.readUInt32LE(12)));
+export function glbJson(bytes) {
+  const json = read.get(bytes) ?? JSON.parse(bytes.toString('utf8', 20, 20 + bytes.readUInt32LE(12)));
+  read.set(bytes, json);
+  return json;
+}
 
 /**
  * The vectors of an accessor, those of a sparse one as well.

@@ -6,6 +6,9 @@ import { differing, fingerOn, landmarkOnScreen, moveSlider, open, picture, SCREE
 
 const { browser, site } = await siteAndBrowser();
 
+/** Steps of one control that follow each other within less than this are one, ms: `editing/history.js`, and some more. */
+const TOGETHER = 800;
+
 const codeOf = (page) => page.evaluate(() => window.designer.face.code);
 const coefficients = (page) => page.evaluate(() => [...window.designer.face.coefficients]);
 /** The coefficients of one feature, by asking which of them its reset changes. */
@@ -169,7 +172,8 @@ describe('mixing', () => {
     assert.equal(await codeOf(page), code);
     assert.equal(await slider.inputValue(), '100');
 
-    // Each stop of the way is a step; another change makes a new face, which is itself.
+    // Each stop of the way is a step, unless one follows another at once; another change makes a new face, which is itself.
+    await page.waitForTimeout(TOGETHER);
     await slider.focus();
     await page.keyboard.press('End');
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
@@ -246,6 +250,8 @@ describe('the way as a film', () => {
     const still = await picture(page, 'film-before');
     await page.getByRole('tab', { name: 'Mix' }).click();
     const morph = page.getByRole('region', { name: 'Morph' });
+    // Somebody bald: hair would be grown for each frame, which colours.test.js looks at.
+    await morph.getByLabel('To', { exact: true }).selectOption('Preset 3');
     const take = async (/** @type {string} */ button) => {
       const [file] = await Promise.all([
         page.waitForEvent('download', { timeout: 120_000 }),

@@ -30,7 +30,7 @@ const ready = (/** @type {import('playwright-core').Page} */ page) =>
 describe('offline', () => {
   test('after one visit the page works with the server gone, under a sub-path', async () => {
     const site = await serve({ base: '/people/ada/faces/' });
-    const { context, page, complaints } = await open(browser, site, { sharp: true, fine: true });
+    const { context, page, complaints } = await open(browser, site, { kept: true, sharp: true, fine: true });
     await kept(page);
     await moveSlider(page, 'nose 1', 0.9);
     const before = await picture(page, 'offline-before');
@@ -55,7 +55,7 @@ describe('offline', () => {
 
   test('what photos take is not loaded before a photo, and is kept after one', async () => {
     const site = await serve();
-    const { context, page } = await open(browser, site);
+    const { context, page } = await open(browser, site, { kept: true });
     await kept(page);
     const has = () =>
       page.evaluate(async () => {
@@ -85,7 +85,7 @@ describe('offline', () => {
     const site = await serve({ root: () => folder });
     try {
       await cp(DIST, folder, { recursive: true });
-      const { context, page, complaints } = await open(browser, site);
+      const { context, page, complaints } = await open(browser, site, { kept: true });
       await kept(page);
       const names = () =>
         page.evaluate(async () => {
@@ -134,7 +134,7 @@ describe('offline', () => {
       await cp(DIST, folder, { recursive: true });
       // Another icon than the worker knows of.
       await cp(join(folder, 'icon-192.png'), join(folder, 'icon-512.png'));
-      const { context, page } = await open(browser, site);
+      const { context, page } = await open(browser, site, { kept: true });
       const state = await page.evaluate(async () => {
         const registration = await navigator.serviceWorker.register('service-worker.js').catch((error) => error.message);
         if (typeof registration === 'string') return registration;
@@ -155,7 +155,7 @@ describe('offline', () => {
 describe('installable', () => {
   test('the manifest is sound, and so are its icons', async () => {
     const site = await serve();
-    const { context, page } = await open(browser, site);
+    const { context, page } = await open(browser, site, { kept: true });
     await kept(page);
     const session = await context.newCDPSession(page);
     const { errors, data } = await session.send('Page.getAppManifest');

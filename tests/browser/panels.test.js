@@ -6,7 +6,7 @@ import { open, siteAndBrowser } from './site.js';
 const { browser, site } = await siteAndBrowser();
 
 test('without a connection a part that never came says that it needs one, once', async () => {
-  const { context, page } = await open(browser, site, { serviceWorkers: 'block' });
+  const { context, page } = await open(browser, site);
   await page.route(/\/(room|export|gif)-[^/]*\.(js|css)$/, (route) => route.abort());
   await page.getByRole('tab', { name: 'Photo' }).click();
   const said = page.locator('.photo-panel [role=status]');

@@ -35,16 +35,26 @@ function descendants() {
   return found;
 }
 
-/** The memory of these processes, bytes: what several share counts once (proportional set size). @param {number[]} pids */
-function taken(pids) {
-  return pids.map((pid) => {
-    try {
-      return 1024 * Number(/^Pss:\s+(\d+)/m.exec(readFileSync(`/proc/${pid}/smaps_rollup`, 'latin1'))?.[1] ?? 0);
-    } catch {
-      return 0;
-    }
-  });
+/** What a process has in memory, bytes: what several share counts once (proportional set size). @param {number} pid */
+function taken(pid) {
+  try {
+    return 1024 * Number(/^Pss:\s+(\d+)/m.exec(readFileSync(`/proc/${pid}/smaps_rollup`, 'latin1'))?.[1] ?? 0);
+  } catch {
+    return 0;
+  }
 }
+
+/** The same with all that it shares: more, and known at once, where a gigabyte takes a processor a while to count. @param {number} pid */
+function resident(pid) {
+  try {
+    return 4096 * Number(readFileSync(`/proc/${pid}/statm`, 'latin1').split(' ')[1]);
+  } catch {
+    return 0;
+  }
+}
+
+/** Who has not grown by more than this since it was counted is not counted again, bytes. */
+const GROWN = 4 * MEGABYTE;
 
 /** Watches until it is ended: the most of one process, and of all, with what each had then. */
 function watch() {
@@ -52,9 +62,19 @@ function watch() {
   let largest = 0;
   /** @type {string[]} */
   let then = [];
+  /** What each had when it was counted. @type {Map<number, { resident: number, taken: number }>} */
+  let counted = new Map();
   const timer = setInterval(() => {
     const pids = descendants();
-    const each = taken(pids);
+    let grew = false;
+    for (const pid of pids) {
+      const now = resident(pid);
+      if (now <= (counted.get(pid)?.resident ?? 0) + GROWN) continue;
+      counted.set(pid, { resident: now, taken: taken(pid) });
+      grew = true;
+    }
+    if (!grew) return;
+    const each = pids.map((pid) => counted.get(pid)?.taken ?? 0);
     const sum = each.reduce((a, b) => a + b, 0);
     largest = Math.max(largest, ...each);
     if (sum <= most) return;
@@ -68,8 +88,9 @@ function watch() {
   return {
     /** Since the last time. */
     get most() {
-      const now = { largest, text: `${Math.round(largest / MEGABYTE)} MB, of all ${Math.round(most / MEGABYTE)} MB (${then.join(', ')})` };
+      const now = { largest, text: `${Math.round(largest / MEGABYTE)} MB, of all at most ${Math.round(most / MEGABYTE)} MB (${then.join(', ')})` };
       most = largest = 0;
+      counted = new Map();
       return now;
     },
     end: () => clearInterval(timer),

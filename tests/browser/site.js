@@ -129,6 +129,9 @@ export function complaintsOf(page) {
   return complaints;
 }
 
+/** For who looks at what is small. */
+export const TALL = { width: 1000, height: 640 };
+
 /** Pixels a side for each of CSS where nobody looks at pictures. */
 const UNSHARP = 0.25;
 /** Pages that have so few. @type {WeakSet<import('playwright-core').Page>} */
@@ -139,13 +142,15 @@ const unsharp = new WeakSet();
  * @param {import('playwright-core').Browser} browser
  * @param {Awaited<ReturnType<typeof serve>>} site
  * @param {import('playwright-core').BrowserContextOptions & {
- *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown>, sharp?: boolean, fine?: boolean,
+ *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown>, sharp?: boolean, fine?: boolean, kept?: boolean,
  * }} [options] `prepare` is called before the page is there. `fine` pictures have smooth edges, as people see them, and take
  *   five times as long. `sharp` is for who looks at pictures: most of a test's time a processor draws, and others have a quarter as many pixels a side.
+ *   `kept` pages are kept for use without a connection; elsewhere the browser forbids it, as some do: for each test anew that
+ *   would be a tenth of what opening it takes.
  */
-export async function open(browser, site, { hash = '', prepare, sharp = false, fine = false, ...options } = {}) {
+export async function open(browser, site, { hash = '', prepare, sharp = false, fine = false, kept = false, ...options } = {}) {
   const context = await browser.newContext({
-    viewport: { width: 1000, height: 640 },
+    viewport: sharp ? { width: 1000, height: 540 } : TALL,
     deviceScaleFactor: sharp ? 1 : UNSHARP,
     reducedMotion: 'reduce',
     colorScheme: 'light',
@@ -159,6 +164,13 @@ export async function open(browser, site, { hash = '', prepare, sharp = false, f
   /** @type {string[]} */
   const requests = [];
   page.on('request', (request) => requests.push(request.url()));
+  if (!kept) {
+    await page.addInitScript(() => {
+      const { ServiceWorkerContainer } = window;
+      // Not on a blank page.
+      if (ServiceWorkerContainer) ServiceWorkerContainer.prototype.register = () => Promise.reject(new Error('the test forbids it'));
+    });
+  }
   await prepare?.(page);
   await page.goto(site.url + hash);
   await page.waitForFunction(

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { differing, fingerOn, landmarkOnScreen, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { differing, fingerOn, landmarkOnScreen, open, picture, SCREENSHOTS, settled, siteAndBrowser, TALL } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -34,7 +34,7 @@ async function drag(page, from, dx, dy) {
 
 describe('the surface', () => {
   test('of what was clicked follows the pointer, on both sides, as one step', async () => {
-    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    const { context, page, complaints } = await open(browser, site, { sharp: true, viewport: TALL });
     const median = await codeOf(page);
     const corner = await landmarkOnScreen(page, 'ibug_54');
     const away = { x: corner.x - 8, y: corner.y };

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { gunzipSync, gzipSync } from 'node:zlib';
-import { differing, moveSlider, open, picture, pressQuickly, siteAndBrowser } from './site.js';
+import { differing, moveSlider, open, picture, pressQuickly, siteAndBrowser, TALL } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -38,7 +38,7 @@ describe('a person', () => {
   const slider = (page, name) => page.getByRole('slider', { name, exact: true });
 
   test('grows older, and back: the shape, lines and grey hair; undone as one step', async () => {
-    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    const { context, page, complaints } = await open(browser, site, { sharp: true, viewport: TALL });
     await page.getByRole('button', { name: 'Person', exact: true }).click();
     await moveSlider(page, 'Age', 0.2);
     const young = { code: await code(page), picture: await picture(page, 'person-young') };
