@@ -75,7 +75,8 @@ export function fill({ size, rgba }, ground) {
     }
     rim = next;
   }
-  for (let at = 0; at < size * size; at++) if (bare(at)) rgba.set([...ground, 255], 4 * at);
+  const [colour] = new Uint32Array(Uint8ClampedArray.of(...ground, 255).buffer);
+  for (let at = 0; at < size * size; at++) if (bare(at)) texels[at] = colour;
 }
 
 /**
