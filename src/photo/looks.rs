@@ -45,6 +45,8 @@ pub struct Hair {
     pub forehead: f64,
     /// How much more of its left half than of its right one, -1 to 1; 0 when one of them is not seen.
     pub aside: f64,
+    /// How its strands over the forehead lean, -1 to 1: 1 is down to the left, 0 straight down, across or every way.
+    pub lean: f64,
 }
 
 /// How far hair is followed down beside the face, mm: to the shoulders.
@@ -106,6 +108,11 @@ const FEWEST_PLACES: usize = 4;
 /// Hair that hangs beside the face by this, mm, or covers this part of the forehead, is not cropped.
 const LONG: f64 = 20.0;
 const FRINGE: f64 = 0.35;
+/// Strands are told by the light so far to both sides, mm, and begin so far behind the hairline.
+const BESIDE_STRAND: f64 = 1.5;
+const BEHIND_HAIRLINE: f64 = 15.0;
+/// Less contrast than this logarithm is no strand's.
+const FAINT: f64 = 0.03;
 /// An iris's radius, mm; people differ by a tenth.
 const IRIS: f64 = 5.9;
 /// In a photo that is darker by this factor than usual noise is as strong as the light of an iris.
@@ -415,6 +422,7 @@ impl Head<'_> {
             hangs,
             forehead,
             aside,
+            lean: self.lean(&tones),
         })
     }
 
@@ -481,26 +489,34 @@ impl Head<'_> {
         }
     }
 
-    /// How much of the forehead's right and left halves hair covers.
-    fn forehead(&self, tones: &Tones) -> [Covered; 2] {
-        let mut halves = [Covered::default(); 2];
+    /// The vertices of the forehead that are seen, up to so far above the hairline, mm.
+    fn on_forehead(&self, above: f64) -> Vec<usize> {
         let found = [
             self.point("trichion"),
             self.point("ibug_19"),
             self.point("ibug_24"),
         ];
         let [Some(trichion), Some(right), Some(left)] = found else {
-            return halves;
+            return Vec::new();
         };
         let brows = right[1].y.max(left[1].y);
         let mean = &self.skin.model.parts().mean;
         let across = left[1].x;
         let on_it = |p: &Vec3| {
             let p = p.as_dvec3();
-            p.x.abs() < across && p.z > 0.0 && p.y > brows + 9.0 && p.y < trichion[1].y - 8.0
+            let within = brows + 9.0..trichion[1].y + above;
+            p.x.abs() < across && p.z > 0.0 && within.contains(&p.y)
         };
-        let seen = (0..mean.len()).filter(|&v| on_it(&mean[v]) && self.skin.facings[v] > 0.4);
-        for v in seen {
+        (0..mean.len())
+            .filter(|&v| on_it(&mean[v]) && self.skin.facings[v] > 0.4)
+            .collect()
+    }
+
+    /// How much of the forehead's right and left halves hair covers.
+    fn forehead(&self, tones: &Tones) -> [Covered; 2] {
+        let mut halves = [Covered::default(); 2];
+        let mean = &self.skin.model.parts().mean;
+        for v in self.on_forehead(-8.0) {
             if let Some(light) = self.light(self.places[v]) {
                 let half = &mut halves[usize::from(mean[v].x > 0.0)];
                 half.sum += tones.share(light / self.shade(v));
@@ -508,6 +524,38 @@ impl Head<'_> {
             }
         }
         halves
+    }
+
+    /// How strands over the forehead lean, as [`Hair::lean`]: light varies across strands and not along them, so its
+    /// gradients there tell their direction (the structure tensor; Bigun and Granlund 1987).
+    fn lean(&self, tones: &Tones) -> f64 {
+        let brightness = |p: DVec3| {
+            let light = self.light(p)?;
+            Some(light.dot(BRIGHTNESS).max(BLACK).ln())
+        };
+        let gradients: Vec<DVec2> = (self.on_forehead(BEHIND_HAIRLINE).into_iter())
+            .filter_map(|v| {
+                let p = self.places[v];
+                let is_hair = tones.share(self.light(p)? / self.shade(v)) > 0.5;
+                let along = |axis: DVec3| {
+                    let step = axis * BESIDE_STRAND;
+                    Some(brightness(p + step)? - brightness(p - step)?)
+                };
+                is_hair.then_some(DVec2::new(along(DVec3::X)?, along(DVec3::Y)?))
+            })
+            .collect();
+        if gradients.len() < FEWEST {
+            return 0.0;
+        }
+        // All of it may be in a light that falls off.
+        let count = gradients.len() as f64;
+        let mean = gradients.iter().sum::<DVec2>() / count;
+        let (mut across, mut all) = (0.0, count * FAINT * FAINT);
+        for gradient in gradients.iter().map(|g| g - mean) {
+            across += 2.0 * gradient.x * gradient.y;
+            all += gradient.length_squared();
+        }
+        across / all
     }
 }
 

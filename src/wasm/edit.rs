@@ -82,6 +82,7 @@ struct HairInfo {
     hangs: f64,
     forehead: f64,
     aside: f64,
+    lean: f64,
 }
 
 impl From<Looks> for LooksInfo {
@@ -97,6 +98,7 @@ impl From<Looks> for LooksInfo {
                 hangs: hair.hangs,
                 forehead: hair.forehead,
                 aside: hair.aside,
+                lean: hair.lean,
             }),
         }
     }

@@ -18,7 +18,7 @@ const seenHair = (hair) => {
   const [r, g, b] = rgb(hair).map((value) => HAIR_SHOWN * value);
   return /** @type {[number, number, number]} */ ([r, g, b].map((value) => value * scatters([r, g, b])));
 };
-const short = { colour: seenHair(hairColour(REST.hair, 0, 0)), cover: 1, off: 12, hangs: 0, forehead: 0, aside: 0 };
+const short = { colour: seenHair(hairColour(REST.hair, 0, 0)), cover: 1, off: 12, hangs: 0, forehead: 0, aside: 0, lean: 0 };
 /** How far apart two colours are: the logarithm of the greatest ratio of a channel. Below a hundredth all is black. */
 const apart = (/** @type {number[]} */ a, /** @type {number[]} */ b) => Math.max(...a.map((value, k) => Math.abs(Math.log((value + 0.01) / (b[k] + 0.01)))));
 
@@ -107,6 +107,10 @@ describe('looks', () => {
     const partings = [-0.5, -0.1, 0, 0.1, 0.5].map((aside) => whole(colouringOf({ ...bald, hair: { ...short, forehead: 0.6, aside } }, tone)).parting);
     assert.deepEqual([partings[0], partings[2], partings[4]], [0, 0.5, 1]);
     assert.ok(partings[1] < 0.5 && partings[3] > 0.5, partings.join(', '));
+    // A fringe that is whole tells by its strands.
+    const leans = [-0.4, -0.1, 0, 0.1, 0.4].map((lean) => whole(colouringOf({ ...bald, hair: { ...short, forehead: 0.9, lean } }, tone)).parting);
+    assert.deepEqual([leans[0], leans[2], leans[4]], [0, 0.5, 1]);
+    assert.ok(leans[1] < 0.5 && leans[3] > 0.5, leans.join(', '));
     assert.ok(whole(colouringOf({ ...bald, hair: { ...short, cover: 0.4 } }, tone)).crop < 0.6);
   });
 

@@ -586,6 +586,27 @@ fn a_fringe_covers_the_forehead() {
     let forehead = face.hair().forehead;
     assert!(forehead > 0.8, "{forehead}");
     assert!(face.hair().aside.abs() < 0.1, "{}", face.hair().aside);
+    // Paint has no strands; strands of 3 mm tell by their direction, and not by which side is in the light.
+    assert!(face.hair().lean.abs() < 0.15, "{}", face.hair().lean);
+    for (slope, range) in [
+        (1.0, 0.5..=1.0),
+        (0.3, 0.3..=0.8),
+        (0.0, -0.15..=0.15),
+        (-1.0, -1.0..=-0.5),
+    ] {
+        let mut strands = Portrait::new(5);
+        strands.paint_scalp(fair);
+        strands.paint(fair, |p| p.z > 0.0 && p.y > brow.y + 8.0);
+        let (_, edge) = strands.at("ibug_19");
+        let period = 6.0 * strands.scale();
+        // Down to the left of the subject, which is to the right in the photo.
+        let dark =
+            move |p: DVec2| p.y < edge.y && ((p.x - slope * p.y) / period).rem_euclid(1.0) < 0.5;
+        strands.over.push((Box::new(dark), fair * 0.6));
+        let lean = strands.hair().lean;
+        println!("strands of a slope of {slope} lean by {lean:.2}");
+        assert!(range.contains(&lean), "{slope}: {lean}");
+    }
     // Its left half; its upper one.
     let whole = |p: Vec3| p.z > 0.0 && p.y > brow.y + 8.0;
     face.paint(SKIN, |p| whole(p) && p.x < 0.0);

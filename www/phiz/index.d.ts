@@ -187,6 +187,8 @@ export interface PhotoHair {
   readonly forehead: number;
   /** How much more of its left half than of its right one, -1 to 1; 0 when one of them is not seen. */
   readonly aside: number;
+  /** How its strands over the forehead lean, -1 to 1: 1 is down to the left, 0 straight down, across or every way. */
+  readonly lean: number;
 }
 
 /** What a photo tells of a person beside the shape. Colours are linear light, in the photo's exposure unless that is too dark. */

@@ -21,6 +21,8 @@ const ABOVE_EAR = 35;
 const FRINGE = 0.35;
 /** A fringe that is swept aside covers so much more of one half of the forehead than of the other. */
 const SWEPT = 0.4;
+/** And its strands lean so much. */
+const LEANS = 0.35;
 /** From the hairline to the brows, mm, along hair that does not lie flat. */
 const FOREHEAD = 48;
 /** Stubble is darker than cheeks by the first of these logarithms, a beard by the second. */
@@ -146,15 +148,15 @@ function irisOf(colour, skin) {
 }
 
 /** @param {import('phiz').PhotoHair} hair @param {boolean} colourless @returns {import('../head/colouring.js').Colouring} */
-function styleOf({ colour, cover, off, hangs, forehead, aside }, colourless) {
+function styleOf({ colour, cover, off, hangs, forehead, aside, lean }, colourless) {
   const crop = cover > 0.6 ? 0.9 : 0.58;
   const short = off < CROPPED ? 0 : Math.min(66, Math.max(20, 3 * off));
   const mm = hangs > TO_SHOULDERS ? 200 : hangs > AROUND_EARS ? hangs + ABOVE_EAR : short;
   // What covers a forehead is long enough to.
   const length = sliderOfLength(forehead > FRINGE ? Math.max(mm, FOREHEAD * forehead) : mm);
   const comb = forehead > FRINGE ? 0.85 : hangs > AROUND_EARS ? 0.5 : 0.3;
-  // It is swept to where it covers more.
-  const swept = Math.max(-1, Math.min(1, aside / SWEPT));
+  // It is swept to where it covers more, and where it leans to.
+  const swept = Math.max(-1, Math.min(1, aside / SWEPT + lean / LEANS));
   return { ...hairOf(colour, colourless), crop, length, comb, ...(forehead > FRINGE && { parting: 0.5 + 0.5 * swept }) };
 }
 
