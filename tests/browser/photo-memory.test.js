@@ -47,7 +47,7 @@ function taken(pid) {
 /** The same with all that it shares: more, and known at once, where a gigabyte takes a processor a while to count. @param {number} pid */
 function resident(pid) {
   try {
-    return 4096 * Number(readFileSync(`/proc/${pid}/statm`, 'latin1').split(' ')[1]);
+    return 1024 * Number(/^VmRSS:\s+(\d+)/m.exec(readFileSync(`/proc/${pid}/status`, 'latin1'))?.[1] ?? 0);
   } catch {
     return 0;
   }
