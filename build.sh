@@ -186,9 +186,13 @@ need_binaryen() {
     fi
 }
 
+need_bindgen() {
+    need_cargo_tool wasm-bindgen-cli "$WASM_BINDGEN" wasm-bindgen
+}
+
 need_wasm_tools() {
     need_rust
-    need_cargo_tool wasm-bindgen-cli "$WASM_BINDGEN" wasm-bindgen
+    need_bindgen
     need_binaryen
 }
 
@@ -204,8 +208,6 @@ WASM_FEATURES=(--enable-bulk-memory --enable-bulk-memory-opt --enable-nontrappin
 SMALL="-C no-vectorize-loops -C llvm-args=-unroll-runtime=false -C llvm-args=-unroll-allow-partial=false"
 SMALL+=" -C llvm-args=-inline-threshold=5 -C llvm-args=-inlinehint-threshold=25"
 
-# Every byte of the face's module stands before the first face, so it is optimised until nothing is gained
-# (--converge); of the one for photos a hundred would be, for twelve seconds.
 # wasm BUILD NAME FEATURES TARGET RUSTFLAGS [WASM-OPT FLAG...]: one build of a module,
 # pkg/BUILD/NAME.js. Builds with the same flags share a TARGET, and so what they depend on.
 wasm() {
@@ -236,6 +238,8 @@ scalar_builds() {
     wasm photo photo photo photo ""
 }
 
+# Each byte of the face's module comes before the first face: it is optimised until nothing more is gained (--converge).
+# Of the one for photos that would be a hundred bytes, for twelve seconds.
 package() {
     say "Building the package"
     # Fetched first, so that the builds know where they lie.
@@ -307,7 +311,7 @@ rust_tests_built() {
 }
 
 need_test_tools() {
-    need_cargo_tool wasm-bindgen-cli "$WASM_BINDGEN" wasm-bindgen
+    need_bindgen
     need_cargo_tool wasm-pack "$WASM_PACK"
     rm -rf "$TOOLS/build" # what the two tools share, and nobody else
 }

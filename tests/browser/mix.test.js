@@ -2,12 +2,9 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { differing, fingerOn, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { differing, fingerOn, landmarkOnScreen, later, moveSlider, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
-
-/** Steps of one control that follow each other within less than this are one, ms: `editing/history.js`, and some more. */
-const TOGETHER = 800;
 
 const codeOf = (page) => page.evaluate(() => window.designer.face.code);
 const coefficients = (page) => page.evaluate(() => [...window.designer.face.coefficients]);
@@ -173,7 +170,7 @@ describe('mixing', () => {
     assert.equal(await slider.inputValue(), '100');
 
     // Each stop of the way is a step, unless one follows another at once; another change makes a new face, which is itself.
-    await page.waitForTimeout(TOGETHER);
+    await later(page);
     await slider.focus();
     await page.keyboard.press('End');
     await page.getByRole('button', { name: 'Undo', exact: true }).click();

@@ -10,6 +10,8 @@ import { after } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { inflateSync } from 'node:zlib';
 
+import { TOGETHER } from '../../www/src/editing/history.js';
+
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 /** @type {typeof import('playwright-core')} */
 const { chromium } = require('playwright-core');
@@ -307,6 +309,9 @@ export async function moveSlider(page, name, value) {
   await slider.fill(String(value));
   await slider.dispatchEvent('change');
 }
+
+/** Waits until what is done next is a step of its own. @param {import('playwright-core').Page} page */
+export const later = (page) => page.waitForTimeout(TOGETHER + 100);
 
 /**
  * A run of presses of a key, which is one step when they follow each other soon: sent one by one they may not, where a processor

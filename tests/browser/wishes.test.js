@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { gunzipSync, gzipSync } from 'node:zlib';
-import { differing, moveSlider, open, picture, pressQuickly, siteAndBrowser, TALL } from './site.js';
+import { differing, later, moveSlider, open, picture, pressQuickly, siteAndBrowser, TALL } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -47,7 +47,7 @@ describe('a person', () => {
     const kept = await others();
 
     // By keys: a year each, ten with Shift; one run of keys is one step, and what is long after the last is another.
-    await page.waitForTimeout(800);
+    await later(page);
     await slider(page, 'Age').focus();
     await pressQuickly(slider(page, 'Age'), 'ArrowRight', 4, true);
     assert.ok(Math.abs((await reading(page, 'age')) - 70.4) < 0.1);

@@ -8,7 +8,7 @@
 /** @typedef {{ before: State, after: State, what: string, at: number }} Step */
 
 /** Presses of an arrow key closer than this (ms) are one gesture, unlike drags. */
-const TOGETHER = 700;
+export const TOGETHER = 700;
 
 /** @param {Subject} subject @returns {State} */
 export function stateOf({ face, colouring }) {

@@ -33,9 +33,9 @@ export function createFitter({ modelUrl, expressionsUrl }) {
   /**
    * @param {string} task @param {Record<string, unknown>} wish
    * @param {(part: number) => void} [progress]
-   * @returns {Promise<any>}
+   * @returns {Promise<any>} rejected, too, where no worker may begin: nobody who asks is thrown at
    */
-  function ask(task, wish, progress) {
+  async function ask(task, wish, progress) {
     if (!worker) {
       worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
       worker.onmessage = ({ data }) => {
