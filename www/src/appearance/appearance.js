@@ -85,31 +85,38 @@ function beside(head, face, moving) {
   }
   const expressions = expressionTargets(face);
   const sliders = morphTargets(face);
-  return followers.map(({ on, slides, ...part }) => {
-    const positions = on(rest, null);
-    /** @param {Float32Array} to @param {Float32Array} from @param {number} share */
-    const between = (to, from, share) => to.map((value, i) => share * (value - from[i]));
+  const parts = followers.map(({ on, slides, ...part }) => {
     /** @type {Record<string, Float32Array>} */
     const targets = {};
-    /** @param {string} name @param {Float32Array} change @param {number} least */
-    const keep = (name, change, least) => {
-      if (change.some((value) => Math.abs(value) > least)) targets[name] = change;
-    };
-    if (slides) {
-      for (const { name, positions: moves } of [...sliders, ...expressions]) {
-        const change = slides(moves);
-        if (change) targets[name] = change;
-      }
-      return { ...part, positions, targets };
-    }
-    // Where things are is not linear in the face; half of both ways is the slope.
-    for (const { name, positions: moves } of sliders) {
-      const shifted = (/** @type {1 | -1} */ way) => on(rest.map((value, i) => value + way * moves[i]), null);
-      keep(name, between(shifted(1), shifted(-1), 0.5), STILL.slider);
-    }
-    for (const { name, positions: moves } of expressions) keep(name, between(on(rest, moves), positions, 1), STILL.expression);
-    return { ...part, positions, targets };
+    return { on, slides, part: { ...part, positions: on(rest, null), targets } };
   });
+  for (const { slides, part } of parts) {
+    for (const { name, positions: moves } of slides ? [...sliders, ...expressions] : []) {
+      const change = slides?.(moves);
+      if (change) part.targets[name] = change;
+    }
+  }
+  const placed = parts.filter(({ slides }) => !slides);
+  /** @param {Float32Array} to @param {Float32Array} from @param {number} share @param {number} least */
+  const between = (to, from, share, least) => {
+    const change = to.map((value, i) => share * (value - from[i]));
+    return change.some((value) => Math.abs(value) > least) ? change : null;
+  };
+  // Where things are is not linear in the face; half of both ways is the slope.
+  for (const { name, positions: moves } of sliders) {
+    const [there, back] = [1, -1].map((way) => rest.map((value, i) => value + way * moves[i]));
+    for (const { on, part } of placed) {
+      const change = between(on(there, null), on(back, null), 0.5, STILL.slider);
+      if (change) part.targets[name] = change;
+    }
+  }
+  for (const { name, positions: moves } of expressions) {
+    for (const { on, part } of placed) {
+      const change = between(on(rest, moves), part.positions, 1, STILL.expression);
+      if (change) part.targets[name] = change;
+    }
+  }
+  return parts.map(({ part }) => part);
 }
 
 /** @param {Float32Array} rest @param {Float32Array | null} expression */
@@ -169,26 +176,29 @@ function teeth(teeth, rest) {
   const upright = places(rest, null);
   const point = new Vector3();
   return meshes.map(({ name, geometry }, row) => {
-    /** @param {string} attribute @param {(point: Vector3) => void} change */
-    const each = (attribute, change) => {
-      const values = geometry.getAttribute(attribute).array;
-      const out = new Float32Array(values.length);
-      for (let o = 0; o < out.length; o += 3) {
-        change(point.fromArray(values, o));
-        point.toArray(out, o);
-      }
-      return out;
-    };
     const turn = new Matrix3().getNormalMatrix(upright[row]);
+    const normals = Float32Array.from(geometry.getAttribute('normal').array);
+    for (let o = 0; o < normals.length; o += 3) {
+      point.fromArray(normals, o).applyMatrix3(turn).normalize().toArray(normals, o);
+    }
+    const corners = geometry.getAttribute('position').array;
     return {
       name,
-      normals: each('normal', (n) => n.applyMatrix3(turn).normalize()),
+      normals,
       colours: Float32Array.from(geometry.getAttribute('color').array),
       triangles: Uint32Array.from(geometry.index?.array ?? []),
       roughness: 0.36,
       on(face, expression) {
-        const place = places(face, expression)[row];
-        return each('position', (p) => p.applyMatrix4(place));
+        const [xx, xy, xz, , yx, yy, yz, , zx, zy, zz, , ox, oy, oz] = places(face, expression)[row].elements;
+        const out = new Float32Array(corners.length);
+        // For every slider and expression: numbers, not vectors.
+        for (let o = 0; o < out.length; o += 3) {
+          const [x, y, z] = [corners[o], corners[o + 1], corners[o + 2]];
+          out[o] = xx * x + yx * y + zx * z + ox;
+          out[o + 1] = xy * x + yy * y + zy * z + oy;
+          out[o + 2] = xz * x + yz * y + zz * z + oz;
+        }
+        return out;
       },
     };
   });
