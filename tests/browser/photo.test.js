@@ -338,13 +338,28 @@ describe('a face in a photo', () => {
     assert.ok(await page.locator('.photo-canvas').isVisible());
     await page.getByText('3D head', { exact: true }).click();
     assert.ok(await page.locator('.photo-canvas').isHidden());
-    // It has her colours on, once they are made, and takes them off.
     const head = async () => {
       await settled(page);
       return decodePng(await page.locator('.view').screenshot());
     };
+    /** How light it is at the middle of the hairline. */
+    const atHairline = async (/** @type {Awaited<ReturnType<typeof head>>} */ { width, rgb }) => {
+      const { x, y } = await landmarkOnScreen(page, 'trichion');
+      const box = await page.locator('.view').boundingBox();
+      const ratio = width / box.width;
+      let sum = 0;
+      for (let dy = -8; dy < 8; dy++) for (let dx = -8; dx < 8; dx++) sum += rgb[3 * (Math.round((y - box.y) * ratio + dy) * width + Math.round((x - box.x) * ratio + dx)) + 1];
+      return sum / 256;
+    };
     const colours = page.getByLabel('The photo’s colours on the 3D head');
+    const isWorn = () => page.evaluate(() => window.designer.photo.worn);
     assert.ok(await colours.isChecked());
+    // Who was there before has no colours of hers.
+    const bald = await atHairline(await head());
+    assert.equal(await isWorn(), false);
+    // She has them on, once they are made, and takes them off.
+    await page.getByRole('button', { name: 'Redo', exact: true }).click();
+    assert.deepEqual(await page.evaluate(() => window.designer.colouring), looks);
     await page.waitForFunction(() => window.designer.photo.worn);
     const dressed = await head();
     await page.screenshot({ path: join(SCREENSHOTS, 'photo-head.png') });
@@ -376,23 +391,28 @@ describe('a face in a photo', () => {
     const plainHead = await head();
     assert.ok(differing(dressed, plainHead) > 0.05 * plainHead.width * plainHead.height);
     // Her hair is on her head, whatever it wears.
-    const { x, y } = await landmarkOnScreen(page, 'trichion');
-    const box = await page.locator('.view').boundingBox();
-    const ratio = plainHead.width / box.width;
-    const light = (/** @type {Awaited<ReturnType<typeof head>>} */ { width, rgb }) => {
-      let sum = 0;
-      for (let dy = -8; dy < 8; dy++) for (let dx = -8; dx < 8; dx++) sum += rgb[3 * (Math.round((y - box.y) * ratio + dy) * width + Math.round((x - box.x) * ratio + dx)) + 1];
-      return sum / 256;
-    };
-    await page.getByRole('button', { name: 'Redo', exact: true }).click();
-    assert.deepEqual(await page.evaluate(() => window.designer.colouring), looks);
-    const hairy = light(await head());
-    assert.ok(hairy < 0.85 * light(plainHead), `${hairy} at the hairline, bald ${light(plainHead)}`);
+    for (const [what, picture] of Object.entries({ plainHead, dressed })) {
+      const light = await atHairline(picture);
+      assert.ok(light < 0.85 * bald, `${what}: ${light} at the hairline, bald ${bald}`);
+    }
     await colours.check();
     await page.waitForFunction(() => window.designer.photo.worn);
-    const both = light(await head());
-    assert.ok(both < 0.85 * light(dressed), `${both} at the hairline, bald ${light(dressed)}`);
+    // The sliders of looks change what is worn, and somebody else does not wear it.
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    await page.getByRole('slider', { name: 'Skin, fair to deep' }).press('End');
+    const deep = await head();
+    assert.ok(differing(dressed, deep) > 0.05 * deep.width * deep.height);
+    assert.ok(await isWorn());
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    await page.waitForFunction(() => !window.designer.photo.worn);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    await page.waitForFunction(() => window.designer.photo.worn);
     await page.screenshot({ path: join(SCREENSHOTS, 'photo-hair.png') });
+    // Without its photo the head is what it was, in its own skin.
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Close the photo' }).click();
+    await page.waitForFunction(() => window.designer.photo.mode === 'empty' && !window.designer.photo.worn);
+    assert.ok(await page.locator('.photo-sides').isHidden());
 
     const { origin } = site;
     const local = (/** @type {string} */ url) => url.startsWith(`${origin}/`) || url.startsWith('blob:') || url.startsWith('data:');

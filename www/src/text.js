@@ -390,6 +390,7 @@ export const text = {
     placeAbout: 'Drag the drawing onto the face; the handle at its corner sizes and turns it. By keys: arrows, plus and minus, square brackets.',
     frame: 'Drawing of a face. The arrow keys move it, plus and minus size it, square brackets turn it.',
     another: 'Another face',
+    close: 'Close the photo',
     toLast: 'Back to the last photo',
     notFitted: (/** @type {string} */ why) => `The face could not be fitted: ${why}.`,
     fitThese: 'Fit the face',

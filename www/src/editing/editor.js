@@ -19,7 +19,7 @@ function wholePercents(weights) {
  */
 export function createEditor(model, face, colouring) {
   /** @type {import('./history.js').Subject} */
-  const subject = { face, colouring };
+  const subject = { face, colouring, photo: 0 };
   const history = createHistory(subject);
   /** @type {Set<(range: readonly [number, number] | undefined) => void>} */
   const shapeListeners = new Set();
@@ -84,6 +84,10 @@ export function createEditor(model, face, colouring) {
   function dress(colours) {
     if (face.locked.length === 0) subject.colouring = colours;
   }
+  /** All of it is somebody else's now, unless something is locked. */
+  function leavePhoto() {
+    if (face.locked.length === 0) subject.photo = 0;
+  }
 
   return {
     model,
@@ -99,6 +103,10 @@ export function createEditor(model, face, colouring) {
     /** How the face is coloured. */
     get colouring() {
       return subject.colouring;
+    },
+    /** The number of the photo that it is the face of, whatever was changed of it since; 0 of none. */
+    get photo() {
+      return subject.photo;
     },
     /** What is kept of a face. @returns {import('../keep/library.js').Likeness} */
     get likeness() {
@@ -179,6 +187,7 @@ export function createEditor(model, face, colouring) {
           if (region !== undefined) return;
           face.expression = {};
           subject.colouring = {};
+          subject.photo = 0;
         }),
       );
     },
@@ -220,6 +229,7 @@ export function createEditor(model, face, colouring) {
       return step('random', () =>
         attempt(() => {
           const seed = face.randomize(options);
+          if (!options.regions) leavePhoto();
           if (colours) dress(colours(seed));
           return seed;
         }),
@@ -234,6 +244,7 @@ export function createEditor(model, face, colouring) {
       step('blend', () =>
         attempt(() => {
           face.blend(other, 1, regions && { regions });
+          if (!regions) leavePhoto();
           if (colours) dress(colours);
         }),
       );
@@ -241,10 +252,11 @@ export function createEditor(model, face, colouring) {
     /**
      * Becomes another face; what is locked stays locked, and changes all the same: it was asked for
      * by name. What the likeness does not say stays as it is.
-     * @param {import('../keep/library.js').Likeness} likeness
+     * @param {import('../keep/library.js').Likeness} likeness @param {number} [photo] that it is the face of
      */
-    take({ code, expression, colouring }) {
+    take({ code, expression, colouring }, photo = 0) {
       step('take', () => {
+        subject.photo = photo;
         face.code = code;
         if (expression) face.expression = expression;
         if (colouring) subject.colouring = colouring;

@@ -3,21 +3,25 @@
 // is no limit: a step is half a kilobyte.
 
 /** @typedef {import('../head/colouring.js').Colouring} Colouring */
-/** A face and how it is coloured, of which its module knows nothing. @typedef {{ face: import('phiz').Face, colouring: Colouring }} Subject */
-/** @typedef {{ code: string, locked: string[], held: string[], expression: Record<string, number>, colouring: Colouring }} State */
+/**
+ * A face and how it is coloured, of which its module knows nothing, and the number of the photo that it is the face of; 0 of none.
+ * @typedef {{ face: import('phiz').Face, colouring: Colouring, photo: number }} Subject
+ */
+/** @typedef {{ code: string, locked: string[], held: string[], expression: Record<string, number>, colouring: Colouring, photo: number }} State */
 /** @typedef {{ before: State, after: State, what: string, at: number }} Step */
 
 /** Presses of an arrow key closer than this (ms) are one gesture, unlike drags. */
 export const TOGETHER = 700;
 
 /** @param {Subject} subject @returns {State} */
-export function stateOf({ face, colouring }) {
+export function stateOf({ face, colouring, photo }) {
   return {
     code: face.code,
     locked: [...face.locked],
     held: [...(face.lockedMeasures ?? [])],
     expression: face.expression,
     colouring,
+    photo,
   };
 }
 
@@ -38,7 +42,8 @@ export function sameState(a, b) {
     sameNames(a.locked, b.locked) &&
     sameNames(a.held, b.held) &&
     sameWeights(a.expression, b.expression) &&
-    sameWeights(a.colouring, b.colouring)
+    sameWeights(a.colouring, b.colouring) &&
+    a.photo === b.photo
   );
 }
 
@@ -46,6 +51,7 @@ export function sameState(a, b) {
 export function restore(subject, state) {
   const { face } = subject;
   subject.colouring = state.colouring;
+  subject.photo = state.photo;
   if (!sameWeights(face.expression, state.expression)) face.expression = state.expression;
   for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
   for (const region of state.locked) face.lock(region);

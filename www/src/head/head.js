@@ -349,9 +349,12 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
 
   /** @type {import('three').DataTexture | null} */
   let worn = null;
+  /** @type {ReturnType<typeof pigments> | null} */
+  let wornIn = null;
   /**
    * Shows a person's own colours in place of the skin's; null takes them off.
-   * @param {{ size: number, rgba: Uint8ClampedArray } | null} texture as `PhotoEdit.texture` has it
+   * @param {{ size: number, rgba: Uint8ClampedArray, colouring: import('./colouring.js').Colouring } | null} texture as
+   *   `PhotoEdit.texture` has it, and the looks in which it is worn as it is: others change it by as much as the skin's own
    */
   function wear(texture) {
     worn?.dispose();
@@ -362,6 +365,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     worn.colorSpace = SRGBColorSpace;
     worn.flipY = true;
     skin.uniforms.wornMap.value = worn;
+    wornIn = pigments(tone, texture.colouring);
+    paint(colouring);
   }
 
   /** @type {import('./colouring.js').Colouring} */
@@ -371,6 +376,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     colouring = now;
     const paints = pigments(tone, now);
     for (const part of [skin, lashes, eyes, ...tresses]) part.paint(paints);
+    if (wornIn) skin.tint(paints, wornIn);
   }
   paint(colouring);
 

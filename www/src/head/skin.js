@@ -6,6 +6,8 @@ import { TILE } from '../hair/crop.js';
 import { foldsOf } from './folds.js';
 import { createMap, createTile, sharpen } from '../rendering/textures.js';
 
+/** @typedef {ReturnType<typeof import('./pigments.js').pigments>} Paints */
+
 // Light that enters skin comes out again some millimetres away, red furthest. Three cheap things
 // stand for that: each colour channel wraps around the terminator by its own amount, the edges
 // of shadows bleed red, and red is lit by the smooth normal while blue sees every pore.
@@ -86,6 +88,7 @@ const DECLARATIONS = /* glsl */ `
   varying vec2 vWorn;
   uniform sampler2D wornMap;
   uniform float worn;
+  uniform vec3 wornTint[2];
   uniform sampler2D lineMap;
   uniform vec4 lineFrame;
   uniform vec2 aged; // lines, freckles
@@ -138,7 +141,7 @@ const COLOUR = /* glsl */ `
              * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
 
   vec4 folded = vec4(0.5, 0.5, 0.0, 0.0);
-  if (creased > 0.0 && worn + heatStrength < 1.0) {
+  if (creased > 0.0 && heatStrength < 1.0) {
     // As far as they are seen from the front.
     float faces = smoothstep(faceDepth, faceDepth + 14.0, vRest.z) * smoothstep(0.12, 0.4, vRestNormal.z);
     folded = mix(folded, texture2D(lineMap, (vRest.xy - lineFrame.xy) / lineFrame.zw), faces);
@@ -163,8 +166,8 @@ const COLOUR = /* glsl */ `
   tone *= 1.0 - 0.2 * (1.0 - relief.b) * (1.0 - smoothSkin);
   tone = mix(tone, tone * vec3(0.86, 0.87, 0.9), paint.a * 0.3);
   // Lines are redder and darker, freckles are melanin.
-  tone *= 1.0 - vFold * folded.b * vec3(0.22, 0.32, 0.34);
-  tone *= 1.0 - aged.y * folded.a * vec3(0.32, 0.47, 0.57);
+  vec3 drawn = (1.0 - vFold * folded.b * vec3(0.22, 0.32, 0.34)) * (1.0 - aged.y * folded.a * vec3(0.32, 0.47, 0.57));
+  tone *= drawn;
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
   // Not all hairs turn grey at once.
@@ -192,7 +195,7 @@ const COLOUR = /* glsl */ `
     // A photo is exposed so that lit skin is brighter than its albedo.
     seen *= 0.8;
 #endif
-    tone = mix(tone, seen, worn);
+    tone = mix(tone, seen * mix(wornTint[0], wornTint[1], lip) * drawn, worn);
   }
   // What no light reaches, the mouth and the depth of nostrils, is mucous membrane.
   tone = mix(tone, vec3(0.42, 0.12, 0.11), 0.85 * (1.0 - smoothstep(0.03, 0.2, occlusion)));
@@ -355,6 +358,8 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     /** A person's own colours, and how much of them shows. */
     wornMap: { value: new DataTexture(new Uint8Array(4), 1, 1) },
     worn: { value: 0 },
+    /** How much lighter its skin and its lips are than they were. */
+    wornTint: { value: [new Color(1, 1, 1), new Color(1, 1, 1)] },
   };
   const material = new MeshPhysicalMaterial({
     roughness: 0.52,
@@ -380,6 +385,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         uniform vec4 foldsLeft;
         uniform vec2 smooths; // right, left
         uniform vec2 aged;
+        uniform float worn;
         varying float vFold;
         uniform vec2 dense;
         uniform vec2 covered;
@@ -405,7 +411,8 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         vGrowth = growth;
         // An expression folds young skin a little, and old skin where it is folded.
         vec4 folds = folding * mix(foldsRight, foldsLeft, smoothstep(-6.0, 6.0, rest.x));
-        vFold = aged.x + max(max(folds.x, folds.y), max(folds.z, folds.w)) * (0.45 + 0.4 * aged.x);
+        // A photo that is worn has those of its face's expression.
+        vFold = aged.x + (1.0 - worn) * max(max(folds.x, folds.y), max(folds.z, folds.w)) * (0.45 + 0.4 * aged.x);
         vFold *= 1.0 + min(0.0, folding.w) * 0.9 * mix(smooths.x, smooths.y, smoothstep(-6.0, 6.0, rest.x));
         // Hair stands off the head, and longer hair over that.
         transformed += objectNormal * ((3.5 - 2.5 * covered.x) * (1.0 - heatStrength) * dense.x * smoothstep(-0.1, 0.9, growth.x));
@@ -502,7 +509,14 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.smooths.value.set(right.smooths, left.smooths);
       crease();
     },
-    /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
+    /** Colours of a photo become others as the skin and the lips do. @param {Paints} now @param {Paints} before */
+    tint(now, before) {
+      uniforms.wornTint.value = [now.skin, now.lips].map((colour, i) => {
+        const was = [before.skin, before.lips][i];
+        return new Color(colour.r / was.r, colour.g / was.g, colour.b / was.b);
+      });
+    },
+    /** @param {Paints} colours */
     paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);

@@ -6,7 +6,7 @@ import { coloured } from './grey.js';
 /** Texels a side of the colours that the 3D head takes from the photo. */
 const SIDE = 1024;
 
-/** @typedef {{ size: number, rgba: Uint8ClampedArray }} Colours */
+/** With the looks that the head has as it is in the photo. @typedef {{ size: number, rgba: Uint8ClampedArray, colouring: import('../head/colouring.js').Colouring }} Colours */
 
 /**
  * The 3D head's colours: the photo's once somebody looks at it, if that is wanted, or its own.
@@ -15,12 +15,14 @@ const SIDE = 1024;
  *   fitter: import('./fitter.js').Fitter,
  *   detail: () => import('phiz').PhotoDetail | null,
  *   tone: import('three').Color,
+ *   colouring: () => import('../head/colouring.js').Colouring,
  *   allowed: () => boolean,
  *   wear: (colours: Colours | null) => void,
  *   complain: (sentence: string) => void,
- * }} parts `detail`: its face in its own pixels; `tone`: of the head's skin at rest; `allowed`: there is a photo that says something of them
+ * }} parts `detail`: its face in its own pixels; `tone`: of the head's skin at rest; `colouring`: the
+ *   looks that it has as it is in the photo; `allowed`: the face is that of a photo that says something of them
  */
-export function createColours({ fitter, detail, tone, allowed, wear, complain }) {
+export function createColours({ fitter, detail, tone, colouring, allowed, wear, complain }) {
   /** What the photo says; undefined before it was asked. @type {Colours | null | undefined} */
   let found;
   /** What of that the head has on. @type {Colours | null} */
@@ -37,7 +39,7 @@ export function createColours({ fitter, detail, tone, allowed, wear, complain })
     const here = (asked += 1);
     try {
       const colours = await fitter.texture(SIDE, detail());
-      if (here === asked) found = colours && coloured(colours, tone);
+      if (here === asked) found = colours && { ...coloured(colours, tone), colouring: colouring() };
     } catch (error) {
       if (here !== asked) return;
       found = null;
@@ -53,6 +55,7 @@ export function createColours({ fitter, detail, tone, allowed, wear, complain })
   }
 
   async function dress() {
+    box.disabled = !allowed();
     await prepare();
     // Another photo came in between, and asks by itself.
     if (wanted() && found === undefined) return;

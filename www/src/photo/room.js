@@ -41,7 +41,7 @@ const EXAMPLE = 'astronaut.jpg';
  *   expressions: { any: boolean, load: () => Promise<void> },
  *   sleep: (asleep: boolean) => void,
  *   tone: import('three').Color,
- *   wear: (colours: { size: number, rgba: Uint8ClampedArray } | null) => void,
+ *   wear: (colours: import('./colours.js').Colours | null) => void,
  * }} parts `panel` takes the controls; `sleep` stops the drawing of the head while it is covered; `wear` gives it
  *   the photo's colours, or its own
  */
@@ -59,8 +59,11 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let person;
   /** The 68 points that were found, px of the photo. @type {ReturnType<typeof marksOf> | null} */
   let detected = null;
-  /** What was fitted, to which points. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, pixels: ReturnType<typeof fitter.pixels>, scale: number } | null} */
+  /** What was fitted, to which points. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, pixels: ReturnType<typeof fitter.pixels>, scale: number, colouring: import('../head/colouring.js').Colouring } | null} */
   let fitted = null;
+  /** The number of the person in the photo, by which the history knows whose face it is. */
+  let number = 0;
+  let people = 0;
   /** The person's own face, as the fit had it. @type {{ code: string, expression: Record<string, number> } | null} */
   let own = null;
   /** px of the stage's picture for one of the photo. */
@@ -102,7 +105,9 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     fitter,
     detail: () => photo && fitted && fitter.detail(photo, fitted.points),
     tone,
-    allowed: () => editable || last !== null,
+    colouring: () => fitted?.colouring ?? {},
+    // Who draws somebody else has somebody else's skin.
+    allowed: () => (editable || last !== null) && editor.photo === number,
     wear,
     complain: (sentence) => say(sentence, true),
   });
@@ -123,7 +128,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       picker.value = '';
     },
   });
-  const back = button(text.photo.own, () => own && editor.take(own));
+  const back = button(text.photo.own, () => own && editor.take(own, number));
   const again = button(text.photo.fitAgain, () => void fit(correction.points), 'primary');
   const asDetected = button(text.photo.asDetected, () => {
     if (!detected) return;
@@ -172,7 +177,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       'div',
       {},
       quality,
-      element('div', { class: 'row' }, button(text.photo.correct, startAdjusting), another),
+      element('div', { class: 'row' }, button(text.photo.correct, startAdjusting), another, button(text.photo.close, close)),
       element(
         'section',
         { class: 'part', 'aria-label': text.photo.change },
@@ -247,7 +252,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     stage.classList.toggle('has-photo', photo !== null);
     stage.classList.toggle('shows-photo', covered);
     sleep(covered);
-    if (!covered) void colours.dress();
+    dress();
+  }
+  function dress() {
+    if (!photo || !onPhoto()) void colours.dress();
   }
   function draw() {
     if (!photo) return;
@@ -290,6 +298,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     if (mode === 'ready' && status.classList.contains('is-wrong')) say(text.photo.ready);
     void follow();
   });
+  editor.onStep(dress);
 
   /** Points of the fitted face, px of the photo. */
   function fittedPoints() {
@@ -310,9 +319,26 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     retry.hidden = false;
     show(photo ? 'none' : 'empty');
   }
-  const present = () => ({ photo, onStage, faces, person, detected, fitted, own, shown, sentence: quality.textContent });
+  const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, shown, sentence: quality.textContent });
   function keepLast() {
     if (fitted) last = present();
+  }
+  /** There is no photo any more; the face stays. */
+  function close() {
+    visit += 1;
+    stopFinding();
+    fitter.cancel();
+    editable = dressed = false;
+    forgetLast();
+    forgetPerson();
+    forgetPhoto();
+    photo = onStage = detected = fitted = own = field = null;
+    faces = [];
+    number = 0;
+    colours.forget();
+    say('');
+    show('empty');
+    panel.querySelector('button')?.focus();
   }
   /** Another was fitted. */
   function forgetLast() {
@@ -336,7 +362,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     stopFinding();
     forgetPerson();
     forgetPhoto();
-    ({ photo, onStage, faces, person, detected, fitted, own, shown } = last);
+    ({ photo, onStage, faces, person, detected, fitted, number, own, shown } = last);
     quality.textContent = last.sentence;
     last = null;
     if (!photo || !onStage || !fitted) return;
@@ -533,9 +559,11 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       // Who corrects points has seen the looks, and may have changed them. Without a light nobody knows them.
       const looks = dressed ? null : await fitter.looks().catch(() => null);
       if (here !== visit) return;
-      editor.take({ code: found.code, expression, ...(looks && { colouring: colouringOf(looks, tone) }) });
+      if (!fitted) number = people += 1;
+      editor.take({ code: found.code, expression, ...(looks && { colouring: colouringOf(looks, tone) }) }, number);
       own = { code: face.code, expression: face.expression };
-      fitted = { fit: { ...base, ...own }, points: points.slice(), pixels, scale: pixels.scale };
+      const colouring = looks || !fitted ? editor.colouring : fitted.colouring;
+      fitted = { fit: { ...base, ...own }, points: points.slice(), pixels, scale: pixels.scale, colouring };
       forgetLast();
       dressed = true;
       editable = true;
