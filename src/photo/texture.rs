@@ -9,10 +9,11 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
+use super::grain::{self, Smooth};
 use super::raster::{NOTHING, Raster};
 use super::skin::{Skin, median};
 use super::{Camera, Detail, Image, Light};
-use crate::srgb::{BRIGHTNESS, byte};
+use crate::srgb::{BRIGHTNESS, byte, encode};
 use crate::{Error, FaceModel, Result};
 
 /// An image in the model's texture coordinates.
@@ -67,8 +68,47 @@ impl Texture {
         }
         let skin = Skin::new(model, camera, light, mesh, image)?;
         let (fill, shine) = fill(&skin);
-        Ok(bake(&skin, &fill, &shine, detail, size))
+        let smooth = smooth(&skin, detail);
+        let smooth = smooth.as_ref().map(|(smooth, corner, scale)| {
+            Ok::<_, Error>(Detail {
+                image: Image::new(smooth.width as u32, smooth.height as u32, &smooth.rgba)?,
+                corner: *corner,
+                scale: scale / smooth.coarser as f64,
+            })
+        });
+        let smooth = smooth.transpose()?;
+        Ok(bake(&skin, &fill, &shine, smooth.as_ref().or(detail), size))
     }
+}
+
+/// What of the photo is worn, without the grain that its exposure on the head would show, if it would; where its corner
+/// is in the photo, and how many pixels of its source are one of the photo's.
+fn smooth(skin: &Skin, detail: Option<&Detail>) -> Option<(Smooth, DVec2, f64)> {
+    let own = skin.own();
+    // Bytes of the head over those of the photo.
+    let brightness = |light: DVec3| encode(light.dot(BRIGHTNESS)).max(1.0 / 255.0);
+    let gain = brightness(own) / brightness(own * skin.usual / skin.exposure);
+    if let Some(&Detail {
+        image,
+        corner,
+        scale,
+    }) = detail
+    {
+        let size = [image.width, image.height];
+        return Some((grain::smooth(&image, [0, 0], size, gain)?, corner, scale));
+    }
+    let worn = (0..skin.trust.len()).filter(|&v| skin.trust[v] > 0.0);
+    let (low, high) = worn
+        .map(|v| skin.seen[v])
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+    let size = DVec2::new(skin.image.width as f64, skin.image.height as f64);
+    let within = |p: DVec2| p.clamp(DVec2::ZERO, size).as_usizevec2();
+    let (first, end) = (within(low.floor()), within(high.ceil()));
+    let size = end.saturating_sub(first).to_array();
+    let smooth = grain::smooth(skin.image, first.to_array(), size, gain)?;
+    Some((smooth, first.as_dvec2(), 1.0))
 }
 
 /// What the model's brows are painted with, as far as that is more than skin.

@@ -834,6 +834,37 @@ fn a_photo_in_the_dark_is_of_no_darker_person() {
     );
 }
 
+/// A sensor's noise is as large as before where a head shows a dark photo in good light, and looks like a rash.
+#[test]
+fn grain_of_a_photo_in_the_dark_is_not_worn() {
+    let mut face = Portrait::new(9);
+    face.exposure = 1.0 / 12.0;
+    let spread = |rgba: &[u8]| {
+        let image = Image::new(SIZE[0], SIZE[1], rgba).unwrap();
+        let edit = edit(&face.face, &face.camera, Some(face.light));
+        let worn = edit.texture(&image, None, 512).unwrap();
+        let cheeks = |p: Vec3| {
+            (15.0..45.0).contains(&p.x.abs()) && (-20.0..10.0).contains(&p.y) && p.z > 0.0
+        };
+        let all = reds(&face.face, &worn, cheeks, 200);
+        let [low, high] = [1, 9].map(|tenths| f64::from(all[all.len() * tenths / 10]));
+        high - low
+    };
+    let clean = face.rgba();
+    let mut state = 7_u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 8) / f64::from(1 << 24) - 0.5
+    };
+    // A standard deviation of 5 bytes, of some 50.
+    let noisy: Vec<u8> = (clean.iter())
+        .map(|&byte| (f64::from(byte) + 5.0 * 12_f64.sqrt() * random()).round() as u8)
+        .collect();
+    let (clean, noisy) = (spread(&clean), spread(&noisy));
+    // It is 24 where the grain is worn.
+    assert!(noisy < clean + 5.0, "{noisy} of grain, {clean} without");
+}
+
 #[test]
 fn a_portrait_on_a_large_dark_page_is_of_no_fairer_person() {
     let mut face = Portrait::new(9);
