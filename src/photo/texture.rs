@@ -38,6 +38,12 @@ const PAINTED: f64 = 0.04;
 const DARKEST_BROW: f64 = 2.0;
 /// Skin mirrors lights from so far above the nose's base on, mm, wholly from the second on.
 const SHINY: [f32; 2] = [-2.0, 4.0];
+/// Blood makes skin redder and darker, melanin too. What is redder by more than the first of these logarithms of (red /
+/// blue) and no darker has a light that nobody told from skin: this part of it is believed. It is dark enough for
+/// blood from the first of the logarithms of brightness on, and not at all from the second.
+const FLUSH: f64 = 0.15;
+const STAIN: f64 = 0.25;
+const PALE: [f64; 2] = [-0.3, -0.1];
 /// A chart's colours are continued so many texels beyond its border, for whoever filters the image.
 const MARGIN: usize = 6;
 /// Sides of a texture, texels.
@@ -210,6 +216,23 @@ impl Shine {
         let white = (seen.z * matte.x - seen.x * matte.z) / red;
         seen - much * white.clamp(0.0, brighter)
     }
+
+    /// A colour at a mix of three vertices, no redder than skin that is so bright.
+    fn unstained(&self, corners: [usize; 3], share: [f64; 3], seen: DVec3) -> DVec3 {
+        let matte: DVec3 = (0..3).map(|i| self.matte[corners[i]] * share[i]).sum();
+        if seen.min_element() <= 0.0 || matte.min_element() <= 0.0 {
+            return seen;
+        }
+        let tone = (seen / matte).map(f64::ln);
+        let bright = tone.dot(BRIGHTNESS);
+        let redder = tone.x - tone.z - FLUSH;
+        let pale = ((bright - PALE[0]) / (PALE[1] - PALE[0])).clamp(0.0, 1.0);
+        if redder <= 0.0 || pale == 0.0 {
+            return seen;
+        }
+        let kept = 1.0 - pale * (1.0 - STAIN) * redder / (redder + FLUSH);
+        matte * (bright + (tone - bright) * kept).map(f64::exp)
+    }
 }
 
 /// The colours of what is not seen, all over the mesh: the model's own in the tones that are seen, and brows as
@@ -301,7 +324,7 @@ fn bake(
         let rest = (1.0 - trust - far).max(0.0);
         let [seen, other, own] = [(corners, seen), (mirrored, other), (corners, own)]
             .map(|(corners, colour)| shine.without(corners, share, colour));
-        let colour = seen * trust + other * far + own * rest;
+        let colour = shine.unstained(corners, share, seen * trust + other * far + own * rest);
         let coded = colour.to_array().map(byte);
         pixel[..3].copy_from_slice(&coded);
         pixel[3] = (255.0 * (trust + far).min(1.0) + 0.5) as u8;

@@ -199,6 +199,44 @@ fn brows_are_as_dark_as_the_photos() {
 }
 
 /// A lamp that a cheek mirrors is not worn: it would turn with the head. What is paler for a beard's sake is.
+/// What is redder than skin is darker, or it is light.
+#[test]
+fn stains_of_light_are_no_skin() {
+    let redder = |by: DVec3| {
+        let mut face = Portrait::new(9);
+        let middle = face.at("ibug_27").0 + Vec3::Y * 20.0;
+        face.paint(SKIN * by, |p| p.distance(middle) < 10.0);
+        let rgba = face.rgba();
+        let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+        let edit = edit(&face.face, &face.camera, Some(face.light));
+        let worn = edit.texture(&image, None, 512).unwrap();
+        let parts = face.face.model().parts();
+        let inside = parts.topology.part_vertices("skin").into_iter();
+        let inside = inside.filter(|&v| parts.mean[v as usize].distance(middle) < 6.0);
+        let mut all: Vec<f64> = inside
+            .map(|v| {
+                let [u, w] = parts.topology.uvs[v as usize];
+                let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
+                let pixel = &worn.rgba[4 * (512 * y + x)..][..3];
+                let [red, blue] = [pixel[0], pixel[2]]
+                    .map(|byte| (f64::from(byte) / 255.0 + 0.055).powf(2.4) / 1.055_f64.powf(2.4));
+                (red / blue).ln() - (SKIN.x / SKIN.z).ln()
+            })
+            .collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all[all.len() / 2]
+    };
+    // As bright as the skin beside it: a quarter of what is more than a flush.
+    let (pale, flushed) = (DVec3::new(1.25, 1.0, 0.6), DVec3::new(0.85, 0.5, 0.5));
+    // The head has the photo's white balance.
+    let plain = redder(DVec3::ONE);
+    let stain = redder(pale) - plain;
+    assert!(stain < 0.35, "{stain} of {}", (1.25_f64 / 0.6).ln());
+    let flush = redder(flushed) - plain;
+    let all = (0.85_f64 / 0.5).ln();
+    assert!((flush - all).abs() < 0.1, "{flush} of {all}");
+}
+
 #[test]
 fn shine_is_no_skin() {
     let face = person(9);
