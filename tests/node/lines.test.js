@@ -49,6 +49,21 @@ describe('lines', () => {
     assert.ok(Math.abs(right / texels) < 0.6 && Math.abs(up / texels) < 0.6, `it leans by ${right / texels}, ${up / texels}`);
   });
 
+  test('bags, jowls and hollow cheeks are on both sides', () => {
+    /** How the relief rises to the right and up, over some mm around a place. */
+    const slope = (/** @type {number} */ x, /** @type {number} */ y) => {
+      const all = [-1.5, 0, 1.5].flatMap((i) => [-1.5, 0, 1.5].map((j) => read(x + i, y + j)));
+      return [0, 1].map((k) => all.reduce((sum, texel) => sum + texel[k] - 127.5, 0) / all.length);
+    };
+    const [chin] = [at('ibug_08')];
+    for (const [side, outer, inner, corner] of /** @type {const} */ ([[-1, 'ibug_41', 'ibug_40', 'ibug_48'], [1, 'ibug_46', 'ibug_47', 'ibug_54']])) {
+      const [lid, mouth] = [[0, 1].map((k) => (at(outer)[k] + at(inner)[k]) / 2), at(corner)];
+      assert.ok(slope(lid[0], lid[1] - 9.5)[1] > 12, `a bag's lower edge falls: ${slope(lid[0], lid[1] - 9.5)}`);
+      const jowl = [mouth[0] + side * 13, 0.3 * mouth[1] + 0.7 * chin[1]];
+      assert.ok(side * slope(jowl[0] + side * 6, jowl[1])[0] < -12 && side * slope(jowl[0] - side * 6, jowl[1])[0] > 12, 'a jowl stands out');
+    }
+  });
+
   test('freckles are thickest on nose and cheeks', () => {
     const dots = (/** @type {number} */ x, /** @type {number} */ y) => {
       let sum = 0;

@@ -73,6 +73,11 @@ function linesOf(at) {
       };
       lines.push({ through: [ray(from), ray((2 * from + to) / 3), ray((from + 2 * to) / 3), ray(to)], half: 0.6, deep: 0.26 });
     }
+    // Down the cheeks, from below those: finer.
+    for (let n = 0; n < 4; n++) {
+      const [x, y] = [outer[0] + side * (1 - 5 * n + some(1)), outer[1] - 15 - 1.5 * n + some(1.5)];
+      lines.push({ through: [[x, y], [x + side * (2.5 + some(0.6)), y - 9], [x + side * (1.5 + some(0.8)), y - 19 - 6 * random()]], half: 0.7, deep: 0.09 });
+    }
     // Below the lids: the fold of the lid, and the bag's lower edge.
     const under = lid.map(p);
     for (const [below, deep] of [[5.5, 0.16], [10.5, 0.26]]) {
@@ -130,6 +135,34 @@ function linesOf(at) {
 }
 
 /**
+ * What sinks and sags with the years, on both sides: the middle, half the width and height, and how far it stands out, mm.
+ * @param {import('../groundwork/paint.js').Points} at landmarks of the face at rest, mm
+ * @returns {{ middle: number[], half: number[], high: number, turn?: number }[]}
+ */
+function formsOf(at) {
+  const p = (/** @type {number} */ i) => points(at, i, i)[0];
+  const chin = p(8);
+  return /** @type {const} */ ([[-1, 36, 39, 41, 40, 31, 48], [1, 45, 42, 46, 47, 35, 54]]).flatMap(([side, outer, inner, ...rest]) => {
+    const [lidOut, lidIn, wing, mouth] = rest.map(p);
+    const [far, near] = [p(outer), p(inner)];
+    const across = Math.abs(far[0] - near[0]);
+    return [
+      // The bag below the eye.
+      { middle: [(lidOut[0] + lidIn[0]) / 2, (lidOut[1] + lidIn[1]) / 2 - 6.5], half: [0.42 * across, 3.6], high: 1.9, turn: side * 0.1 },
+      // Above the fold from the nose to the mouth the cheek hangs over.
+      { middle: [0.5 * (wing[0] + mouth[0]) + side * 14, 0.5 * (wing[1] + mouth[1]) + 4], half: [7, 12], high: 3, turn: -side * 0.5 },
+      // Below the cheekbone it is hollow.
+      { middle: [far[0] + side * 6, 0.4 * wing[1] + 0.6 * mouth[1]], half: [10, 15], high: -3.8, turn: side * 0.35 },
+      // The jowl, and the hollow between it and the chin.
+      { middle: [mouth[0] + side * 13, 0.3 * mouth[1] + 0.7 * chin[1]], half: [8, 10], high: 3.2 },
+      { middle: [mouth[0] - side * 3, 0.12 * mouth[1] + 0.88 * chin[1]], half: [5, 8], high: -2.2 },
+      // The temple.
+      { middle: [far[0] + side * 12, far[1] + 20], half: [9, 14], high: -3 },
+    ];
+  });
+}
+
+/**
  * Red and green: how the relief rises to the right and up, from -1 to 1 as 0 to 255. Blue: how deep in a line it is.
  * Alpha: freckles.
  *
@@ -178,6 +211,18 @@ export function paintLines(at) {
         // Skin that a line takes in stands beside it.
         height[j * SIZE + i] += full * deep * (0.3 * Math.exp(-across / 6) - down);
         groove[j * SIZE + i] = Math.max(groove[j * SIZE + i], full * Math.min(1, deep / 0.4) * down);
+      }
+    }
+  }
+  for (const { middle, half, high, turn = 0 } of formsOf(at)) {
+    const [cos, sin] = [Math.cos(turn), Math.sin(turn)];
+    const far = 2.6 * Math.max(...half);
+    const [left, right, bottom, top] = [0, 1].flatMap((k) => [middle[k] - far, middle[k] + far].map((value) => Math.min(SIZE - 1, Math.max(0, Math.round((value - frame[k]) / texel)))));
+    for (let j = bottom; j <= top; j++) {
+      for (let i = left; i <= right; i++) {
+        const [x, y] = [frame[0] + (i + 0.5) * texel - middle[0], frame[1] + (j + 0.5) * texel - middle[1]];
+        const [u, v] = [(x * cos + y * sin) / half[0], (y * cos - x * sin) / half[1]];
+        height[j * SIZE + i] += high * Math.exp(-u * u - v * v);
       }
     }
   }
