@@ -107,6 +107,12 @@ describe('a slider', () => {
     await page.keyboard.press('Delete');
     assert.ok(Math.abs((await value()) - 0.5) < 1e-4);
 
+    // Another feature begins at its top.
+    const scroll = page.locator('.features .scroll');
+    await scroll.evaluate((element) => element.scrollTo(0, 400));
+    await page.locator('.tab[data-group="mouth"]').click();
+    assert.equal(await scroll.evaluate((element) => element.scrollTop), 0);
+
     // All of it can be undone, one after the other.
     const undo = page.getByRole('button', { name: 'Undo', exact: true });
     let undone = 0;

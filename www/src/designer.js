@@ -125,6 +125,8 @@ export async function createDesigner(model, stage, chosen) {
     limits,
     random,
     preview: glow.hover,
+    // What is open is what a drag shapes, once there was something to drag.
+    pick: (group) => selected !== null && select(group),
   });
   const picking = createPicking({
     canvas,
@@ -196,7 +198,12 @@ export async function createDesigner(model, stage, chosen) {
     choose: () => panel.choose('photo'),
   });
   const explanation = createExplanation(editor);
-  const panel = createPanel(text.panel, explanation.about, [
+  /** @param {string} section */
+  function turnedTo(section) {
+    explanation.about(section);
+    if (section !== 'features') select(null);
+  }
+  const panel = createPanel(text.panel, turnedTo, [
     { name: 'features', title: text.modes.features, root: features.root, shown: features.shown },
     ...(meanings.any ? [{ name: 'meanings', title: text.modes.meanings, ...meanings }] : []),
     ...(file.any ? [{ name: 'expressions', title: text.modes.expressions, ...expressions }] : []),
