@@ -128,6 +128,13 @@ test('a decimal comma is a point, and what is typed keeps to the slider', async 
   assert.ok(Math.abs((await length('mouth width')) - 50.5) <= 0.011, `${await length('mouth width')} mm`);
   await type('five');
   assert.ok(Math.abs((await length('mouth width')) - 50.5) <= 0.011, 'nonsense changes nothing');
+  assert.equal(await page.getByRole('alert').textContent(), 'Type it like “50.5”.');
+  for (const [typed, mm] of /** @type {const} */ ([['48.2 mm', 48.2], ['4.9cm', 49], ['−', 49]])) {
+    await type(typed);
+    assert.ok(Math.abs((await length('mouth width')) - mm) <= 0.011, `${typed} is ${await length('mouth width')} mm`);
+  }
+  await type('95th');
+  assert.match((await page.getByRole('slider', { name: 'mouth width', exact: true }).getAttribute('aria-valuetext')) ?? '', /, 95th$/);
   await page.getByRole('slider', { name: 'mouth width', exact: true }).press('4');
   await page.keyboard.type('9,25');
   assert.equal(await typed.inputValue(), '49,25');

@@ -43,6 +43,7 @@ export const text = {
   alphaAbout: 'How far a change of one feature reaches into the skin around it.',
   beyond: 'Go beyond people',
   ended: (/** @type {string} */ end) => `It ends at ${end}.`,
+  unread: (/** @type {string} */ like) => `Type it like “${like}”.`,
   beyondAbout: 'Sliders end where hardly anyone is: three standard deviations from the middle, or before that where a part has no room. With this they go to six, and you type standard deviations.',
   sigmas: (/** @type {number} */ deviations) => `${text.change(deviations)} σ, beyond people`,
   typedSigmas: (/** @type {string} */ name) => `${name} in standard deviations`,
@@ -70,11 +71,13 @@ export const text = {
     about: 'Older, more of a man’s, of another shape: the face goes that way and stays as like itself as it can. Learned from drawn heads with labels: what an artist means by these words. They say nothing about real people.',
     names: /** @type {Record<string, string>} */ ({ sex: 'Sex', age: 'Age', african: 'African shape', asian: 'Asian shape', caucasian: 'Caucasian shape', weight: 'Weight' }),
     abouts: /** @type {Record<string, string>} */ ({ sex: 'Female to male' }),
+    sexes: ['female', 'male'],
     reset: 'Double-click or press Delete to go to the average. Type a number for an exact value.',
     years: (/** @type {number} */ years) => `${Math.round(years)} years`,
     share: (/** @type {string} */ name, /** @type {number} */ share) => {
-      if (name === 'sex') return share < 0.5 ? `${text.percent(100 * (1 - share))} female` : `${text.percent(100 * share)} male`;
-      return text.percent(100 * share);
+      if (name !== 'sex') return text.percent(100 * share);
+      const male = share < 0.5 ? 0 : 1;
+      return `${text.percent(100 * (male ? share : 1 - share))} ${text.person.sexes[male]}`;
     },
     colours: 'Skin, hair and lines go along',
   },

@@ -126,6 +126,7 @@ export function createFeatures(editor, { distributions, limits, random, preview,
               max: sigmas(limits.present[1]),
               step: 0.01,
               show: (value) => Number(sigmas(distribution.place(value)).toFixed(2)),
+              atRank: (percent) => sigmas(distribution.place(percent / 100)),
               take: (deviations) => {
                 move(distribution.value(placeOfSigmas(deviations)));
                 done();
@@ -137,6 +138,7 @@ export function createFeatures(editor, { distributions, limits, random, preview,
               min: 100 * control.limits[0],
               max: 100 * control.limits[1],
               step: 0.1,
+              atRank: (percent) => percent,
               show: (value) => Number((100 * Math.min(1, Math.max(0, value))).toFixed(1)),
               take: (percent) => editor.set(control.name, percent / 100),
               ended: (percent) => limits.ended(String(Math.round(percent)), id),

@@ -61,6 +61,7 @@ export function createMeanings(editor, { distributions, limits }) {
         max: most,
         step: 0.1,
         show: () => Number(face.measure(measure).toFixed(1)),
+        atRank: (percent) => distribution.reading(percent / 100),
         take,
         ended: (mm) => limits.ended(text.millimetres(mm), id),
       },
