@@ -197,6 +197,14 @@ describe('a slider', () => {
     await random.click();
     assert.equal(await valueOf(page, 'nose 3'), nose);
     assert.notDeepEqual(await mouth(), before);
+    // A reset says what it leaves, and all that it took comes back.
+    const state = () => page.evaluate(() => [window.designer.face.code, window.designer.face.locked, window.designer.colouring]);
+    const whole = await state();
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    assert.equal(await valueOf(page, 'nose 3'), nose);
+    assert.match((await page.locator('.toast').textContent()) ?? '', /^Locked: /);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await state(), whole);
     await context.close();
   });
 });

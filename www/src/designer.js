@@ -217,6 +217,11 @@ export async function createDesigner(model, stage, chosen) {
   theme.follow(portraits.retake);
   const address = createAddress(editor, file, toast.say);
   createToolbar(editor, stage.tools, {
+    reset() {
+      // It also takes away what was said of the face before.
+      toast.say(face.locked.length + face.lockedMeasures.length > 0 ? text.locked : '');
+      editor.reset();
+    },
     randomise: () => random.randomise(),
     copyLink: address.copy,
     theme: theme.toggle,
