@@ -42,9 +42,10 @@ async function inspect(page, what, rules = ALL) {
       }
     }
     if (name === 'Compare') {
-      await page.getByLabel('Side by side').check();
+      await page.getByLabel('Split by a line').check();
       await page.getByLabel('Distance as colour').check();
     }
+    if (name === 'Lengths') await page.waitForFunction(() => !document.querySelector('.awaited'));
     await look(name);
     await page.screenshot({ path: join(SCREENSHOTS, `${what}-${name.toLowerCase()}.png`) });
     if (name === 'Features') {
@@ -54,7 +55,7 @@ async function inspect(page, what, rules = ALL) {
       await page.getByRole('button', { name: 'Nose', exact: true }).click();
     }
     if (name === 'Compare') {
-      await page.getByLabel('Side by side').uncheck();
+      await page.getByLabel('Split by a line').uncheck();
       await page.getByLabel('Distance as colour').uncheck();
     }
   }

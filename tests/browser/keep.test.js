@@ -7,6 +7,7 @@ import { moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.j
 const { browser, site } = await siteAndBrowser();
 
 const codeOf = (page) => page.evaluate(() => window.designer.face.code);
+const locks = (page) => page.evaluate(() => [window.designer.face.locked, window.designer.face.lockedMeasures]);
 const ready = (page) => page.waitForFunction(() => document.documentElement.dataset.ready === 'true');
 const toast = (page) => page.locator('.toast').textContent();
 
@@ -68,6 +69,7 @@ describe('nothing is lost', () => {
     await third.goto(`${site.url}#${theirs}`);
     await ready(third);
     assert.equal(await codeOf(third), theirs);
+    assert.deepEqual(await locks(third), [[], []], 'a link has none of what is locked here');
     assert.match((await toast(third)) ?? '', /among your faces/);
     await third.getByRole('tab', { name: 'Faces' }).click();
     await third.getByRole('button', { name: /^Open Last visit/ }).click();
@@ -171,9 +173,17 @@ describe('nothing is lost', () => {
     assert.deepEqual([...complaints, ...other.complaints], []);
     await other.context.close();
 
-    // What is saved survives the page.
+    // What is saved survives the page, and what is locked, though the address has the face as well.
+    await page.keyboard.press('Control+z');
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await page.getByRole('button', { name: 'Lock the nose' }).click();
+    await page.getByRole('tab', { name: 'Lengths' }).click();
+    await page.getByRole('button', { name: 'Lock the mouth width' }).click();
+    assert.equal(new URL(page.url()).hash, `#${await codeOf(page)}`);
     await page.reload();
     await ready(page);
+    assert.deepEqual(await locks(page), [['nose'], ['mouth width']]);
+    await page.evaluate(() => window.designer.face.unlockMeasure('mouth width'));
     await page.getByRole('tab', { name: 'Faces' }).click();
     await page.getByRole('button', { name: 'Open My face 2' }).click();
     assert.equal(await codeOf(page), random);

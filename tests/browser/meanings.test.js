@@ -128,6 +128,13 @@ test('a decimal comma is a point, and what is typed keeps to the slider', async 
   assert.ok(Math.abs((await length('mouth width')) - 50.5) <= 0.011, `${await length('mouth width')} mm`);
   await type('five');
   assert.ok(Math.abs((await length('mouth width')) - 50.5) <= 0.011, 'nonsense changes nothing');
+  assert.equal(await page.getByRole('alert').textContent(), 'Type it like “50.5”.');
+  for (const [typed, mm] of /** @type {const} */ ([['48.2 mm', 48.2], ['4.9cm', 49], ['−', 49]])) {
+    await type(typed);
+    assert.ok(Math.abs((await length('mouth width')) - mm) <= 0.011, `${typed} is ${await length('mouth width')} mm`);
+  }
+  await type('95th');
+  assert.match((await page.getByRole('slider', { name: 'mouth width', exact: true }).getAttribute('aria-valuetext')) ?? '', /, 95th$/);
   await page.getByRole('slider', { name: 'mouth width', exact: true }).press('4');
   await page.keyboard.type('9,25');
   assert.equal(await typed.inputValue(), '49,25');
@@ -223,7 +230,22 @@ test('lengths without a control are set, too: a long narrow face', async () => {
 
 test('what lies to a side is said of the subject’s', async () => {
   const { context, page } = await open(browser, site);
-  await page.getByRole('tab', { name: 'Lengths' }).click();
+  // Rows come while the page is never idle, and not all at once: first those that can be seen.
+  const { atOnce, order } = await page.evaluate(async () => {
+    window.requestIdleCallback = () => 0;
+    const section = document.querySelector('#section-meanings');
+    const names = () => [...section.querySelectorAll('input[type=range]')].map(({ id }) => id);
+    const order = new Set();
+    new MutationObserver(() => names().forEach((name) => order.add(name))).observe(section, { childList: true, subtree: true });
+    document.querySelector('#mode-meanings').click();
+    const atOnce = names().length;
+    for (const end = performance.now() + 20_000; section.querySelector('.awaited') && performance.now() < end; ) await new Promise((done) => setTimeout(done, 20));
+    return { atOnce, order: [...order] };
+  });
+  const { length } = await page.evaluate(() => window.designer.model.measures);
+  assert.ok(atOnce < length / 2, `${atOnce} of ${length} rows in the click`);
+  assert.equal(order.length, length);
+  assert.ok(order.indexOf('meaning-face-height') < order.indexOf('meaning-chin-height'), order.join());
   const said = await page.locator('#section-meanings .about').allTextContents();
   assert.ok(said.includes('nose to the subject’s left') && said.includes('mouth to the subject’s left'), said.join());
   assert.ok(!said.some((words) => words.includes('its left')));

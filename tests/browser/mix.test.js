@@ -281,7 +281,7 @@ describe('the way as a film', () => {
 });
 
 describe('comparing', () => {
-  test('another face has its own hair and colours, and faces side by side can be parted from any section', async () => {
+  test('another face has its own hair and colours, and a split can be ended from any section', async () => {
     const { context, page, complaints } = await open(browser, site, { sharp: true, viewport: { width: 1100, height: 640 } });
     await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
     const start = await picture(page, 'compare-bald');
@@ -296,7 +296,7 @@ describe('comparing', () => {
     await page.mouse.up();
     assert.equal(differing(own, await picture(page, 'compare-wavy-let-go')), 0);
 
-    await page.getByLabel('Side by side').check();
+    await page.getByLabel('Split by a line').check();
     const halves = async (/** @type {string} */ name) => {
       await page.locator('.divider').evaluate((line) => (line.style.opacity = '0'));
       await page.locator('.split-end').evaluate((end) => (end.style.opacity = '0'));
@@ -322,7 +322,7 @@ describe('comparing', () => {
     assert.ok(await page.getByRole('slider', { name: 'Line between the two faces' }).isHidden());
     assert.equal(differing(own, await picture(page, 'compare-parted')), 0);
     await page.getByRole('tab', { name: 'Compare' }).click();
-    assert.equal(await page.getByLabel('Side by side').isChecked(), false);
+    assert.equal(await page.getByLabel('Split by a line').isChecked(), false);
 
     // From now on the hair is the start's, too.
     await page.getByRole('button', { name: 'Use this face as the start' }).click();
@@ -358,7 +358,7 @@ describe('comparing', () => {
     await page.keyboard.up('Space');
 
     // Left of the line the start, right of it the face; each as it is alone, up to the line.
-    await page.getByLabel('Side by side').check();
+    await page.getByLabel('Split by a line').check();
     await settled(page);
     await page.locator('.divider').evaluate((line) => (line.style.opacity = '0'));
     const middle = await picture(page, 'compare-split');
@@ -376,7 +376,7 @@ describe('comparing', () => {
     await page.mouse.move(box.x + 0.96 * box.width, handle.y + 120, { steps: 3 });
     await page.mouse.up();
     assert.equal(differing(start, await picture(page, 'compare-split-right'), [0, 0.1, 0.94, 1]), 0);
-    await page.getByLabel('Side by side').uncheck();
+    await page.getByLabel('Split by a line').uncheck();
 
     // Colours: the crown has not moved and has the scale's first colour; the nose has others.
     await page.getByLabel('Distance as colour').check();

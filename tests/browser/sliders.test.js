@@ -91,8 +91,30 @@ describe('a slider', () => {
     await page.keyboard.press('Enter');
     assert.ok(Math.abs((await value()) - 0.375) < 1e-4, 'a comma is a point');
     assert.equal(await page.getByRole('alert').count(), 0);
+    // As it is written beside the slider.
+    await page.keyboard.press('Enter');
+    await page.keyboard.type('95th');
+    await page.keyboard.press('Enter');
+    assert.ok(Math.abs((await value()) - 0.95) < 1e-4, 'a rank is read');
+    // What cannot be read stays to be mended, also when one goes elsewhere, until it is left.
+    for (const key of ['Enter', 'Tab']) {
+      await rowOf(page, 'nose 1').getByRole('button').click();
+      await typed.fill('40 mm');
+      await typed.press(key);
+      assert.equal(await typed.getAttribute('aria-invalid'), 'true');
+      assert.equal(await page.getByRole('alert').textContent(), 'Type it like “95”.');
+      await typed.press('Escape');
+      assert.equal(await typed.isVisible() || (await page.getByRole('alert').count()) > 0, false);
+    }
+    await rowOf(page, 'nose 1').getByRole('button').click();
+    await typed.fill('abc');
+    await typed.press('Enter');
+    await typed.press('9');
+    assert.equal(await typed.getAttribute('aria-invalid'), null, 'being mended');
+    assert.ok(Math.abs((await value()) - 0.95) < 1e-4);
     await slider.focus();
     await page.keyboard.press('End');
+    assert.equal(await typed.isVisible(), false, 'the slider is another way');
 
     // Keys: a hundredth, with Shift a tenth; a digit opens the number; Delete resets.
     await slider.focus();
@@ -106,6 +128,12 @@ describe('a slider', () => {
     await slider.focus();
     await page.keyboard.press('Delete');
     assert.ok(Math.abs((await value()) - 0.5) < 1e-4);
+
+    // Another feature begins at its top.
+    const scroll = page.locator('.features .scroll');
+    await scroll.evaluate((element) => element.scrollTo(0, 400));
+    await page.locator('.tab[data-group="mouth"]').click();
+    assert.equal(await scroll.evaluate((element) => element.scrollTop), 0);
 
     // All of it can be undone, one after the other.
     const undo = page.getByRole('button', { name: 'Undo', exact: true });
@@ -169,6 +197,14 @@ describe('a slider', () => {
     await random.click();
     assert.equal(await valueOf(page, 'nose 3'), nose);
     assert.notDeepEqual(await mouth(), before);
+    // A reset says what it leaves, and all that it took comes back.
+    const state = () => page.evaluate(() => [window.designer.face.code, window.designer.face.locked, window.designer.colouring]);
+    const whole = await state();
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    assert.equal(await valueOf(page, 'nose 3'), nose);
+    assert.match((await page.locator('.toast').textContent()) ?? '', /^Locked: /);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await state(), whole);
     await context.close();
   });
 });

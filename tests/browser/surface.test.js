@@ -135,6 +135,27 @@ describe('the surface', () => {
     await drag(page, tip, 0, 14);
     await page.mouse.up();
     assert.deepEqual(await nose(), before);
+
+    // What is open in the panel is what is dragged; the whole person is no feature, and another section none of features.
+    const hint = () => page.locator('.hint').textContent();
+    const shapes = () => page.locator('.stage').evaluate((stage) => stage.classList.contains('is-shaping'));
+    await page.locator('.tab[data-group="mouth"]').click();
+    assert.match((await hint()) ?? '', /^Drag the mouth to shape it/);
+    const code = await codeOf(page);
+    await drag(page, await landmarkOnScreen(page, 'ibug_54'), 8, 0);
+    await page.mouse.up();
+    assert.notEqual(await codeOf(page), code);
+    for (const leave of [page.getByRole('button', { name: 'Person', exact: true }), page.getByRole('tab', { name: 'Looks' })]) {
+      await page.mouse.click(tip.x, tip.y);
+      assert.match((await hint()) ?? '', /^Drag the nose to shape it/);
+      await leave.click();
+      assert.equal(await hint(), 'Click a feature to shape it');
+      assert.equal(await shapes(), false);
+    }
+    // To open one is not to select one.
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await page.locator('.tab[data-group="mouth"]').click();
+    assert.equal(await shapes(), false);
     await context.close();
   });
 
@@ -153,9 +174,14 @@ describe('the surface', () => {
     assert.equal(await codeOf(page), median, 'unselected, the head turns');
     await page.getByRole('button', { name: 'Front' }).click();
     await settled(page);
+    const before = await picture(page, 'surface-phone-before');
     await page.touchscreen.tap(tip.x, tip.y);
     assert.equal(await page.locator('.tab[aria-pressed=true]').getAttribute('data-group'), 'nose');
-    const before = await picture(page, 'surface-phone-before');
+    // Below what lies over the stage.
+    const head = /** @type {[number, number, number, number]} */ ([0, 0.2, 1, 1]);
+    assert.ok(differing(before, await picture(page, 'surface-phone-picked'), head) > 60, 'what was tapped glows');
+    await page.waitForTimeout(1250);
+    assert.equal(differing(before, await picture(page, 'surface-phone-selected'), head), 0, 'and then leaves its skin as it is');
     const [rest] = await places(page, ['ibug_30']);
     await finger([tip.x, tip.y], [tip.x, tip.y - 14]);
     assert.notEqual(await codeOf(page), median);

@@ -90,10 +90,28 @@ describe('a person', () => {
     assert.ok(Math.abs(now[0] - 0.2) < 0.002, `${now}`);
     assert.ok((await page.evaluate(() => window.designer.colouring.skin)) < 0.25, 'skin goes along');
 
+    // The field has what the reading says, and takes it; a number alone is of what it says.
+    await type('Age', '70 years');
+    assert.ok(Math.abs((await reading(page, 'age')) - 70) < 0.1);
+    const field = page.getByRole('spinbutton', { name: 'Sex', exact: true });
+    for (const [typed, male, said] of /** @type {const} */ ([['80 % F', 0.2, '80% female'], ['70', 0.3, '70% female'], ['60% male', 0.6, '60% male'], ['52', 0.52, '52% male']])) {
+      await type('Sex', typed);
+      assert.ok(Math.abs((await reading(page, 'sex')) - male) < 0.005, `${typed} is ${await reading(page, 'sex')}`);
+      await slider(page, 'Sex').press('Enter');
+      assert.equal(await field.inputValue(), said);
+      await field.press('Escape');
+    }
+    await slider(page, 'Sex').press('Enter');
+    await field.press('ArrowDown');
+    assert.deepEqual([await field.inputValue(), await field.getAttribute('aria-valuenow')], ['51% male', '51']);
+    await type('Sex', '80% mail');
+    assert.equal(await page.getByRole('alert').textContent(), 'Type it like “51% male”.');
+    await field.press('Escape');
+
     await page.evaluate(() => window.designer.face.lock('nose'));
     const nose = await places(page, 'nose');
     const sex = await reading(page, 'sex');
-    await type('Sex', 95);
+    await type('Sex', '95% male');
     const gone = ((await reading(page, 'sex')) - sex) / (0.95 - sex);
     assert.ok(gone > 0.5 && gone < 1.001, `${gone} of the way`);
     assert.ok((await places(page, 'nose')).every((x, i) => Math.abs(x - nose[i]) <= 1e-4));

@@ -1,6 +1,6 @@
 import { createAbout } from './frame/about.js';
 import { createAddress } from './keep/address.js';
-import { decodeColouring, decodeExpression, encodeColouring, splitHash } from './keep/addresscode.js';
+import { decodeColouring, decodeExpression, encodeColouring, joinHash, splitHash } from './keep/addresscode.js';
 import { createAutosave } from './keep/autosave.js';
 import { createBare } from './stage/bare.js';
 import { createColours } from './panel/colours.js';
@@ -37,10 +37,12 @@ import { createToolbar } from './frame/toolbar.js';
 import { createTour } from './frame/tour.js';
 import { createViewpoint } from './stage/viewpoint.js';
 
+/** @typedef {NonNullable<ReturnType<ReturnType<typeof createAutosave>['last']>>} Last */
+
 /**
  * The face to begin with: the link's, or the last visit's, or the median.
  * @param {import('phiz').FaceModel} model
- * @param {ReturnType<ReturnType<typeof createAutosave>['last']>} last
+ * @param {Last | null} last
  */
 function firstFace(model, last) {
   const { code, expression, colouring } = splitHash(location.hash);
@@ -48,15 +50,17 @@ function firstFace(model, last) {
   if (code || expression || colouring) {
     try {
       const colours = decodeColouring(colouring);
-      return { face: code ? model.fromCode(code) : model.face(), expression, colours, refused, restored: false };
+      const face = code ? model.fromCode(code) : model.face();
+      // The address has had the face since it was changed: when that was here, the page was loaded again.
+      if (last && joinHash(last) === joinHash({ code: face.code, expression, colouring })) lockAgain(face, last);
+      return { face, expression, colours, refused, restored: false };
     } catch {
       refused = true;
     }
   } else if (last) {
     try {
       const face = model.fromCode(last.code);
-      for (const region of last.locked) if (model.regions.includes(region)) face.lock(region);
-      for (const { name } of model.measures) if (last.held.includes(name)) face.lockMeasure(name);
+      lockAgain(face, last);
       return { face, expression: last.expression, colours: lastColours(last), refused, restored: true };
     } catch {
       // It is of an older model with the same name, and cannot come back.
@@ -65,7 +69,14 @@ function firstFace(model, last) {
   return { face: model.face(), expression: '', colours: {}, refused, restored: false };
 }
 
-/** @param {NonNullable<ReturnType<ReturnType<typeof createAutosave>['last']>>} last */
+/** @param {import('phiz').Face} face @param {Last} last */
+function lockAgain(face, { locked, held }) {
+  const { regions, measures } = face.model;
+  for (const region of locked) if (regions.includes(region)) face.lock(region);
+  for (const { name } of measures) if (held.includes(name)) face.lockMeasure(name);
+}
+
+/** @param {Last} last */
 function lastColours({ colouring }) {
   try {
     return decodeColouring(colouring);
@@ -114,6 +125,8 @@ export async function createDesigner(model, stage, chosen) {
     limits,
     random,
     preview: glow.hover,
+    // What is open is what a drag shapes, once there was something to drag.
+    pick: (group) => selected !== null && select(group),
   });
   const picking = createPicking({
     canvas,
@@ -185,7 +198,12 @@ export async function createDesigner(model, stage, chosen) {
     choose: () => panel.choose('photo'),
   });
   const explanation = createExplanation(editor);
-  const panel = createPanel(text.panel, explanation.about, [
+  /** @param {string} section */
+  function turnedTo(section) {
+    explanation.about(section);
+    if (section !== 'features') select(null);
+  }
+  const panel = createPanel(text.panel, turnedTo, [
     { name: 'features', title: text.modes.features, root: features.root, shown: features.shown },
     ...(meanings.any ? [{ name: 'meanings', title: text.modes.meanings, ...meanings }] : []),
     ...(file.any ? [{ name: 'expressions', title: text.modes.expressions, ...expressions }] : []),
@@ -199,6 +217,11 @@ export async function createDesigner(model, stage, chosen) {
   theme.follow(portraits.retake);
   const address = createAddress(editor, file, toast.say);
   createToolbar(editor, stage.tools, {
+    reset() {
+      // It also takes away what was said of the face before.
+      toast.say(face.locked.length + face.lockedMeasures.length > 0 ? text.locked : '');
+      editor.reset();
+    },
     randomise: () => random.randomise(),
     copyLink: address.copy,
     theme: theme.toggle,

@@ -43,6 +43,7 @@ export const text = {
   alphaAbout: 'How far a change of one feature reaches into the skin around it.',
   beyond: 'Go beyond people',
   ended: (/** @type {string} */ end) => `It ends at ${end}.`,
+  unread: (/** @type {string} */ like) => `Type it like “${like}”.`,
   beyondAbout: 'Sliders end where hardly anyone is: three standard deviations from the middle, or before that where a part has no room. With this they go to six, and you type standard deviations.',
   sigmas: (/** @type {number} */ deviations) => `${text.change(deviations)} σ, beyond people`,
   typedSigmas: (/** @type {string} */ name) => `${name} in standard deviations`,
@@ -70,11 +71,13 @@ export const text = {
     about: 'Older, more of a man’s, of another shape: the face goes that way and stays as like itself as it can. Learned from drawn heads with labels: what an artist means by these words. They say nothing about real people.',
     names: /** @type {Record<string, string>} */ ({ sex: 'Sex', age: 'Age', african: 'African shape', asian: 'Asian shape', caucasian: 'Caucasian shape', weight: 'Weight' }),
     abouts: /** @type {Record<string, string>} */ ({ sex: 'Female to male' }),
+    sexes: ['female', 'male'],
     reset: 'Double-click or press Delete to go to the average. Type a number for an exact value.',
     years: (/** @type {number} */ years) => `${Math.round(years)} years`,
     share: (/** @type {string} */ name, /** @type {number} */ share) => {
-      if (name === 'sex') return share < 0.5 ? `${text.percent(100 * (1 - share))} female` : `${text.percent(100 * share)} male`;
-      return text.percent(100 * share);
+      if (name !== 'sex') return text.percent(100 * share);
+      const male = share < 0.5 ? 0 : 1;
+      return `${text.percent(100 * (male ? share : 1 - share))} ${text.person.sexes[male]}`;
     },
     colours: 'Skin, hair and lines go along',
   },
@@ -90,8 +93,6 @@ export const text = {
   percentile: 'percentile',
   measures: 'Measures',
   change: (/** @type {number} */ mm) => (mm < 0 ? '' : '+') + decimal(mm),
-  undone: 'Undone',
-  redone: 'Redone',
   millimetres: (/** @type {number} */ mm) => `${decimal(mm)} mm`,
   badCode: 'This link holds no face of this model, so you see the median face.',
   noSavedExpression: 'The face’s expression could not be loaded, so the face is at rest.',
@@ -202,7 +203,7 @@ export const text = {
   averageFace: 'The average',
   startNow: 'Use this face as the start',
   hold: 'Hold to see it',
-  split: 'Side by side, split by a line',
+  split: 'Split by a line you drag',
   endSplit: 'Show one face again',
   divider: 'Line between the two faces',
   heat: 'Distance as colour',
@@ -512,7 +513,7 @@ export const text = {
     { at: '.feature-head', mode: 'features', title: 'Random, reset, lock', words: 'Lock what you like and let chance change the rest. “How unusual”, further down, sets how far it may go.' },
     { at: '.tray', mode: 'mix', title: 'Mix', words: 'Drag a face onto a feature of the head to give it that feature.' },
     { at: '#mode-expressions', mode: 'expressions', title: 'Expressions', words: 'Smiles, blinks and glances by ARKit’s names. They follow the face’s proportions, and saved faces and links keep them.' },
-    { at: '#compare-with', mode: 'compare', title: 'Compare', words: 'See what you have changed: at the press of a button, side by side, in colour, and in millimetres.' },
+    { at: '#compare-with', mode: 'compare', title: 'Compare', words: 'See what you have changed: at the press of a button, split by a line, in colour, and in millimetres.' },
     { at: '#mode-photo', mode: 'photo', title: 'Photo', words: 'Open a portrait: the head becomes that person, and every slider changes the photo, too. No photo leaves this device.' },
     { at: '.button.primary', mode: 'features', title: 'Nothing is lost', words: 'Every step can be undone, this browser keeps the face, and the link holds all of it.' },
   ]),

@@ -87,7 +87,7 @@ export function createCompare(editor, { library, display, stage, wears }) {
     leftName,
     rightName,
   );
-  // Faces stay side by side while another section changes one of them: what ends that is where they are.
+  // The split stays while another section changes one of the faces: what ends it is where they are.
   const endSplit = element(
     'button',
     {

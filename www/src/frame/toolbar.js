@@ -16,10 +16,10 @@ function tool(name, label, onclick) {
  *
  * @param {import('../editing/editor.js').Editor} editor
  * @param {HTMLElement} tools where its buttons go
- * @param {{ randomise: () => void, copyLink: () => void, take: () => void, theme: () => void, help: () => void }} on
+ * @param {{ reset: () => void, randomise: () => void, copyLink: () => void, take: () => void, theme: () => void, help: () => void }} on
  *   `take`: the face leaves the page, as a file or a picture.
  */
-export function createToolbar(editor, tools, { randomise, copyLink, take, theme, help }) {
+export function createToolbar(editor, tools, { reset, randomise, copyLink, take, theme, help }) {
   const undo = tool('undo', text.undo, () => editor.undo());
   const redo = tool('redo', text.redo, () => editor.redo());
   function refresh() {
@@ -44,7 +44,7 @@ export function createToolbar(editor, tools, { randomise, copyLink, take, theme,
   tools.append(
     undo,
     redo,
-    tool('reset', text.resetAll, () => editor.reset()),
+    tool('reset', text.resetAll, reset),
     element(
       'button',
       { type: 'button', class: 'button', 'aria-label': text.randomise, title: text.randomise, onclick: randomise },

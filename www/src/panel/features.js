@@ -27,9 +27,10 @@ export function featuresOf(model) {
  *   limits: import('./limits.js').Limits,
  *   random: ReturnType<typeof import('./random.js').createRandom>,
  *   preview: (group: string | null) => void,
- * }} parts
+ *   pick: (group: string | null) => void,
+ * }} parts `pick` is told which feature was chosen here, by hand: none, for the whole person
  */
-export function createFeatures(editor, { distributions, limits, random, preview }) {
+export function createFeatures(editor, { distributions, limits, random, preview, pick }) {
   const { model, face } = editor;
   const groups = featuresOf(model);
   let chosen = groups.includes('nose') ? 'nose' : groups[0];
@@ -39,7 +40,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
   const person = createPerson(editor);
   /** In the order in which they stand. @type {Map<string, HTMLElement>} */
   const tabs = new Map();
-  if (person.any) tabs.set(PERSON, element('button', { type: 'button', class: 'tab whole', onclick: () => choose(PERSON) }, text.person.title));
+  if (person.any) tabs.set(PERSON, element('button', { type: 'button', class: 'tab whole', onclick: () => pressed(PERSON) }, text.person.title));
   for (const group of groups) {
     const lockSign = icon('lock');
     lockSign.classList.add('lock-sign');
@@ -49,7 +50,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
         type: 'button',
         class: 'tab',
         'data-group': group,
-        onclick: () => choose(group),
+        onclick: () => pressed(group),
         onpointerenter: () => preview(group),
         onpointerleave: () => preview(null),
         onfocus: () => button.matches(':focus-visible') && preview(group),
@@ -125,6 +126,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
               max: sigmas(limits.present[1]),
               step: 0.01,
               show: (value) => Number(sigmas(distribution.place(value)).toFixed(2)),
+              atRank: (percent) => sigmas(distribution.place(percent / 100)),
               take: (deviations) => {
                 move(distribution.value(placeOfSigmas(deviations)));
                 done();
@@ -136,6 +138,7 @@ export function createFeatures(editor, { distributions, limits, random, preview 
               min: 100 * control.limits[0],
               max: 100 * control.limits[1],
               step: 0.1,
+              atRank: (percent) => percent,
               show: (value) => Number((100 * Math.min(1, Math.max(0, value))).toFixed(1)),
               take: (percent) => editor.set(control.name, percent / 100),
               ended: (percent) => limits.ended(String(Math.round(percent)), id),
@@ -216,9 +219,15 @@ export function createFeatures(editor, { distributions, limits, random, preview 
   }
 
   /** @param {string} group */
+  function pressed(group) {
+    choose(group);
+    pick(group === PERSON ? null : group);
+  }
+  /** @param {string} group */
   function choose(group) {
     const tab = tabs.get(group);
     if (!tab) return;
+    if (group !== chosen) scroll.scrollTop = 0;
     chosen = group;
     const strip = /** @type {HTMLElement} */ (tab.parentElement);
     strip?.scrollTo({ left: tab.offsetLeft - strip.clientWidth / 2 + tab.clientWidth / 2 });
@@ -251,19 +260,15 @@ export function createFeatures(editor, { distributions, limits, random, preview 
     more,
   );
 
-  const root = element(
+  const scroll = element(
     'div',
-    { class: 'features' },
-    fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values())),
-    element(
-      'div',
-      { class: 'scroll' },
-      person.root,
-      feature,
-      random.root,
-      element('details', { class: 'advanced' }, element('summary', {}, text.advanced), limits.box(), alpha.root, random.again),
-    ),
+    { class: 'scroll' },
+    person.root,
+    feature,
+    random.root,
+    element('details', { class: 'advanced' }, element('summary', {}, text.advanced), limits.box(), alpha.root, random.again),
   );
+  const root = element('div', { class: 'features' }, fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values())), scroll);
   choose(chosen);
   limits.onChange(build);
   editor.onShape(refresh);

@@ -8,8 +8,6 @@ import { distributionOf } from './distribution.js';
  * 4000 faces no such length is skewed by more than 0.1, so a normal distribution stands for all.
  */
 const FACES = 400;
-/** Work goes on for so long before others have their turn, ms. A face takes a half. */
-const SLICE = 8;
 /**
  * What each leaves as it is: in people all of them go with the size of the face, and a long face would be a broad one.
  * A narrow face has a narrow jaw all the same.
@@ -29,8 +27,6 @@ const PERCENTILES = (() => {
   for (let i = 1; i <= STEPS; i++) sums.push(sums[i - 1] + density(PLACES[i - 1]) + density(PLACES[i]));
   return sums.map((sum) => sum / sums[STEPS]);
 })();
-
-const idle = () => new Promise((done) => (typeof requestIdleCallback === 'function' ? requestIdleCallback(done, { timeout: 40 }) : setTimeout(done)));
 
 /**
  * Gives a face a length by the most probable change that leaves height and width of the face, and what is held.
@@ -53,19 +49,13 @@ function setLength(face, measure, mm) {
  */
 export function createLengths(model) {
   const measures = model.measures.filter(({ name }) => !model.controls.some(({ measure }) => measure === name));
-  /** @type {Promise<Map<string, import('./distribution.js').Distribution>> | null} */
-  let coming = null;
-
-  async function sample() {
+  /** A face takes half a millisecond. @param {() => Promise<void>} pause */
+  async function sample(pause) {
     const face = model.face();
     const median = measures.map(({ name }) => face.measure(name));
     const sums = measures.map(() => [0, 0]);
-    let since = performance.now();
     for (let seed = 1; seed <= FACES; seed++) {
-      if (performance.now() - since > SLICE) {
-        await idle();
-        since = performance.now();
-      }
+      await pause();
       // Also of what a random face keeps: the blending distance.
       face.reset();
       face.randomize({ seed });
@@ -98,8 +88,8 @@ export function createLengths(model) {
 
   return {
     measures,
-    /** How people differ in them: asked once, and answered while nothing else is to do. */
-    distributions: () => (coming ??= sample()),
+    /** How people differ in them. */
+    distributions: sample,
     set: setLength,
   };
 }

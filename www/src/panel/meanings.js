@@ -4,6 +4,7 @@ import { icon } from '../frame/icons.js';
 import { createLengths } from './lengths.js';
 import { groupOfMeasure } from './measures.js';
 import { createSlider } from './slider.js';
+import { createTimeslices } from './timeslice.js';
 import { spoken, standing, text, titleOf, told } from '../text.js';
 
 /** @typedef {import('./distribution.js').Distribution} Distribution */
@@ -61,6 +62,7 @@ export function createMeanings(editor, { distributions, limits }) {
         max: most,
         step: 0.1,
         show: () => Number(face.measure(measure).toFixed(1)),
+        atRank: (percent) => distribution.reading(percent / 100),
         take,
         ended: (mm) => limits.ended(text.millimetres(mm), id),
       },
@@ -79,14 +81,12 @@ export function createMeanings(editor, { distributions, limits }) {
     return slider.root;
   }
 
-  /** @param {import('phiz').Control} control @param {string} measure */
-  function controlled(control, measure) {
-    const { name, description } = control;
-    const distribution = distributions(control);
+  /** @param {Length} length @param {import('phiz').Control} control @param {Distribution} distribution */
+  function controlled({ name, measure, about }, control, distribution) {
     return row({
       name,
       measure,
-      about: description,
+      about,
       distribution,
       // Where the part has no room to go on, and would crumple, unless people ask for more.
       ends: limits.beyond ? limits.present : control.limits,
@@ -99,8 +99,8 @@ export function createMeanings(editor, { distributions, limits }) {
     });
   }
 
-  /** @param {import('phiz').Measure} measure @param {Distribution} distribution */
-  function uncontrolled({ name, description }, distribution) {
+  /** @param {Length} length @param {Distribution} distribution */
+  function uncontrolled({ name, about }, distribution) {
     /** @type {import('../editing/history.js').State | null} */
     let from = null;
     const take = (/** @type {number} */ mm) => {
@@ -111,7 +111,7 @@ export function createMeanings(editor, { distributions, limits }) {
     return row({
       name,
       measure: name,
-      about: description,
+      about,
       distribution,
       ends: limits.present,
       back: tool('reset', text.resetMeasure(spoken(name)), () => take(distribution.reading(distribution.start))),
@@ -127,27 +127,39 @@ export function createMeanings(editor, { distributions, limits }) {
   function refresh() {
     if (!visible) return;
     const held = face.lockedMeasures;
-    rows.forEach(({ measure, distribution, slider, lock }, i) => {
-      const value = distribution.of(face);
-      slider.show(value);
-      const was = before?.[i];
-      slider.ghost(was !== undefined && Math.abs(was - value) > 0.005 ? was : null);
-      const isHeld = held.includes(measure);
-      if (lock.getAttribute('aria-pressed') !== String(isHeld)) {
-        lock.setAttribute('aria-pressed', String(isHeld));
-        lock.replaceChildren(icon(isHeld ? 'lock' : 'unlock'));
-      }
-    });
+    rows.forEach((row, i) => show(row, i, held));
+  }
+  /** @param {typeof rows[number]} row @param {number} i @param {readonly string[]} held */
+  function show({ measure, distribution, slider, lock }, i, held) {
+    const value = distribution.of(face);
+    slider.show(value);
+    const was = before?.[i];
+    slider.ghost(was !== undefined && Math.abs(was - value) > 0.005 ? was : null);
+    const isHeld = held.includes(measure);
+    if (lock.getAttribute('aria-pressed') !== String(isHeld)) {
+      lock.setAttribute('aria-pressed', String(isHeld));
+      lock.replaceChildren(icon(isHeld ? 'lock' : 'unlock'));
+    }
   }
   editor.onShape(refresh);
   editor.onStep(refresh);
 
   const list = element('div', {});
   let built = false;
-  /** How people differ in lengths that no control sets, once that is known. @type {Map<string, Distribution> | null} */
-  let known = null;
-  /** Rows that wait for it. @type {Map<import('phiz').Measure, HTMLElement>} */
+  /** @typedef {{ name: string, measure: string, about: string, control?: import('phiz').Control }} Length */
+  /** In the order in which they stand in each part. @type {Length[]} */
+  const lengths = model.controls.flatMap((control) => {
+    const { name, measure, description } = control;
+    return measure ? [{ name, measure, about: description, control }] : [];
+  });
+  const without = others.measures.map(({ name, description }) => ({ name, measure: name, about: description }));
+  lengths.unshift(...without.filter(({ name }) => groupOfMeasure(name) === 'head'));
+  lengths.push(...without.filter(({ name }) => groupOfMeasure(name) !== 'head'));
+  /** How people differ in each, once that is known. @type {Map<Length, Distribution>} */
+  const known = new Map();
+  /** Where there will be a row then. @type {Map<Length, HTMLElement>} */
   const awaited = new Map();
+
   function build() {
     built = true;
     rows = [];
@@ -166,29 +178,46 @@ export function createMeanings(editor, { distributions, limits }) {
       }
       return part;
     };
-    const put = (/** @type {import('phiz').Measure} */ measure) => {
-      const distribution = known?.get(measure.name);
-      const made = distribution ? uncontrolled(measure, distribution) : roomFor(measure);
-      if (!distribution) awaited.set(measure, made);
-      partOf(measure.name).append(made);
-    };
-    const isWhole = (/** @type {import('phiz').Measure} */ { name }) => groupOfMeasure(name) === 'head';
-    others.measures.filter(isWhole).forEach(put);
-    for (const control of model.controls) if (control.measure) partOf(control.measure).append(controlled(control, control.measure));
-    others.measures.filter((measure) => !isWhole(measure)).forEach(put);
-  }
-  /** Nothing moves when the row comes. @param {import('phiz').Measure} measure */
-  const roomFor = ({ name, description }) =>
-    element('div', { class: 'control' }, element('p', { class: 'awaited' }, spoken(name)), element('div', { class: 'track' }), element('p', { class: 'about' }, description));
-
-  async function compare() {
-    known = await others.distributions();
-    for (const [measure, room] of awaited) {
-      const distribution = known.get(measure.name);
-      if (distribution) room.replaceWith(uncontrolled(measure, distribution));
+    for (const length of lengths) {
+      const distribution = known.get(length);
+      const made = distribution ? rowOf(length, distribution) : roomFor(length);
+      if (!distribution) awaited.set(length, made);
+      partOf(length.measure).append(made);
     }
-    awaited.clear();
-    refresh();
+  }
+  /** @param {Length} length @param {Distribution} distribution */
+  const rowOf = (length, distribution) => (length.control ? controlled(length, length.control, distribution) : uncontrolled(length, distribution));
+  /** Nothing moves when the row comes. @param {Length} length */
+  const roomFor = ({ name, about }) =>
+    element('div', { class: 'control' }, element('p', { class: 'awaited' }, spoken(name)), element('div', { class: 'track' }), element('p', { class: 'about' }, told(about)));
+
+  /** @param {Length} length @param {Distribution} distribution */
+  function put(length, distribution) {
+    known.set(length, distribution);
+    awaited.get(length)?.replaceWith(rowOf(length, distribution));
+    awaited.delete(length);
+    const last = rows.length - 1;
+    if (visible) show(rows[last], last, face.lockedMeasures);
+  }
+  /** All that can be seen comes first: a control takes 10 ms, and all lengths without one together 200. */
+  async function fill() {
+    const pause = createTimeslices();
+    const seen = lengths.filter((length) => (awaited.get(length)?.getBoundingClientRect().top ?? 0) < window.innerHeight);
+    /** @param {Length[]} some */
+    const putControls = async (some) => {
+      for (const length of some) {
+        if (!length.control || known.has(length)) continue;
+        put(length, distributions(length.control));
+        await pause();
+      }
+    };
+    await putControls(seen);
+    const found = await others.distributions(pause);
+    for (const length of lengths) {
+      const distribution = found.get(length.name);
+      if (distribution) put(length, distribution);
+    }
+    await putControls(lengths);
   }
 
   limits.onChange(() => {
@@ -210,7 +239,7 @@ export function createMeanings(editor, { distributions, limits }) {
       visible = now;
       if (now && !built) {
         build();
-        void compare();
+        void fill();
       }
       refresh();
     },

@@ -2,6 +2,7 @@ import { element } from '../frame/element.js';
 import { coloursAlong, told } from '../head/someone.js';
 import { text } from '../text.js';
 import { createSlider } from './slider.js';
+import { numberAndRest } from './typed.js';
 import { ETHNICITY, ORDER } from './wishes.js';
 
 // What labels say of the person, as sliders: the face becomes older, or more of a man's, and stays as like itself as it can.
@@ -16,6 +17,17 @@ function bellOf([least, most], mean, deviation) {
   const bars = Array.from({ length: BARS }, (_, i) => Math.exp(-0.5 * ((least + (i / (BARS - 1)) * (most - least) - mean) / deviation) ** 2));
   const highest = Math.max(...bars);
   return bars.map((bar) => bar / highest);
+}
+
+/**
+ * How much of a man's a face is, per cent, that is said to be so much of a woman's or a man's. A number alone is of what the face is said to be.
+ * @param {string} typed @param {number} present
+ */
+function maleness(typed, present) {
+  const [percent, rest] = numberAndRest(typed);
+  const said = rest.replace(/^%\s*/, '');
+  const sex = said ? text.person.sexes.findIndex((word) => word.startsWith(said)) : Number(present >= 50);
+  return [100 - percent, percent][sex] ?? NaN;
 }
 
 /**
@@ -95,7 +107,8 @@ export function createPerson(editor) {
         min: isAge ? least : 100 * least,
         max: isAge ? most : 100 * most,
         step: 1,
-        show: (at) => Math.round(isAge ? valueAt(at) : 100 * valueAt(at)),
+        show: (at) => (name === 'sex' ? 100 * valueAt(at) : Math.round(isAge ? valueAt(at) : 100 * valueAt(at))),
+        ...(name === 'sex' && { write: (shown) => text.person.share(name, shown / 100), read: maleness }),
         take: (shown) => {
           move(placeOf(isAge ? shown : shown / 100));
           done();

@@ -1,6 +1,7 @@
 import { isBeyond } from './distribution.js';
 import { element } from '../frame/element.js';
 import { text } from '../text.js';
+import { numberIn } from './typed.js';
 
 /** How far a finger goes sideways before it means the slider and not the page, px. */
 const FINGER = 6;
@@ -24,15 +25,6 @@ function bell(density) {
 }
 
 /**
- * What somebody typed, with a point or a comma; NaN when it is no number.
- * @param {string} typed
- */
-function numberIn(typed) {
-  const plain = typed.trim().replace('−', '-').replace(',', '.');
-  return plain === '' ? NaN : Number(plain);
-}
-
-/**
  * A named slider: a native range input whose thumb is drawn where the distribution puts it, and
  * its value as a button that takes a typed number.
  *
@@ -45,6 +37,7 @@ function numberIn(typed) {
  *   words: (value: number) => string,
  *   typed: { label: string, unit: string, min: number, max: number, step: number,
  *     show: (value: number) => number, take: (shown: number) => void,
+ *     atRank?: (percent: number) => number, write?: (shown: number) => string, read?: (typed: string, present: number) => number,
  *     ended?: (most: number) => Node },
  *   legend?: string,
  *   move: (value: number) => void,
@@ -52,7 +45,8 @@ function numberIn(typed) {
  *   finish: () => void,
  *   extra?: Node[],
  * }} spec `limits` are the track's, `ends` where the thumb stops on it; `key` is what an arrow key adds; `typed` is the number that people see and type,
- *   `ended` what is said when it is beyond its end; `legend` stands after the value
+ *   `atRank` what it is at a percentile, `write` and `read` how it is typed where that is more than a number and its unit, `ended` what is said when it is
+ *   beyond its end; `legend` stands after the value
  */
 export function createSlider(spec) {
   const [min, max] = spec.ends ?? spec.limits;
@@ -74,16 +68,24 @@ export function createSlider(spec) {
   let said = '';
   /** @type {number | null} */
   let haunts = null;
-  /** That what was typed is beyond the end, until the value is another. @type {HTMLElement | null} */
+  /** That what was typed is beyond the end, until the value is another, or that it cannot be read. @type {HTMLElement | null} */
   let notice = null;
   function unsay() {
     notice?.remove();
     notice = null;
+    number.removeAttribute('aria-invalid');
+  }
+  /** @param {string | Node} what */
+  function notify(what) {
+    unsay();
+    notice = element('p', { class: 'notice', role: 'alert' }, what);
+    track.after(notice);
   }
 
   function hold() {
     if (held) return;
     held = true;
+    closeTyped(false);
     root.classList.add('is-held');
     spec.hold?.();
   }
@@ -205,7 +207,10 @@ export function createSlider(spec) {
     inputmode: 'decimal',
     autocomplete: 'off',
     'aria-label': spec.typed.label,
-    oninput: tell,
+    oninput: () => {
+      unsay();
+      tell();
+    },
     onkeydown: (/** @type {KeyboardEvent} */ event) => {
       if (event.key === 'Enter') closeTyped(true);
       else if (event.key === 'Escape') closeTyped(false);
@@ -217,17 +222,24 @@ export function createSlider(spec) {
     },
     onblur: () => closeTyped(true),
   });
+  const present = () => spec.typed.show(input.valueAsNumber);
+  const written = (/** @type {number} */ shown) => spec.typed.write?.(shown) ?? String(shown);
+  const numberTyped = () => spec.typed.read?.(number.value, present()) ?? numberIn(number.value, spec.typed.unit, spec.typed.atRank);
+  /** What the field had when it was opened, unless that was a key. */
+  let untouched = '';
   function tell() {
-    const typed = numberIn(number.value);
+    const typed = numberTyped();
     if (Number.isFinite(typed)) number.setAttribute('aria-valuenow', String(typed));
     else number.removeAttribute('aria-valuenow');
+    if (spec.typed.write) number.setAttribute('aria-valuetext', number.value);
   }
   /** @param {number} steps */
   function stepTyped(steps) {
-    const typed = numberIn(number.value);
+    const typed = numberTyped();
     if (!Number.isFinite(typed)) return;
+    unsay();
     // What a sum of decimals is off by is not shown.
-    number.value = String(Number(withinTyped(typed + steps * spec.typed.step).toFixed(6)));
+    number.value = written(Number(withinTyped(typed + steps * spec.typed.step).toFixed(6)));
     tell();
   }
   /** @param {string} [start] the first digit, typed on the slider */
@@ -235,25 +247,31 @@ export function createSlider(spec) {
     number.hidden = false;
     value.hidden = true;
     unsay();
-    number.value = start ?? String(spec.typed.show(input.valueAsNumber));
+    untouched = start === undefined ? written(present()) : '';
+    number.value = start ?? untouched;
     tell();
     number.focus();
     if (start === undefined) number.select();
   }
-  /** @param {boolean} keep */
+  /** @param {boolean} keep what was typed, unless it cannot be read: then the field stays, and says so */
   function closeTyped(keep) {
     if (number.hidden) return;
-    const typed = numberIn(number.value);
+    const before = present();
+    const left = !keep || number.value.trim() === '' || number.value === untouched;
+    const typed = left ? before : numberTyped();
+    if (!Number.isFinite(typed)) {
+      notify(text.unread(written(before)));
+      number.setAttribute('aria-invalid', 'true');
+      return;
+    }
+    unsay();
     number.hidden = true;
     value.hidden = false;
     if (document.activeElement === number || document.activeElement === document.body) value.focus({ preventScroll: true });
-    const before = spec.typed.show(input.valueAsNumber);
-    if (!keep || !Number.isFinite(typed) || typed === before) return;
+    if (typed === before) return;
     const within = withinTyped(typed);
     if (within !== before) spec.typed.take(within);
-    if (within === typed) return;
-    notice = element('p', { class: 'notice', role: 'alert' }, spec.typed.ended?.(within) ?? text.ended(String(within)));
-    track.after(notice);
+    if (within !== typed) notify(spec.typed.ended?.(within) ?? text.ended(written(within)));
   }
 
   // Each is told its own place: what the track is told, all that is in it has to be styled for again.
@@ -291,7 +309,11 @@ export function createSlider(spec) {
       const words = spec.words(present);
       // Most sliders stay where they are while one moves.
       if (present === shown && words === said && input.valueAsNumber === rounded) return;
-      if (present !== shown) unsay();
+      if (present !== shown) {
+        // What could not be read was typed for the value before.
+        if (number.hasAttribute('aria-invalid')) closeTyped(false);
+        unsay();
+      }
       [shown, said] = [present, words];
       if (!(drag && input.valueAsNumber === present)) input.valueAsNumber = present;
       rounded = input.valueAsNumber;

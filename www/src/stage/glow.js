@@ -1,9 +1,10 @@
-/** How strongly what is selected shows. */
-const SELECTED = 0.5;
+/** For how long what was picked shows, ms. On skin that is judged nothing may lie: a hint has its name for longer. */
+const SHOWS = 1200;
+/** How strongly, where nothing may move: it does not fade then. */
+const STILL = 0.5;
 
 /**
- * What the pointer is on shows while it is there; what was picked glows, and stays marked while it is
- * selected.
+ * What the pointer is on shows while it is there; what was picked glows, and fades.
  *
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  * @param {ReturnType<typeof import('./scene.js').createScene>} scene
@@ -12,9 +13,9 @@ export function createGlow(head, scene) {
   const still = window.matchMedia('(prefers-reduced-motion: reduce)');
   let strength = 0;
   let goal = 0;
-  let pick = 0;
-  /** What the glow falls to. */
-  let floor = 0;
+  /** Until when what was picked shows. */
+  let until = 0;
+  let ending = 0;
   let last = 0;
   /** @type {string | null} */
   let hovered = null;
@@ -25,27 +26,27 @@ export function createGlow(head, scene) {
     last = now;
     const step = still.matches ? 1 : elapsed / 140;
     strength += Math.max(-step, Math.min(step, goal - strength));
-    pick = Math.max(floor, pick - elapsed / 900);
+    const pick = Math.max(0, until - now) / SHOWS;
     head.markStrength[0] = strength;
-    head.markStrength[1] = pick;
-    if (strength !== goal || pick > floor) scene.invalidate();
+    head.markStrength[1] = still.matches && until ? STILL : pick;
+    if (strength !== goal || (pick > 0 && !still.matches)) scene.invalidate();
   });
 
-  return {
-    /** @param {string | null} group */
-    hover(group) {
-      if (group === hovered) return;
-      hovered = group;
-      if (group) head.highlight(0, group);
-      goal = group ? 1 : 0;
-      scene.invalidate();
-    },
-    /** @param {string | null} group */
-    select(group) {
-      if (group) head.highlight(1, group);
-      floor = group ? SELECTED : 0;
-      pick = group && !still.matches ? 1 : floor;
-      scene.invalidate();
-    },
-  };
+  /** @param {string | null} group */
+  function hover(group) {
+    if (group === hovered) return;
+    hovered = group;
+    if (group) head.highlight(0, group);
+    goal = group ? 1 : 0;
+    scene.invalidate();
+  }
+  /** @param {string | null} group */
+  function select(group) {
+    if (group) head.highlight(1, group);
+    until = group ? performance.now() + SHOWS : 0;
+    scene.invalidate();
+    clearTimeout(ending);
+    if (group && still.matches) ending = window.setTimeout(select, SHOWS, null);
+  }
+  return { hover, select };
 }

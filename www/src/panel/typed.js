@@ -1,0 +1,33 @@
+// What somebody types into the field of a slider. Whatever the page writes can be typed: its units, its ranks.
+
+/** What is written after a number of a unit, and how many of the unit it is. @type {Record<string, Record<string, number>>} */
+const UNITS = {
+  mm: { mm: 1, cm: 10 },
+  years: { years: 1, year: 1 },
+  '%': { '%': 1 },
+  σ: { σ: 1 },
+};
+const RANK = /^(st|nd|rd|th)( percentile)?$/;
+
+/**
+ * A number and what is written after it, in small letters; NaN when it does not begin with a number. A comma is a point.
+ * @param {string} typed
+ * @returns {readonly [number: number, rest: string]}
+ */
+export function numberAndRest(typed) {
+  const plain = typed.trim().toLowerCase().replace(/^× ?/, '').replace('−', '-').replace(',', '.');
+  const [, number = '', rest = ''] = plain.match(/^([-+]?(?:\d+\.?\d*|\.\d+))\s*(.*)$/) ?? [];
+  return [number === '' ? NaN : Number(number), rest];
+}
+
+/**
+ * @param {string} typed @param {string} unit of the number, which need not be typed
+ * @param {(percent: number) => number} [atRank] what the number is where so many per cent of people have less
+ * @returns {number} NaN when it cannot be read
+ */
+export function numberIn(typed, unit, atRank) {
+  const [number, rest] = numberAndRest(typed);
+  if (rest === '') return number;
+  if (atRank && RANK.test(rest)) return number >= 0 && number <= 100 ? atRank(number) : NaN;
+  return number * (UNITS[unit]?.[rest] ?? NaN);
+}
