@@ -261,6 +261,11 @@ impl Head<'_> {
             5.0,
         );
         let chin = brightness([between("ibug_57", "ibug_08"), None], 12.0);
+        // Who has turned, or looks down, shows it from the side.
+        let chin = chin.or_else(|| {
+            let beside = [between("ibug_48", "ibug_05"), between("ibug_54", "ibug_11")];
+            brightness(beside, 12.0)
+        });
         match (cheeks, lip, chin) {
             (Some(cheeks), Some(lip), Some(chin)) => (cheeks - lip.max(chin)).max(0.0),
             _ => 0.0,

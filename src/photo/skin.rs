@@ -14,6 +14,8 @@ const FACING: [f64; 2] = [0.25, 0.6];
 /// Towards the outline, at a cosine below this, what has another tone than the skin is hair or what is
 /// behind the head, not skin.
 const INNER: f64 = 0.85;
+/// From fewer vertices nobody knows a tone.
+const FEWEST: usize = 30;
 /// Hair falls into foreheads: from so many mm above the brows on other tones are doubted, too, wholly
 /// from the second on.
 const FOREHEAD: [f32; 2] = [2.0, 9.0];
@@ -203,9 +205,19 @@ impl<'a> Skin<'a> {
             (((a - b).length() - OTHER[0]) / (OTHER[1] - OTHER[0])).clamp(0.0, 1.0)
         };
         // Jaws have the beard that the chin has, and no skin has its tone.
+        let facings = &self.facings;
         let of = |is_one: &dyn Fn(f32) -> bool| {
-            let inner = tones.iter().filter(|t| self.facings[t.0] > INNER);
-            median(inner.filter(|t| is_one(parts.mean[t.0].y)).map(|t| t.1))
+            let facing = |least: f64| -> Vec<DVec3> {
+                let all = tones.iter().filter(|t| facings[t.0] > least);
+                let all = all.filter(|t| is_one(parts.mean[t.0].y));
+                all.map(|t| t.1).collect()
+            };
+            // The chin of a head that is turned has little that faces the camera.
+            let mut all = facing(INNER);
+            if all.len() < FEWEST {
+                all = facing(FACING[1]);
+            }
+            median(all.into_iter())
         };
         let beard = of(&|y| y < nose - CHIN);
         let cheeks = of(&|y| y > nose);
