@@ -121,7 +121,7 @@ const FRAGMENT = /* glsl */ `
     float end = 1.0 - 0.45 * own;
     float wide = mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), seen);
     if (abs(fract(across) - 0.5) * 2.0 > wide || (vHair.y > end && seen > 0.5) || vHair.y < 0.07 * fract(own * 7.3)) discard;
-    // Where the neck runs out, hairs end one by one: what is behind them may be the neck.
+    // Where the neck runs out, hairs end one by one.
     if (vHair.w < 0.1 + 0.9 * fract(vHair.z * 31.0)) discard;
     own = mix(0.5, own, max(0.5, seen));
     vec3 shown = vColour * (0.68 + 0.64 * own) + vShine * (0.5 + own);
@@ -186,6 +186,8 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
       );
   };
   mesh.customDepthMaterial = depth;
+  // Before the skin: what is behind the neck is seen where that runs out.
+  mesh.renderOrder = -0.5;
   mesh.frustumCulled = false;
   mesh.castShadow = true;
   mesh.visible = false;
