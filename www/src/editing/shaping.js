@@ -103,7 +103,7 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
   canvas.addEventListener(
     'pointerdown',
     (event) => {
-      if (event.button !== 0 || grip || !event.isPrimary) return;
+      if (event.button !== 0 || event.shiftKey || grip || !event.isPrimary) return;
       const vertex = vertexUnder(event);
       if (vertex === null) return;
       const start = head.vertex(vertex);
