@@ -361,9 +361,32 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
     shifts.needsUpdate = true;
   }
 
+  /** As far up and down as it is seen from any side that the page has a view of. @type {import('../stage/scene.js').Reach} */
+  function reach({ x, y, z }, distance) {
+    let [low, high] = [Infinity, -Infinity];
+    if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return [low, high];
+    const { position } = shown.ribbons;
+    const moved = /** @type {Float32Array} */ (shifts.image.data);
+    for (let n = 0; n < hair.strands; n++) {
+      const lock = 4 * hair.lockOf[n];
+      for (const s of SHORT) {
+        const o = 6 * (n * POINTS + s);
+        const up = position[o + 1] + moved[lock + 1];
+        if (up < fade[0]) continue;
+        const [aside, ahead] = [Math.abs(position[o] + moved[lock] - x), position[o + 2] + moved[lock + 2] - z];
+        const nearer = Math.max(ahead, 0.79 * ahead + 0.62 * aside, aside);
+        const seen = y + ((up - y) * distance) / (distance - nearer);
+        if (seen < low) low = seen;
+        if (seen > high) high = seen;
+      }
+    }
+    return [low, high];
+  }
+
   return {
     name: kind,
     mesh,
+    reach,
     bodies,
     carried,
     /** @param {ArrayLike<number>} positions of the face as it is */
