@@ -258,8 +258,9 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     const broad = (0.74 / camera.aspect) * subject.height;
     const away = (/** @type {number} */ seen) => seen / (2 * Math.tan((camera.fov * DEGREE) / 2));
     const [low, high] = reach(subject.centre, away(Math.max(tall * subject.height, broad)));
-    const least = Math.min(low, y - 0.5 * share * subject.height);
-    const most = Math.max(high, y + 0.5 * share * subject.height);
+    // Single hairs may be in the margin.
+    const [half, slack] = [0.5 * share * subject.height, 0.012 * subject.height];
+    const [least, most] = [Math.min(low + slack, y - half), Math.max(high - slack, y + half)];
     const seen = Math.max((tall * (most - least)) / share, broad);
     return { distance: away(seen), middle: (least + most) / 2 - (seen * (bottom - top)) / (2 * Math.max(1, height)) };
   }
