@@ -1,5 +1,6 @@
 // What leaves the page: the dialog's downloads, as a person takes them.
 import assert from 'node:assert/strict';
+import { writeFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { after, before, describe, test } from 'node:test';
 
@@ -260,6 +261,22 @@ describe('exports', () => {
     const soft = alpha.filter((a) => a > 20 && a < 235).length / alpha.length;
     // The neck's fade alone is some percent of the picture; edges are far less.
     assert.ok(soft > 0.01 && soft < 0.2, `${soft}`);
+
+    // From below, there is hair behind the neck that has ended.
+    await page.getByRole('dialog').getByRole('button', { name: 'Close' }).click();
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    await moveSlider(page, 'Length, cropped to below the chin', 1);
+    await page.locator('.view').focus();
+    for (let i = 0; i < 4; i++) await page.keyboard.press('ArrowDown');
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    const png = (await download(page, 'PNG')).bytes;
+    await writeFile(`${SCREENSHOTS}/exports-neck.png`, png);
+    const long = decodePng(png);
+    let [hair, all] = [0, 0];
+    for (let y = 500; y < 512; y++) {
+      for (let x = 200; x < 280; x++, all++) if (long.alpha?.[y * width + x] === 255 && long.rgb[3 * (y * width + x)] < 120) hair++;
+    }
+    assert.ok(hair > 0.5 * all, `where the neck ends it hides the hair behind it: ${hair} of ${all} pixels are hair`);
     assert.deepEqual(complaints, []);
     await context.close();
   });

@@ -243,6 +243,48 @@ describe('the page', () => {
     const frames = await page.evaluate(() => window.designer.frames);
     await page.waitForTimeout(700);
     assert.equal(await page.evaluate(() => window.designer.frames), frames);
+
+    // One comes closer to what is pointed at, and moves along it; the head is never lost, and the views bring it back.
+    await page.evaluate(() => window.designer.refine(false));
+    const view = await page.locator('canvas').boundingBox();
+    assert.ok(view);
+    const see = async (/** @type {string[]} */ ...names) => {
+      await settled(page);
+      return Promise.all(names.map((name) => landmarkOnScreen(page, name)));
+    };
+    const apart = ([a, b]) => Math.hypot(a.x - b.x, a.y - b.y);
+    const reset = page.getByRole('button', { name: 'Reset the view' });
+    await reset.click();
+    const [mouth, ...apartAtFirst] = await see('ibug_66', 'ibug_36', 'ibug_45');
+    const eyes = apart(apartAtFirst);
+    await page.mouse.move(mouth.x, mouth.y);
+    for (let i = 0; i < 3; i++) await page.mouse.wheel(0, -600);
+    const [close, ...larger] = await see('ibug_66', 'ibug_36', 'ibug_45');
+    assert.ok(apart(larger) > 1.6 * eyes, `eyes are ${eyes} px apart, and then ${apart(larger)}`);
+    assert.ok(apart([mouth, close]) < 40, `the mouth goes ${apart([mouth, close])} px from the pointer`);
+    await page.keyboard.down('Shift');
+    await page.mouse.down();
+    await page.mouse.move(mouth.x + 60, mouth.y - 30, { steps: 3 });
+    await page.mouse.up();
+    const [moved] = await see('ibug_66');
+    assert.ok(moved.x - close.x > 40 && close.y - moved.y > 20, `the mouth goes from ${close.x}, ${close.y} to ${moved.x}, ${moved.y}`);
+    await page.keyboard.press('ArrowLeft');
+    assert.ok((await see('ibug_66'))[0].x > moved.x + 20, 'Shift and an arrow move nothing');
+    await page.keyboard.up('Shift');
+    await reset.click();
+    await page.mouse.move(mouth.x, mouth.y);
+    await page.mouse.down({ button: 'right' });
+    await page.mouse.move(mouth.x + 3000, mouth.y, { steps: 3 });
+    await page.mouse.up({ button: 'right' });
+    const [far] = await see('ibug_66');
+    assert.ok(far.x > mouth.x + 40 && far.x < view.x + view.width, `the mouth is at ${far.x}`);
+    await reset.click();
+    await page.locator('canvas').focus();
+    for (let i = 0; i < 12; i++) await page.keyboard.press('ArrowDown');
+    const [chin, jaw, ...both] = await see('ibug_08', 'gonion left', 'ibug_36', 'ibug_45');
+    assert.ok(jaw.y > chin.y + 0.05 * apart(both), 'nobody looks under the chin');
+    await reset.click();
+    assert.ok(apart([mouth, ...(await see('ibug_66'))]) < 0.01, 'the view is reset to another one');
     await context.close();
   });
 
@@ -269,7 +311,36 @@ describe('the page', () => {
     assert.ok(top + canvas.y > hint.y + hint.height, `hair begins at ${top + canvas.y}, the hint ends at ${hint.y + hint.height}`);
     await page.getByRole('button', { name: 'Neutral' }).click();
     await page.getByRole('button', { name: 'Copy link' }).click();
-    assert.ok((await box('.toast')).y > chin.y, 'what is said lies over the chin');
+    const toast = await box('.toast');
+    assert.ok(toast.y + toast.height < (await landmarkOnScreen(page, 'trichion')).y, 'what is said lies over the face');
+
+    // A long beard has room as well, from any side; who went elsewhere stays there until a view is chosen.
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    const [shaved, long] = ['Shaved', 'Long and full'].map((name) => page.getByRole('button', { name, exact: true }));
+    await settled(page);
+    const before = await landmarkOnScreen(page, 'ibug_08');
+    await long.click();
+    for (const side of ['front', 'profile']) {
+      if (side === 'profile') await page.getByRole('button', { name: 'Profile' }).click();
+      await settled(page);
+      // What is written on the buttons is dark, too.
+      await page.locator('.views').evaluate((buttons) => (buttons.style.opacity = '0'));
+      const { width, height, rgb } = await picture(page, `room-beard-${side}`);
+      await page.locator('.views').evaluate((buttons) => (buttons.style.opacity = ''));
+      let bottom = height - 1;
+      while (![...Array(width).keys()].some((x) => rgb[3 * (bottom * width + x)] < 60)) bottom--;
+      assert.ok(bottom + canvas.y < views.y, `the beard ends at ${bottom + canvas.y}, the buttons begin at ${views.y}`);
+    }
+    await page.locator('canvas').focus();
+    await page.keyboard.press('ArrowLeft');
+    await settled(page);
+    const stays = await landmarkOnScreen(page, 'ibug_08');
+    await shaved.click();
+    await settled(page);
+    assert.deepEqual(await landmarkOnScreen(page, 'ibug_08'), stays, 'a view that somebody set is moved');
+    await page.getByRole('button', { name: 'Reset the view' }).click();
+    await settled(page);
+    assert.ok(Math.abs((await landmarkOnScreen(page, 'ibug_08')).y - before.y) < 1, 'without a beard the view is another than it was');
     assert.deepEqual(complaints, []);
     await context.close();
   });

@@ -192,6 +192,20 @@ describe('the surface', () => {
     await page.screenshot({ path: join(SCREENSHOTS, 'surface-phone-page.png') });
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.equal(await codeOf(page), median);
+
+    // Two fingers on it come closer, and shape nothing.
+    const eyes = async () => (await landmarkOnScreen(page, 'ibug_45')).x - (await landmarkOnScreen(page, 'ibug_36')).x;
+    const far = await eyes();
+    const session = await context.newCDPSession(page);
+    const touch = (/** @type {string} */ type, /** @type {number[]} */ ...along) =>
+      session.send('Input.dispatchTouchEvent', { type, touchPoints: along.map((x, id) => ({ x: tip.x + x, y: tip.y, id })) });
+    await touch('touchStart', -8);
+    await touch('touchStart', -8, 8);
+    for (let reach = 10; reach <= 24; reach += 2) await touch('touchMove', -reach, reach);
+    await touch('touchEnd');
+    await settled(page);
+    assert.equal(await codeOf(page), median, 'a pinch shapes the face');
+    assert.ok((await eyes()) > 1.5 * far, 'a pinch on what is selected comes no closer');
     assert.deepEqual(complaints, []);
     await context.close();
   });

@@ -243,7 +243,26 @@ export async function createDesigner(model, stage, chosen) {
     // Hair casts shadows.
     scene.shapeChanged();
   }
-  head.adorn(growHair, layFinework, scene.shapeChanged);
+  // While hair follows a slider the view stays, and when another face is shown for a moment.
+  let combing = false;
+  function frame() {
+    requestAnimationFrame(() => {
+      if (!combing && !head.isUnfinished && head.colouring === editor.colouring) scene.reframe();
+    });
+  }
+  editor.onColours(() => (combing = true));
+  editor.onStep(() => {
+    combing = false;
+    frame();
+  });
+  scene.contain((...from) => {
+    const each = head.tresses.map((one) => one.reach(...from));
+    return [Math.min(...each.map(([low]) => low)), Math.max(...each.map(([, high]) => high))];
+  });
+  head.adorn(growHair, layFinework, () => {
+    scene.shapeChanged();
+    frame();
+  });
   head.paint(colours);
   editor.onRefusal((why) => toast.say(text.refused(why)));
   canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));

@@ -8,7 +8,7 @@ export const text = {
   features: 'Features',
   panel: 'Ways to shape the face',
   modes: { features: 'Features', meanings: 'Lengths', expressions: 'Expressions', colours: 'Looks', mix: 'Mix', compare: 'Compare', saved: 'Faces', photo: 'Photo' },
-  stage: 'The face. Drag to turn it, scroll or pinch to come closer, click a feature and drag it to shape it. The arrow keys turn it, plus and minus zoom, H hides the hair.',
+  stage: 'The face. Drag to turn it, with Shift or two fingers to move it, scroll or pinch to come closer, click a feature and drag it to shape it. The arrow keys turn it, with Shift they move it, plus and minus zoom, H hides the hair.',
   hint: 'Click a feature to shape it',
   hintDrag: (/** @type {string} */ group) => `Drag the ${group} to shape it, with Alt for one side. Drag beside it to turn the head.`,
   hintDragTouch: (/** @type {string} */ group) => `Drag the ${group} to shape it, beside it to turn the head`,
@@ -508,7 +508,7 @@ export const text = {
   done: 'Done',
   step: (/** @type {number} */ n, /** @type {number} */ of) => `${n} of ${of}`,
   tourSteps: /** @type {readonly { at: string, mode: string, title: string, words: string }[]} */ ([
-    { at: '.view', mode: 'features', title: 'The face', words: 'Drag to turn it. Click a feature to open its sliders, then drag its surface: the most probable face follows.' },
+    { at: '.view', mode: 'features', title: 'The face', words: 'Drag to turn it, with Shift or two fingers to move it; scroll or pinch where you want to come closer. Click a feature to open its sliders, then drag its surface: the most probable face follows.' },
     { at: '.sliders .control', mode: 'features', title: 'Sliders that know people', words: 'The hill shows where people are; the number is how many in a hundred have less. Click it to type. Double-click the slider to go back.' },
     { at: '.feature-head', mode: 'features', title: 'Random, reset, lock', words: 'Lock what you like and let chance change the rest. “How unusual”, further down, sets how far it may go.' },
     { at: '.tray', mode: 'mix', title: 'Mix', words: 'Drag a face onto a feature of the head to give it that feature.' },

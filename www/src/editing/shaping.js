@@ -103,7 +103,9 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
   canvas.addEventListener(
     'pointerdown',
     (event) => {
-      if (event.button !== 0 || grip || !event.isPrimary) return;
+      // Two fingers come closer, wherever the first was put.
+      if (grip && event.pointerId !== grip.pointer) end();
+      if (event.button !== 0 || event.shiftKey || grip || !event.isPrimary) return;
       const vertex = vertexUnder(event);
       if (vertex === null) return;
       const start = head.vertex(vertex);
@@ -121,7 +123,7 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
         offset: start.clone().sub(hit),
         base: null,
       };
-      controls.enabled = false;
+      controls.enableRotate = false;
       canvas.setPointerCapture(event.pointerId);
     },
     { capture: true },
@@ -138,18 +140,20 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
     }
     waiting = event;
   });
-  /** @param {PointerEvent} event */
-  function letGo(event) {
-    if (grip?.pointer !== event.pointerId) return;
+  function end() {
     if (waiting) pull(waiting);
     waiting = null;
-    const moved = grip.base !== null;
+    const moved = Boolean(grip?.base);
     grip = null;
-    controls.enabled = true;
+    controls.enableRotate = true;
     mark();
     if (!moved) return;
     editor.finish('surface');
     dragged();
+  }
+  /** @param {PointerEvent} event */
+  function letGo(event) {
+    if (grip?.pointer === event.pointerId) end();
   }
   canvas.addEventListener('pointerup', letGo);
   canvas.addEventListener('pointercancel', letGo);

@@ -20,7 +20,7 @@ export function growHair(skin, where, uniforms, fade, onGrown) {
       { kind: 'hair', style: (paints) => paints.style, long: hairLength, half: 0.83, stride: ({ curl }) => (curl > 0.3 ? 2 : 3) },
       on,
       uniforms,
-      // Before the neck does, which would cover it.
+      // About where the neck does: no shoulders are there that it could lie on.
       fade.map((y) => y + 18),
     ),
     createTresses(

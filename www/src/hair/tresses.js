@@ -121,7 +121,7 @@ const FRAGMENT = /* glsl */ `
     float end = 1.0 - 0.45 * own;
     float wide = mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), seen);
     if (abs(fract(across) - 0.5) * 2.0 > wide || (vHair.y > end && seen > 0.5) || vHair.y < 0.07 * fract(own * 7.3)) discard;
-    // Where the neck runs out, hairs end one by one: what is behind them may be the neck.
+    // Where the neck runs out, hairs end one by one.
     if (vHair.w < 0.1 + 0.9 * fract(vHair.z * 31.0)) discard;
     own = mix(0.5, own, max(0.5, seen));
     vec3 shown = vColour * (0.68 + 0.64 * own) + vShine * (0.5 + own);
@@ -186,6 +186,8 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
       );
   };
   mesh.customDepthMaterial = depth;
+  // Before the skin: what is behind the neck is seen where that runs out.
+  mesh.renderOrder = -0.5;
   mesh.frustumCulled = false;
   mesh.castShadow = true;
   mesh.visible = false;
@@ -359,9 +361,32 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
     shifts.needsUpdate = true;
   }
 
+  /** As far up and down as it is seen from any side that the page has a view of. @type {import('../stage/scene.js').Reach} */
+  function reach({ x, y, z }, distance) {
+    let [low, high] = [Infinity, -Infinity];
+    if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return [low, high];
+    const { position } = shown.ribbons;
+    const moved = /** @type {Float32Array} */ (shifts.image.data);
+    for (let n = 0; n < hair.strands; n++) {
+      const lock = 4 * hair.lockOf[n];
+      for (const s of SHORT) {
+        const o = 6 * (n * POINTS + s);
+        const up = position[o + 1] + moved[lock + 1];
+        if (up < fade[0]) continue;
+        const [aside, ahead] = [Math.abs(position[o] + moved[lock] - x), position[o + 2] + moved[lock + 2] - z];
+        const nearer = Math.max(ahead, 0.79 * ahead + 0.62 * aside, aside);
+        const seen = y + ((up - y) * distance) / (distance - nearer);
+        if (seen < low) low = seen;
+        if (seen > high) high = seen;
+      }
+    }
+    return [low, high];
+  }
+
   return {
     name: kind,
     mesh,
+    reach,
     bodies,
     carried,
     /** @param {ArrayLike<number>} positions of the face as it is */

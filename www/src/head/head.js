@@ -159,7 +159,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   const earX = 0.83 * bounds.max.x;
   const brow = at.get('ibug_19') ?? [0, chin[1] + 120, 0];
   const [fadeEnd, fadeStart] = fade;
-  // The neck runs out into the backdrop before its cut edge, wherever that is.
+  // The neck runs out into what is behind it before its cut edge, wherever that is.
   const edge = openEdge(skinTriangles).filter((v) => rest[3 * v + 1] < chin[1] + 30);
   const shade = new Float32Array(3 * vertexCount);
   for (let v = 0; v < vertexCount; v++) {

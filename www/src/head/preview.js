@@ -1,5 +1,5 @@
 import { BufferAttribute, BufferGeometry, Mesh, ShaderMaterial, Vector4 } from 'three';
-import { BACKDROP_GLSL, backdropUniforms } from '../rendering/backdrop.js';
+import { RUNS_OUT } from '../rendering/backdrop.js';
 
 // The head for the moments before its skin, eyes, lashes and light are made: the model's own colours by a
 // lamp and a bright room, a shader that a graphics card has at once.
@@ -22,7 +22,6 @@ const FRAGMENT = /* glsl */ `
   varying vec3 vPlace;
   uniform vec4 eyes[2]; // centre and radius, mm
   uniform vec2 fade; // from which height to which, mm
-  ${BACKDROP_GLSL}
   void main() {
     vec3 n = normalize(vNormal);
     vec3 lamp = normalize(vec3(-330.0, 360.0, 520.0));
@@ -36,8 +35,7 @@ const FRAGMENT = /* glsl */ `
       tone = mix(vec3(0.05, 0.03, 0.015), vec3(0.5, 0.47, 0.45), smoothstep(0.44, 0.52, away));
     }
     vec3 lit = pow(tone * (0.95 * room + key * vec3(0.62, 0.58, 0.53)), vec3(1.0 / 2.2));
-    float cover = smoothstep(fade.x, fade.y, vPlace.y);
-    gl_FragColor = overBackdrop(min(lit, 1.0), cover);
+    gl_FragColor = vec4(min(lit, 1.0), 1.0) * smoothstep(fade.x, fade.y, vPlace.y);
   }
 `;
 
@@ -74,7 +72,8 @@ export function createPreview(model, { positions, normals, triangles: vertices }
     });
   while (eyes.length < 2) eyes.push(new Vector4(0, 0, 0, 0));
   const material = new ShaderMaterial({
-    uniforms: { ...backdropUniforms, eyes: { value: eyes.slice(0, 2) }, fade: { value: fade } },
+    ...RUNS_OUT,
+    uniforms: { eyes: { value: eyes.slice(0, 2) }, fade: { value: fade } },
     vertexShader: VERTEX,
     fragmentShader: FRAGMENT,
     toneMapped: false,

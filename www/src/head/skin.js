@@ -1,5 +1,5 @@
 import { Color, DataTexture, MeshDepthMaterial, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4 } from 'three';
-import { BACKDROP_GLSL, backdropUniforms } from '../rendering/backdrop.js';
+import { RUNS_OUT } from '../rendering/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { SCATTERED } from '../hair/scattered.js';
 import { TILE } from '../hair/crop.js';
@@ -94,7 +94,6 @@ const DECLARATIONS = /* glsl */ `
   uniform vec2 aged; // lines, freckles
   uniform float creased; // whether there are any
   varying float vFold;
-  ${BACKDROP_GLSL}
   ${STUDIO_GLSL}
   ${SCATTERED}
 
@@ -325,7 +324,6 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
   /** @type {import('three').Texture} */
   const hairless = new DataTexture(new Uint8Array(4), 1, 1);
   const uniforms = {
-    ...backdropUniforms,
     ...studioUniforms,
     poreMap: { value: pores },
     faceMap: { value: face.map },
@@ -362,6 +360,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     wornTint: { value: [new Color(1, 1, 1), new Color(1, 1, 1)] },
   };
   const material = new MeshPhysicalMaterial({
+    ...RUNS_OUT,
     roughness: 0.52,
     specularIntensity: 0.85,
     ior: 1.42,
@@ -437,7 +436,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
           float light = dot(gl_FragColor.rgb, vec3(0.3, 0.55, 0.15));
           gl_FragColor.rgb = mix(gl_FragColor.rgb, vHeat * (0.82 + 0.3 * light), heatStrength);
         }
-        gl_FragColor = overBackdrop(gl_FragColor.rgb, vShade.z);`,
+        gl_FragColor = vec4(gl_FragColor.rgb, 1.0) * vShade.z;`,
       );
   };
   const most = (/** @type {Vector4} */ { x, y, z, w }) => Math.max(x, y, z, w);

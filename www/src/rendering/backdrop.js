@@ -1,23 +1,24 @@
-import { BufferAttribute, BufferGeometry, Color, Mesh, ShaderMaterial, Vector2 } from 'three';
+import { BufferAttribute, BufferGeometry, Color, CustomBlending, Mesh, OneFactor, ShaderMaterial, Vector2 } from 'three';
 
-// The studio wall. The skin's shader calls the same function to let the neck fade into it, so
-// it is a function of the pixel alone.
-export const BACKDROP_GLSL = /* glsl */ `
+/**
+ * Of a material that runs out into what was drawn before it: the wall, hair behind the neck, or nothing where the wall is
+ * left out. Its colours are times their opacity.
+ */
+export const RUNS_OUT = /** @type {const} */ ({ blending: CustomBlending, blendSrc: OneFactor });
+
+// The studio wall, a function of the pixel alone.
+const FRAGMENT = /* glsl */ `
   uniform vec3 backdropCentre;
   uniform vec3 backdropEdge;
   uniform vec2 backdropSize;
   uniform float backdropOpacity;
-  vec3 backdrop() {
+  void main() {
     vec2 at = gl_FragCoord.xy / backdropSize - vec2(0.5, 0.56);
     at.x *= min(backdropSize.x / backdropSize.y, 1.35);
     float away = smoothstep(0.0, 0.95, length(at));
     // Half a step of noise hides the bands of an eight-bit gradient.
     float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
-    return mix(backdropCentre, backdropEdge, away) + (noise - 0.5) / 255.0;
-  }
-  // What fades into the wall, or into nothing where the wall is left out: colours times opacity.
-  vec4 overBackdrop(vec3 colour, float cover) {
-    return mix(vec4(backdrop(), 1.0) * backdropOpacity, vec4(colour, 1.0), cover);
+    gl_FragColor = vec4(mix(backdropCentre, backdropEdge, away) + (noise - 0.5) / 255.0, 1.0) * backdropOpacity;
   }
 `;
 
@@ -52,7 +53,7 @@ export function createBackdrop() {
   const material = new ShaderMaterial({
     uniforms: backdropUniforms,
     vertexShader: 'void main() { gl_Position = vec4(position.xy, 1.0, 1.0); }',
-    fragmentShader: `${BACKDROP_GLSL} void main() { gl_FragColor = overBackdrop(vec3(0.0), 0.0); }`,
+    fragmentShader: FRAGMENT,
     depthTest: false,
     depthWrite: false,
     toneMapped: false,

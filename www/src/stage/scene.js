@@ -30,6 +30,10 @@ const VIEWS = {
 };
 
 /** @typedef {keyof typeof VIEWS} View */
+/**
+ * The heights between which something is seen that far from a point, as they would be at that point's depth; mm.
+ * @typedef {(centre: Vector3, distance: number) => readonly [low: number, high: number]} Reach
+ */
 
 /** Three-point light: a warm key with a soft shadow, a cool fill, a rim from behind. */
 function createLights() {
@@ -85,17 +89,18 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     scene.add(light, light.target);
   }
 
-  const camera = new PerspectiveCamera(22, 1, 50, 5000);
+  const camera = new PerspectiveCamera(22, 1, 20, 5000);
   const controls = new OrbitControls(camera, canvas);
   const still = window.matchMedia('(prefers-reduced-motion: reduce)');
   controls.enableDamping = !still.matches;
   controls.dampingFactor = 0.09;
-  controls.enablePan = false;
   controls.rotateSpeed = 0.75;
   controls.zoomSpeed = 0.8;
-  controls.minPolarAngle = 40 * DEGREE;
-  controls.maxPolarAngle = 112 * DEGREE;
-  controls.target.copy(subject.centre);
+  controls.minPolarAngle = 10 * DEGREE;
+  controls.maxPolarAngle = 135 * DEGREE;
+  controls.zoomToCursor = true;
+  // The head cannot be lost.
+  controls.maxTargetRadius = 0.4 * subject.height;
 
   /** @type {Set<() => void>} */
   const beforeFrame = new Set();
@@ -111,8 +116,10 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   /** Until a picture that rests is as fine as it gets. */
   let resting = 0;
   let fine = true;
-  /** @type {null | { from: Spherical, to: Spherical, start: number }} */
+  /** @type {null | { from: Spherical, to: Spherical, way: Vector3, start: number }} */
   let flight = null;
+  /** The one that was chosen last. @type {View} */
+  let chosen = 'front';
   /** @type {null | { at: number, pose: (side: 'left' | 'right') => void }} */
   let wipe = null;
 
@@ -132,6 +139,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
         flight.from.phi + (flight.to.phi - flight.from.phi) * ease,
         flight.from.theta + (flight.to.theta - flight.from.theta) * ease,
       );
+      controls.target.copy(controls.cursor).addScaledVector(flight.way, ease - 1);
       camera.position.setFromSpherical(at).add(controls.target);
       if (t === 1) flight = null;
       else invalidate();
@@ -236,21 +244,31 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   /** Width, height and pixel ratio; none while the canvas is not laid out. @type {number[]} */
   let size = [];
 
-  /** The distance at which the head fills what is free of the stage, and how far from its middle that is, mm. */
+  /** @type {Reach} */
+  let reach = () => [Infinity, -Infinity];
+
+  /** The distance at which head and hair fill what is free of the stage, and the height to look at, mm. */
   function framed() {
     const [, height = 0] = size;
     const [top, bottom] = covered(height);
-    const distance = subject.height / (2 * Math.tan((camera.fov * DEGREE) / 2));
     // What lies over the stage leaves a margin of its own.
-    const tall = top + bottom > 0 ? (0.95 * height) / Math.max(1, height - top - bottom) : 1;
-    const far = Math.max(tall, 0.74 / camera.aspect);
-    return { distance: far * distance, above: (far * subject.height * (bottom - top)) / (2 * Math.max(1, height)) };
+    const share = top + bottom > 0 ? 0.95 : 1;
+    const tall = top + bottom > 0 ? (share * height) / Math.max(1, height - top - bottom) : 1;
+    const { y } = subject.centre;
+    const broad = (0.74 / camera.aspect) * subject.height;
+    const away = (/** @type {number} */ seen) => seen / (2 * Math.tan((camera.fov * DEGREE) / 2));
+    const [low, high] = reach(subject.centre, away(Math.max(tall * subject.height, broad)));
+    // Single hairs may be in the margin.
+    const [half, slack] = [0.5 * share * subject.height, 0.012 * subject.height];
+    const [least, most] = [Math.min(low + slack, y - half), Math.max(high - slack, y + half)];
+    const seen = Math.max((tall * (most - least)) / share, broad);
+    return { distance: away(seen), middle: (least + most) / 2 - (seen * (bottom - top)) / (2 * Math.max(1, height)) };
   }
 
   let fitted = 0;
   function fit() {
-    const { distance, above } = framed();
-    controls.target.y = subject.centre.y - above;
+    const { distance, middle } = framed();
+    controls.cursor.copy(subject.centre).setY(middle);
     controls.minDistance = distance * 0.28;
     controls.maxDistance = distance * 1.7;
     fitted = distance;
@@ -260,13 +278,23 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   /** @param {View} name */
   function view(name) {
     if (!Object.hasOwn(VIEWS, name)) throw new Error(`there is no view "${name}": take ${Object.keys(VIEWS).join(', ')}`);
+    chosen = name;
     const to = new Spherical(fit(), VIEWS[name].phi, VIEWS[name].theta);
     const from = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
     // The short way round.
     while (from.theta - to.theta > Math.PI) from.theta -= 2 * Math.PI;
     while (to.theta - from.theta > Math.PI) from.theta += 2 * Math.PI;
-    flight = { from, to, start: performance.now() };
+    flight = { from, to, way: controls.cursor.clone().sub(controls.target), start: performance.now() };
     invalidate();
+  }
+
+  /** Hair has grown, or is gone: the view that was chosen is on all of it, unless somebody went elsewhere from there. */
+  function reframe() {
+    const { phi, theta } = VIEWS[chosen];
+    const rests = flight || new Vector3().setFromSphericalCoords(fitted, phi, theta).add(controls.cursor).distanceTo(camera.position) < 1;
+    const { distance, middle } = framed();
+    // Less is not worth a move.
+    if (rests && Math.abs(distance - fitted) + Math.abs(middle - controls.cursor.y) > 0.01 * fitted) view(chosen);
   }
 
   /**
@@ -291,12 +319,14 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     size = now;
     const before = fitted;
     const arm = camera.position.clone().sub(controls.target);
+    controls.target.sub(controls.cursor);
     renderer.setPixelRatio(now[2]);
     renderer.setSize(clientWidth, clientHeight, false);
     renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
     camera.aspect = clientWidth / clientHeight;
     camera.updateProjectionMatrix();
     const scale = fit() / before;
+    controls.target.add(controls.cursor);
     camera.position.copy(controls.target).add(arm.multiplyScalar(scale));
     for (const end of flight ? [flight.from, flight.to] : []) end.radius *= scale;
     invalidate();
@@ -304,7 +334,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
 
   // As if the canvas was a square, until it has a size: it may be hidden.
   const home = VIEWS.front;
-  camera.position.setFromSphericalCoords(fit(), home.phi, home.theta).add(controls.target);
+  camera.position.setFromSphericalCoords(fit(), home.phi, home.theta).add(controls.target.copy(controls.cursor));
   const observer = new ResizeObserver(resize);
   observer.observe(canvas);
   resize();
@@ -318,7 +348,17 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     beforeFrame,
     invalidate,
     view,
+    reframe,
     turn,
+    /** Moves the head across the picture. @param {number} right @param {number} down CSS pixels */
+    pan(right, down) {
+      flight = null;
+      controls.pan(right, down);
+    },
+    /** What is to be in view beside the head. @param {Reach} of */
+    contain(of) {
+      reach = of;
+    },
     portraits,
     /** Draws at once: what the canvas holds is no longer the stage. */
     redraw() {

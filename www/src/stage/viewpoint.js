@@ -25,7 +25,10 @@ export function createViewpoint(canvas, scene, ...more) {
     const turn = TURNS[event.key];
     if (!turn || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
-    scene.turn(...turn);
+    const [theta, phi, closer] = turn;
+    // A plus may take Shift.
+    if (event.shiftKey && !closer) scene.pan(-300 * theta, -300 * phi);
+    else scene.turn(...turn);
   });
   canvas.addEventListener('dblclick', () => scene.view('front'));
   return element(
