@@ -219,6 +219,16 @@ describe('colours', () => {
     const short = await picture(page, 'hair-short');
     assert.equal(look.around(bald, short, 'beside', 12), 0, 'short hair hangs beside the cheeks');
     assert.ok(look.around(bald, short, 'scalp', 10) > 300);
+    // It is thinned as a crop is: some stands where all of it stood, and in the end none.
+    const density = 'Hair on the head, none to dense';
+    assert.equal(await page.getByRole('slider', { name: density, exact: true }).getAttribute('aria-valuetext'), '100%');
+    await moveSlider(page, density, 0.2);
+    const thin = await picture(page, 'hair-thin');
+    const lights = [bald, thin, short].map((shown) => light(look.colour(shown, 'scalp', 10)));
+    assert.ok(lights[0] > lights[1] + 10 && lights[1] > lights[2] + 20, `the scalp is ${lights}: bald, thin, whole`);
+    await moveSlider(page, density, 0);
+    assert.equal(differing(bald, await picture(page, 'hair-thinned-off')), 0, 'hair of which there is none');
+    for (let step = 0; step < 2; step++) await page.getByRole('button', { name: 'Undo', exact: true }).click();
     await moveSlider(page, long, 0.55);
     await moveSlider(page, 'Combed back, aside, forward', 0);
     const back = await picture(page, 'hair-back');

@@ -3,7 +3,11 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { load } from '../../pkg/index.js';
+import { Color } from '../../www/node_modules/three/build/three.module.js';
 import { growth } from '../../www/src/hair/growth.js';
+import { standingOf } from '../../www/src/hair/standing.js';
+import { pigments } from '../../www/src/head/pigments.js';
+import { decodeColouring, encodeColouring } from '../../www/src/keep/addresscode.js';
 
 for (const name of ['model', 'synthetic']) {
   describe(`hair of ${name}.phiz`, async () => {
@@ -64,3 +68,32 @@ for (const name of ['model', 'synthetic']) {
     });
   });
 }
+
+describe('how dense hair is', () => {
+  const of = (/** @type {import('../../www/src/head/colouring.js').Colouring} */ colouring) => pigments(new Color(0.6, 0.4, 0.3), colouring);
+
+  test('hair of any length is thinned, to none', () => {
+    for (const length of [0, 0.1, 0.36, 1]) {
+      for (const much of [0, 0.05, 0.35, 1]) {
+        const { dense, standing } = of({ crop: much, thin: 1 - much, length, beard: much, beardThin: 1 - much, beardLength: length });
+        assert.ok(Math.abs(dense[0] - much) < 1e-9 && Math.abs(dense[1] - much) < 1e-9, `${dense} for ${much}`);
+        assert.ok(Math.abs(standing[0] - much) < 1e-9 && Math.abs(standing[1] - Math.min(1, much / 0.8)) < 1e-9, `${standing} for ${much}`);
+      }
+    }
+    let before = 0;
+    for (const share of [0, 0.05, 0.12, 0.35, 0.6, 1]) {
+      const standing = standingOf(6000, { share });
+      assert.ok(share === 0 ? standing.length === 0 : standing.length > before);
+      before = standing.length;
+    }
+    assert.equal(before, 6000);
+  });
+
+  test('a link made before there was thin hair is as dense as it was', () => {
+    // Of a crop of 0.3 and a length of 0.36; of a beard of 0.35 and a length of 0.1.
+    const { dense, standing } = of(decodeColouring('CB4JIwokEAo'));
+    assert.deepEqual([dense, standing], [[1, 0.8 * 0.8], [1, 1]]);
+    assert.equal(encodeColouring({ crop: 0.3, beard: 0.35, length: 0.36, beardLength: 0.1 }), 'CB4JIwokEAo');
+    assert.equal(of({ length: 0.05 }).dense[0], 0.4);
+  });
+});

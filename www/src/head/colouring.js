@@ -22,6 +22,8 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
   lines: 0,
   freckles: 0,
   beardLength: 0,
+  thin: 0,
+  beardThin: 0,
 });
 
 export const COLOURS = Object.keys(REST);

@@ -503,7 +503,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       crease();
     },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, standing, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
@@ -513,7 +513,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.turned.value.fromArray(turned);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
-      uniforms.covered.value.set(Math.min(1, 6 * style.length), Math.min(1, 6 * whiskers.length));
+      uniforms.covered.value.set(Math.min(1, 6 * style.length) * standing[0], Math.min(1, 6 * whiskers.length) * standing[1]);
       uniforms.aged.value.set(lines, freckles);
       crease();
       if (dense.some((much) => much > 0)) want('strands');
