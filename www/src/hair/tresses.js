@@ -155,7 +155,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** Those strands that are there, of those that are drawn. @type {Uint16Array | null} */
   let standing = null;
   /** @type {import('./standing.js').Thinning} */
-  let thinning = { share: 1 };
+  let thinning = { share: 1, receded: 0, shorn: [] };
   const broad = half * broader(drawn);
   const shared = { halfWidth: { value: broad }, lockShifts: { value: shifts }, heatStrength };
   const material = new ShaderMaterial({
@@ -236,8 +236,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   const corners = () => (standing ? standing.length * indexed[isShort].first.length : 0);
 
   /** Draws the strands that stand, and no others. @param {import('./plant.js').Planting} planting */
-  function stand({ strands }) {
-    standing ??= standingOf(Math.round(drawn * strands), thinning);
+  function stand(planting) {
+    standing ??= standingOf(Math.round(drawn * planting.strands), planting, thinning);
     const { first, index, of } = indexed[isShort];
     if (of !== standing) {
       const { array } = index;
@@ -327,7 +327,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     const { style, ribbons } = shown;
     const step = stride(style);
     const many = POINTS / step;
-    const left = standingOf(filed(hair), thinning);
+    const left = standingOf(filed(hair), hair, thinning);
     const count = left.length * many;
     const out = {
       positions: new Float32Array(6 * count),
@@ -379,7 +379,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     shiftsOf(hair, rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
     const each = (6 * POINTS) / stride(shown.style);
-    const left = standingOf(filed(hair), thinning);
+    const left = standingOf(filed(hair), hair, thinning);
     return Float32Array.from({ length: each * left.length }, (_, i) => moved[4 * lockOf[left[Math.floor(i / each)]] + (i % 3)]);
   }
 

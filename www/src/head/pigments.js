@@ -87,7 +87,7 @@ export const irisColours = (iris) => ({ inner: between(IRIS, iris, 1), outer: be
  * @param {import('./colouring.js').Colouring} colouring
  */
 export function pigments(tone, colouring) {
-  const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles, beardLength, thin, beardThin } = whole(colouring);
+  const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles, beardLength, thin, beardThin, hairline, moustache, chinBeard, cheekBeard } = whole(colouring);
   const own = skinColour(tone, skin, blood);
   // Pale lips have no more blood than the skin; full ones are painted.
   const [most, factors] = lips < REST.lips ? [REST.lips, PALE] : [1 - REST.lips, PAINTED];
@@ -119,6 +119,10 @@ export function pigments(tone, colouring) {
     dense: [Math.max(crop, (1 - thin) * Math.min(1, 8 * length)), Math.max(beard, 0.8 * (1 - beardThin) * Math.min(1, 8 * beardLength))],
     /** How many of the strands that have length there are, 0 to 1. @type {[number, number]} */
     standing: [Math.max(crop, 1 - thin), Math.min(1, Math.max(beard, 1 - beardThin) / 0.8)],
+    /** How far hair recedes, as `parts.js` counts it. */
+    receded: 0.83 * hairline,
+    /** How little beard there is above the lip, on the chin and on the cheeks, 0 to 1. @type {[number, number, number]} */
+    shorn: [1 - moustache, 1 - chinBeard, 1 - cheekBeard],
     lines,
     freckles,
     style: { length, comb, parting, curl },

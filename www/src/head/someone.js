@@ -99,5 +99,7 @@ export function someone(face, seed) {
     comb: 0.75 * random(),
     parting: 0.25 + 0.5 * random(),
     curl: coiled ? 0.7 + 0.3 * random() : 0.6 * random() ** 2,
+    // Of men it recedes with the years, some sooner and some never.
+    hairline: random() < manly * age ? age * random() : 0,
   });
 }

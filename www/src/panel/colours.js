@@ -9,8 +9,8 @@ import { text } from '../text.js';
 const GROUPS = /** @type {const} */ ([
   ['skin', ['skin', 'blood', 'lips', 'lines', 'freckles']],
   ['hair', ['hair', 'red', 'grey', 'brows']],
-  ['style', ['crop', 'length', 'comb', 'parting', 'curl']],
-  ['beard', ['beard', 'beardLength']],
+  ['style', ['crop', 'hairline', 'length', 'comb', 'parting', 'curl']],
+  ['beard', ['beard', 'beardLength', 'moustache', 'chinBeard', 'cheekBeard']],
   ['eyes', ['iris']],
 ]);
 
@@ -33,11 +33,14 @@ const STARTS = {
     trimmed: { beard: 0.7, beardLength: 0.15 },
     full: { beard: 0.8, beardLength: 0.4 },
     flowing: { beard: 0.8, beardLength: 0.8 },
+    moustache: { beard: 0.8, beardLength: 0.18, chinBeard: 0, cheekBeard: 0 },
+    goatee: { beard: 0.8, beardLength: 0.3, cheekBeard: 0 },
+    chin: { beard: 0.8, beardLength: 0.35, moustache: 0, cheekBeard: 0 },
   },
 };
 
 /** What else a group's beginnings have. @type {Partial<Record<string, import('../head/colouring.js').Colouring>>} */
-const BEGUN = { style: { thin: 0 }, beard: { beardThin: 0 } };
+const BEGUN = { style: { thin: 0 }, beard: { beardThin: 0, moustache: 1, chinBeard: 1, cheekBeard: 1 } };
 
 /** How dense hair is goes for what is cropped and for what has a length. @type {Record<string, { thin: string, long: string, at: 0 | 1 }>} */
 const DENSE = { crop: { thin: 'thin', long: 'length', at: 0 }, beard: { thin: 'beardThin', long: 'beardLength', at: 1 } };
