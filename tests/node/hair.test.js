@@ -71,8 +71,8 @@ for (const name of ['model', 'synthetic']) {
       const lasts = part(3);
       // At the slider's beginning and at its end, what is there is whole.
       assert.ok(SOFT * lasts.reduce((least, value) => Math.min(least, value)) >= 1 && SOFT * (1 - RECEDED) >= 1);
-      assert.ok(SKIN_GLSL.GROWN.PLACED.includes(`${SOFT.toFixed(1)} * (parts.w - receded)`));
-      assert.equal(pigments(new Color(), { hairline: 1 }).receded, RECEDED);
+      assert.ok(SKIN_GLSL.GROWN.PLACED.includes(`${SOFT.toFixed(1)} * (parts.w - gone.w)`));
+      assert.equal(pigments(new Color(), { hairline: 1 }).gone[3], RECEDED);
       const [, front, far] = landmarks.get('trichion');
       const [, top] = landmarks.get('superaurale left');
       const [, , ear] = landmarks.get('tragion left');
@@ -141,7 +141,7 @@ describe('how dense hair is', () => {
     }
     let before = 0;
     for (const share of [0, 0.05, 0.12, 0.35, 0.6, 1]) {
-      const standing = standingOf(6000, { parts: new Uint8Array(4 * 6000).fill(255) }, { share, receded: 0, shorn: [0, 0, 0] });
+      const standing = standingOf(6000, { parts: new Uint8Array(4 * 6000).fill(255) }, { share, gone: [0, 0, 0, 0] });
       assert.ok(share === 0 ? standing.length === 0 : standing.length > before);
       before = standing.length;
     }
@@ -155,8 +155,7 @@ describe('how dense hair is', () => {
     assert.equal(encodeColouring({ crop: 0.3, beard: 0.35, length: 0.36, beardLength: 0.1 }), 'CB4JIwokEAo');
     assert.equal(of({ length: 0.05 }).dense[0], 0.4);
     // And nothing of it has receded or is shaved.
-    const { receded, shorn } = of(decodeColouring('CB4JIwokEAo'));
-    assert.deepEqual([receded, shorn], [0, [0, 0, 0]]);
+    assert.deepEqual(of(decodeColouring('CB4JIwokEAo')).gone, [0, 0, 0, 0]);
     const man = { crop: 0.5, thin: 0.5, hairline: 0.6, beard: 0.8, beardLength: 0.2, beardThin: 0.2, moustache: 0.9, chinBeard: 0, cheekBeard: 0 };
     assert.deepEqual(decodeColouring(encodeColouring(man)), man);
   });

@@ -189,10 +189,10 @@ describe('hair', () => {
   test('goes where its root is on a part that goes, and otherwise stays as it was', () => {
     const hair = grown();
     const { points } = hair.grow(STYLES[0]);
-    const whole = { share: 1, receded: 0, shorn: [0, 0, 0] };
+    const whole = { share: 1, gone: [0, 0, 0, 0] };
     const all = standingOf(hair.strands, hair, whole);
     assert.deepEqual([...all], Array.from({ length: hair.strands }, (_, n) => n));
-    const left = standingOf(hair.strands, hair, { ...whole, receded: 0.6 });
+    const left = standingOf(hair.strands, hair, { ...whole, gone: [0, 0, 0, 0.6] });
     const rootX = (/** @type {number} */ n) => points[3 * POINTS * n];
     // A row of the egg is 4 mm.
     assert.ok([...left].every((n) => rootX(n) < 4));

@@ -19,14 +19,14 @@ export function growHair(skin, where, uniforms, fade, onGrown) {
   const on = { grower, rest: skin.positions, onGrown };
   const tresses = [
     createTresses(
-      { kind: 'hair', style: (paints) => paints.style, thinning: ({ standing, receded }) => ({ share: standing[0], receded, shorn: [0, 0, 0] }), long: hairLength, half: 0.83, stride: ({ curl }) => (curl > 0.3 ? 2 : 3) },
+      { kind: 'hair', style: (paints) => paints.style, thinning: ({ standing, gone }) => ({ share: standing[0], gone: [0, 0, 0, gone[3]] }), long: hairLength, half: 0.83, stride: ({ curl }) => (curl > 0.3 ? 2 : 3) },
       on,
       uniforms,
       // Before the neck does, which would cover it.
       fade.map((y) => y + 18),
     ),
     createTresses(
-      { kind: 'beard', style: (paints) => paints.whiskers, thinning: ({ standing, shorn }) => ({ share: standing[1], receded: 0, shorn }), long: beardLength, half: 0.58, stride: () => 6 },
+      { kind: 'beard', style: (paints) => paints.whiskers, thinning: ({ standing, gone }) => ({ share: standing[1], gone: [...gone.slice(0, 3), 0] }), long: beardLength, half: 0.58, stride: () => 6 },
       on,
       uniforms,
       fade.map((y) => y - 40),

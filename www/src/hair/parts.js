@@ -48,7 +48,7 @@ export function partsOf(rest, at) {
       const behind = back(y, z) - front;
       // Above the temples first, and the middle of the forehead after them.
       const temple = smoothstep(0.1, 0.45, aside / tall);
-      const receding = 0.36 - 0.31 * temple + ((0.54 + 0.31 * temple) * Math.max(0, behind)) / (110 + 10 * temple);
+      const receding = 0.36 - 0.31 * temple + ((0.54 + 0.22 * temple) * Math.max(0, behind)) / (110 + 10 * temple);
       const far = norm(x, y - middle[0], z - middle[1]);
       const off = tall * Math.acos(clamp(((y - middle[0]) * crown[1] + (z - middle[1]) * crown[0]) / far, -1, 1));
       const thinning = 0.36 + (0.5 * off) / 70;

@@ -155,7 +155,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** Those strands that are there, of those that are drawn. @type {Uint16Array | null} */
   let standing = null;
   /** @type {import('./standing.js').Thinning} */
-  let thinning = { share: 1, receded: 0, shorn: [] };
+  let thinning = { share: 1, gone: [0, 0, 0, 0] };
   const broad = half * broader(drawn);
   const shared = { halfWidth: { value: broad }, lockShifts: { value: shifts }, heatStrength };
   const material = new ShaderMaterial({

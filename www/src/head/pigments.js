@@ -119,10 +119,8 @@ export function pigments(tone, colouring) {
     dense: [Math.max(crop, (1 - thin) * Math.min(1, 8 * length)), Math.max(beard, 0.8 * (1 - beardThin) * Math.min(1, 8 * beardLength))],
     /** How many of the strands that have length there are, 0 to 1. @type {[number, number]} */
     standing: [Math.max(crop, 1 - thin), Math.min(1, Math.max(beard, 1 - beardThin) / 0.8)],
-    /** How far hair recedes, as `parts.js` counts it. */
-    receded: 0.83 * hairline,
-    /** How little beard there is above the lip, on the chin and on the cheeks, 0 to 1. @type {[number, number, number]} */
-    shorn: [1 - moustache, 1 - chinBeard, 1 - cheekBeard],
+    /** How much of each part has gone, as `parts.js` has them: of a beard, and as far as hair recedes. @type {[number, number, number, number]} */
+    gone: [1 - moustache, 1 - chinBeard, 1 - cheekBeard, 0.83 * hairline],
     lines,
     freckles,
     style: { length, comb, parting, curl },

@@ -283,10 +283,9 @@ const GROWN = {
   DECLARATIONS: /* glsl */ `
     attribute vec2 growth;
     attribute vec4 parts;
-    uniform vec3 shorn;
-    uniform float receded;
+    uniform vec4 gone;
     varying vec3 vGrowth;`,
-  PLACED: 'vGrowth = vec3(min(growth.x, 6.0 * (parts.w - receded)), growth.y, 1.0 - dot(parts.xyz, shorn));',
+  PLACED: 'vGrowth = vec3(min(growth.x, 6.0 * (parts.w - gone.w)), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
 };
 
 /**
@@ -348,8 +347,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     /** Painted when there is hair. */
     strandMap: { value: hairless },
     dense: { value: new Vector2() },
-    receded: { value: 0 },
-    shorn: { value: [0, 0, 0] },
+    gone: { value: new Vector4() },
     /** By longer hair, and by a longer beard. */
     covered: { value: new Vector2() },
     lipColour: { value: new Color() },
@@ -516,7 +514,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       crease();
     },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, standing, receded, shorn, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, standing, gone, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
@@ -526,8 +524,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.turned.value.fromArray(turned);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
-      uniforms.receded.value = receded;
-      uniforms.shorn.value = shorn;
+      uniforms.gone.value.fromArray(gone);
       uniforms.covered.value.set(Math.min(1, 6 * style.length) * standing[0], Math.min(1, 6 * whiskers.length) * standing[1]);
       uniforms.aged.value.set(lines, freckles);
       crease();
