@@ -156,8 +156,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   let standing = null;
   /** @type {import('./standing.js').Thinning} */
   let thinning = { share: 1, gone: [0, 0, 0, 0] };
-  const broad = half * broader(drawn);
-  const shared = { halfWidth: { value: broad }, lockShifts: { value: shifts }, heatStrength };
+  let broad = half;
+  const shared = { halfWidth: { value: half }, lockShifts: { value: shifts }, heatStrength };
   const material = new ShaderMaterial({
     uniforms: {
       ...UniformsUtils.clone(UniformsLib.lights),
@@ -237,7 +237,13 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
 
   /** Draws the strands that stand, and no others. @param {import('./plant.js').Planting} planting */
   function stand(planting) {
-    standing ??= standingOf(Math.round(drawn * planting.strands), planting, thinning);
+    if (!standing) {
+      const all = standingOf(planting.strands, planting, thinning);
+      // The fewer there are, the more of them are drawn.
+      const most = drawn * planting.strands;
+      standing = all.subarray(0, Math.round(most));
+      broad = half * broader(Math.min(1, most / Math.max(1, all.length)));
+    }
     const { first, index, of } = indexed[isShort];
     if (of !== standing) {
       const { array } = index;
@@ -286,8 +292,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
         else geometry.setAttribute(name, new BufferAttribute(array, size, array instanceof Int8Array).setUsage(DynamicDrawUsage));
       }
     }
-    shared.halfWidth.value = broad * slender(one.style);
     if (hair) stand(hair);
+    shared.halfWidth.value = broad * slender(one.style);
     follow();
   }
 
