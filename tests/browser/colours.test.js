@@ -38,6 +38,7 @@ async function looking(page) {
     scalp: middle('metopion', 'trichion', 1.6),
     forehead: at.metopion,
     chin: middle('ibug_57', 'ibug_08'),
+    'above the lip': middle('ibug_33', 'ibug_66', 0.4),
     ear: at['intertragic notch left'],
     'above the ear': { x: at['superaurale left'].x, y: at['superaurale left'].y - 0.6 * Math.abs(at.metopion.y - at.trichion.y) },
     jaw: middle('ibug_54', 'gonion left', 0.6),
@@ -219,6 +220,22 @@ describe('colours', () => {
     const short = await picture(page, 'hair-short');
     assert.equal(look.around(bald, short, 'beside', 12), 0, 'short hair hangs beside the cheeks');
     assert.ok(look.around(bald, short, 'scalp', 10) > 300);
+    // It is thinned as a crop is: some stands where all of it stood, and in the end none.
+    const density = 'Hair on the head, none to dense';
+    assert.equal(await page.getByRole('slider', { name: density, exact: true }).getAttribute('aria-valuetext'), '100%');
+    await moveSlider(page, density, 0.2);
+    const thin = await picture(page, 'hair-thin');
+    const lights = [bald, thin, short].map((shown) => light(look.colour(shown, 'scalp', 10)));
+    assert.ok(lights[0] > lights[1] + 10 && lights[1] > lights[2] + 20, `the scalp is ${lights}: bald, thin, whole`);
+    await moveSlider(page, density, 0);
+    assert.equal(differing(bald, await picture(page, 'hair-thinned-off')), 0, 'hair of which there is none');
+    for (let step = 0; step < 2; step++) await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    // It recedes from the forehead, and stays above the ears.
+    await moveSlider(page, 'Hairline, full to bald on top', 1);
+    const receded = await picture(page, 'hair-receded');
+    assert.ok(light(look.colour(receded, 'scalp', 6)) > 0.9 * light(look.colour(bald, 'scalp', 6)), 'hair on top of who is bald there');
+    assert.ok(differing(bald, receded) > 300, 'no hair at the sides');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
     await moveSlider(page, long, 0.55);
     await moveSlider(page, 'Combed back, aside, forward', 0);
     const back = await picture(page, 'hair-back');
@@ -238,6 +255,11 @@ describe('colours', () => {
     const bearded = await picture(page, 'hair-beard');
     assert.ok(look.around(clean, bearded, 'chin', 10) > 250, 'no beard on the chin');
     for (const place of ['lip', 'iris', 'forehead']) assert.equal(look.around(clean, bearded, place, 4), 0, `a beard at the ${place}`);
+    for (const part of ['chin', 'cheeks']) await moveSlider(page, `Beard on the ${part}`, 0);
+    const moustache = await picture(page, 'hair-moustache');
+    assert.equal(look.around(clean, moustache, 'chin', 6), 0, 'a shaved chin has a beard');
+    assert.ok(look.around(clean, moustache, 'above the lip', 4) > 40, 'no moustache');
+    for (let step = 0; step < 2; step++) await page.getByRole('button', { name: 'Undo', exact: true }).click();
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.ok((await picture(page, 'hair-shaved-again')).rgb.equals(clean.rgb), 'undo leaves some of a beard');
     // Styles to begin from are one step each, and say when they are worn.

@@ -3,7 +3,14 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { load } from '../../pkg/index.js';
+import { Color } from '../../www/node_modules/three/build/three.module.js';
 import { growth } from '../../www/src/hair/growth.js';
+import { partsOf, RECEDED, SOFT } from '../../www/src/hair/parts.js';
+import { standingOf } from '../../www/src/hair/standing.js';
+import { pigments } from '../../www/src/head/pigments.js';
+import { SKIN_GLSL } from '../../www/src/head/skin.js';
+import { someone } from '../../www/src/head/someone.js';
+import { decodeColouring, encodeColouring } from '../../www/src/keep/addresscode.js';
 
 for (const name of ['model', 'synthetic']) {
   describe(`hair of ${name}.phiz`, async () => {
@@ -57,10 +64,99 @@ for (const name of ['model', 'synthetic']) {
       assert.ok(most < 0.08, `${most}`);
     });
 
+    const parts = partsOf(rest, landmarks);
+    const part = (/** @type {number} */ k) => Float32Array.from({ length: model.vertexCount }, (_, v) => parts[4 * v + k] / 255);
+
+    test('hair recedes above the temples first, then on the crown, and stays at the sides and the back', () => {
+      const lasts = part(3);
+      // At the slider's beginning and at its end, what is there is whole.
+      assert.ok(SOFT * lasts.reduce((least, value) => Math.min(least, value)) >= 1 && SOFT * (1 - RECEDED) >= 1);
+      assert.ok(SKIN_GLSL.GROWN.PLACED.includes(`${SOFT.toFixed(1)} * (parts.w - gone.w)`));
+      assert.equal(pigments(new Color(), { hairline: 1 }).gone[3], RECEDED);
+      const [, front, far] = landmarks.get('trichion');
+      const [, top] = landmarks.get('superaurale left');
+      const [, , ear] = landmarks.get('tragion left');
+      const [, high] = landmarks.get('vertex');
+      // Of what grows on the head, by where it is.
+      const mean = (/** @type {(x: number, y: number, z: number) => boolean} */ where) => {
+        const found = [...lasts].filter((_, v) => scalp[v] > 0.3 && where(Math.abs(rest[3 * v]), rest[3 * v + 1], rest[3 * v + 2]));
+        assert.ok(found.length > 5);
+        return found.reduce((sum, value) => sum + value, 0) / found.length;
+      };
+      const temples = mean((x, y, z) => x > 35 && x < 50 && y > front - 15 && z > far - 45);
+      const forelock = mean((x, y, z) => x < 8 && z > far - 30);
+      const crown = mean((x, y, z) => x < 10 && y > front && z < ear - 55);
+      const between = mean((x, y, z) => x < 10 && y > high - 10 && z > ear - 5);
+      assert.ok(temples < forelock - 0.1 && forelock < between && crown < between, `temples ${temples}, forelock ${forelock}, crown ${crown}, between ${between}`);
+      assert.ok(between < RECEDED - 0.05, `${between}`);
+      assert.ok(mean((x, y) => y < top + 5) > 0.99);
+    });
+
+    test('a beard is of a moustache, a chin and cheeks, as wide on one side as on the other', () => {
+      const [moustache, chin, cheeks] = [0, 1, 2].map(part);
+      for (const [values, there, none] of [
+        [moustache, ['ibug_33', 'ibug_51'], ['pogonion', 'gonion left', 'ibug_57']],
+        [chin, ['pogonion', 'supramentale'], ['ibug_51', 'gonion left', 'gonion right']],
+        [cheeks, ['gonion left', 'gonion right', 'ibug_04'], ['pogonion', 'ibug_51']],
+      ]) {
+        for (const landmark of there) assert.ok(of(values, landmark) > 0.95, `${landmark}: ${of(values, landmark)}`);
+        for (const landmark of none) assert.ok(of(values, landmark) < 0.05, `${landmark}: ${of(values, landmark)}`);
+      }
+      assert.ok(moustache.every((value, v) => Math.abs(value + chin[v] + cheeks[v] - 1) < 1e-6));
+      model.mirror.forEach((other, v) => {
+        for (let k = 0; k < 4; k++) assert.ok(Math.abs(parts[4 * v + k] - parts[4 * other + k]) < 20, `part ${k} at ${rest.slice(3 * v, 3 * v + 3)}`);
+      });
+    });
+
+    test('a man of seventy may have lost some, and a young woman has not', () => {
+      const lost = (/** @type {number} */ sex, /** @type {number} */ age) =>
+        Array.from({ length: 40 }, (_, seed) => {
+          face.randomize({ seed, attributes: { sex, age } });
+          return someone(face, seed).hairline ?? 0;
+        }).filter((value) => value > 0.2).length;
+      const men = lost(1, 70);
+      assert.ok(men >= 5 && men < 40, `${men} of 40`);
+      assert.equal(lost(0, 25), 0);
+    });
+
     test('a head without the landmarks has neither', () => {
       landmarks.delete('trichion');
       const none = growth(rest, landmarks, hollow, triangles);
       assert.ok([...none.scalp, ...none.beard].every((value) => value === -1));
+      assert.ok(partsOf(rest, landmarks).every((value, i) => value === (i % 4 < 2 ? 0 : 255)));
     });
   });
 }
+
+describe('how dense hair is', () => {
+  const of = (/** @type {import('../../www/src/head/colouring.js').Colouring} */ colouring) => pigments(new Color(0.6, 0.4, 0.3), colouring);
+
+  test('hair of any length is thinned, to none', () => {
+    for (const length of [0, 0.1, 0.36, 1]) {
+      for (const much of [0, 0.05, 0.35, 1]) {
+        const { dense, standing } = of({ crop: much, thin: 1 - much, length, beard: much, beardThin: 1 - much, beardLength: length });
+        assert.ok(Math.abs(dense[0] - much) < 1e-9 && Math.abs(dense[1] - much) < 1e-9, `${dense} for ${much}`);
+        assert.ok(Math.abs(standing[0] - much) < 1e-9 && Math.abs(standing[1] - Math.min(1, much / 0.8)) < 1e-9, `${standing} for ${much}`);
+      }
+    }
+    let before = 0;
+    for (const share of [0, 0.05, 0.12, 0.35, 0.6, 1]) {
+      const standing = standingOf(6000, { parts: new Uint8Array(4 * 6000).fill(255) }, { share, gone: [0, 0, 0, 0] });
+      assert.ok(share === 0 ? standing.length === 0 : standing.length > before);
+      before = standing.length;
+    }
+    assert.equal(before, 6000);
+  });
+
+  test('a link made before there was thin hair is as dense as it was', () => {
+    // Of a crop of 0.3 and a length of 0.36; of a beard of 0.35 and a length of 0.1.
+    const { dense, standing } = of(decodeColouring('CB4JIwokEAo'));
+    assert.deepEqual([dense, standing], [[1, 0.8 * 0.8], [1, 1]]);
+    assert.equal(encodeColouring({ crop: 0.3, beard: 0.35, length: 0.36, beardLength: 0.1 }), 'CB4JIwokEAo');
+    assert.equal(of({ length: 0.05 }).dense[0], 0.4);
+    // And nothing of it has receded or is shaved.
+    assert.deepEqual(of(decodeColouring('CB4JIwokEAo')).gone, [0, 0, 0, 0]);
+    const man = { crop: 0.5, thin: 0.5, hairline: 0.6, beard: 0.8, beardLength: 0.2, beardThin: 0.2, moustache: 0.9, chinBeard: 0, cheekBeard: 0 };
+    assert.deepEqual(decodeColouring(encodeColouring(man)), man);
+  });
+});

@@ -5,6 +5,7 @@ import { beardGround, beardLength } from '../../www/src/hair/beard.js';
 import { scalpGround } from '../../www/src/hair/hairstyle.js';
 import { createHull } from '../../www/src/hair/hull.js';
 import { hairLength } from '../../www/src/hair/length.js';
+import { standingOf } from '../../www/src/hair/standing.js';
 import { growOn, POINTS, shiftsOf } from '../../www/src/hair/strands.js';
 
 const [WIDE, TALL, DEEP] = [75, 110, 95];
@@ -36,7 +37,9 @@ function egg() {
   const scalp = Float32Array.from({ length: rest.length / 3 }, (_, v) => Math.max(-1, Math.min(1, (rest[3 * v + 1] - HAIRLINE + (rest[3 * v + 2] < 0 ? 60 : 0)) / 20)));
   /** @type {Map<string, [number, number, number]>} */
   const landmarks = new Map([['trichion', [0, HAIRLINE, 88]], ['tragion left', [WIDE, -20, 0]], ['ibug_19', [20, BROW, 90]]]);
-  return { rest, normals: Float32Array.from(normals), triangles: Uint32Array.from(triangles), scalp, landmarks };
+  // Half of it recedes at once, and half stays.
+  const parts = Uint8Array.from({ length: (4 * rest.length) / 3 }, (_, i) => (i % 4 < 3 ? 0 : rest[(3 * (i - 3)) / 4] > 0 ? 60 : 255));
+  return { rest, normals: Float32Array.from(normals), triangles: Uint32Array.from(triangles), scalp, landmarks, parts };
 }
 
 const head = egg();
@@ -45,7 +48,7 @@ assert.ok(hull);
 const grown = () => {
   const ground = scalpGround(head.scalp, head.landmarks, hull);
   assert.ok(ground);
-  const hair = growOn(head.rest, head.normals, head.triangles, hull, ground);
+  const hair = growOn(head.rest, head.normals, head.triangles, hull, ground, head.parts);
   assert.ok(hair);
   return hair;
 };
@@ -82,7 +85,7 @@ describe('hair', () => {
     const near = head.rest.map((value, i) => value + 0.01 * Math.sin(12.9898 * i));
     const nearHull = createHull(near, head.triangles, head.landmarks);
     const ground = nearHull && scalpGround(head.scalp, head.landmarks, nearHull);
-    const other = nearHull && ground && growOn(near, head.normals, head.triangles, nearHull, ground);
+    const other = nearHull && ground && growOn(near, head.normals, head.triangles, nearHull, ground, head.parts);
     assert.ok(other);
     for (const style of STYLES) {
       const [{ points }, { points: next }] = [grown().grow(style), other.grow(style)];
@@ -183,6 +186,21 @@ describe('hair', () => {
     assert.ok(lowest > BROW + 9 - 4 - 5 - 3, `it hangs to ${lowest}`);
   });
 
+  test('goes where its root is on a part that goes, and otherwise stays as it was', () => {
+    const hair = grown();
+    const { points } = hair.grow(STYLES[0]);
+    const whole = { share: 1, gone: [0, 0, 0, 0] };
+    const all = standingOf(hair.strands, hair, whole);
+    assert.deepEqual([...all], Array.from({ length: hair.strands }, (_, n) => n));
+    const left = standingOf(hair.strands, hair, { ...whole, gone: [0, 0, 0, 0.6] });
+    const rootX = (/** @type {number} */ n) => points[3 * POINTS * n];
+    // A row of the egg is 4 mm.
+    assert.ok([...left].every((n) => rootX(n) < 4));
+    assert.ok([...all].every((n) => rootX(n) > -4 || left.includes(n)));
+    const thin = standingOf(hair.strands, hair, { ...whole, share: 0.3 });
+    assert.ok(thin.length > 0.1 * hair.strands && thin.length < 0.3 * hair.strands && thin.every((n, i) => n === i));
+  });
+
   test('goes along with the head: shifts are linear in it, and nothing at rest', () => {
     const hair = grown();
     const at = (/** @type {Float32Array} */ positions) => {
@@ -201,7 +219,7 @@ describe('hair', () => {
   test('does not grow where there is no scalp, or none of the landmarks it goes by', () => {
     const bald = scalpGround(head.scalp.map(() => -1), head.landmarks, hull);
     assert.ok(bald);
-    assert.equal(growOn(head.rest, head.normals, head.triangles, hull, bald), null);
+    assert.equal(growOn(head.rest, head.normals, head.triangles, hull, bald, head.parts), null);
     assert.equal(scalpGround(head.scalp, new Map(), hull), null);
     assert.equal(beardGround(head.scalp, new Map()), null);
     assert.equal(createHull(head.rest, head.triangles, new Map()), null);

@@ -287,6 +287,9 @@ export const text = {
     trimmed: 'Trimmed',
     full: 'Full',
     flowing: 'Long and full',
+    moustache: 'Moustache',
+    goatee: 'Goatee',
+    chin: 'Chin',
   }),
   colours: /** @type {Record<string, string>} */ ({
     skin: 'Skin, fair to deep',
@@ -306,6 +309,10 @@ export const text = {
     comb: 'Combed back, aside, forward',
     parting: 'Parting, left to right',
     curl: 'Straight, wavy, curly',
+    hairline: 'Hairline, full to bald on top',
+    moustache: 'Moustache',
+    chinBeard: 'Beard on the chin',
+    cheekBeard: 'Beard on the cheeks',
   }),
   /** A side is the subject's. */
   expression: (/** @type {string} */ name, /** @type {string | undefined} */ side) =>

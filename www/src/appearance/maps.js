@@ -22,8 +22,7 @@ const VERTEX = /* glsl */ `
   varying vec3 vRestNormal;
   varying vec3 vShade;
   varying vec3 vOpen;
-  attribute vec2 growth;
-  varying vec2 vGrowth;
+  ${SKIN_GLSL.GROWN.DECLARATIONS}
   uniform vec2 aged;
   varying float vFold;
   varying vec2 vMark;
@@ -35,7 +34,7 @@ const VERTEX = /* glsl */ `
     vShade = shade;
     vOpen = vec3(1.0);
     vMark = vec2(0.0);
-    vGrowth = growth;
+    ${SKIN_GLSL.GROWN.PLACED}
     // At rest.
     vFold = aged.x;
     vHeat = vec3(0.0);

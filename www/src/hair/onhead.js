@@ -1,34 +1,36 @@
 import { beardLength } from './beard.js';
 import { createGrower } from './grower.js';
 import { hairLength } from './length.js';
+import { partsOf } from './parts.js';
 import { createTresses } from './tresses.js';
 
 /**
  * Longer hair and a longer beard on a head.
  *
  * @param {import('./plant.js').Skin} skin
- * @param {import('./plant.js').Where} where
+ * @param {ReturnType<typeof import('./growth.js').growth>} where
  * @param {Parameters<typeof createTresses>[2]} uniforms of the skin
  * @param {readonly [number, number]} fade heights between which the neck runs out, mm
  * @param {() => void} onGrown some that was asked for has come
  */
 export function growHair(skin, where, uniforms, fade, onGrown) {
-  const grower = createGrower(skin, where);
+  const parts = partsOf(skin.positions, skin.landmarks);
+  const grower = createGrower(skin, { ...where, parts });
   const on = { grower, rest: skin.positions, onGrown };
   const tresses = [
     createTresses(
-      { kind: 'hair', style: (paints) => paints.style, long: hairLength, half: 0.83, stride: ({ curl }) => (curl > 0.3 ? 2 : 3) },
+      { kind: 'hair', style: (paints) => paints.style, thinning: ({ standing, gone }) => ({ share: standing[0], gone: [0, 0, 0, gone[3]] }), long: hairLength, half: 0.83, stride: ({ curl }) => (curl > 0.3 ? 2 : 3) },
       on,
       uniforms,
       // About where the neck does: no shoulders are there that it could lie on.
       fade.map((y) => y + 18),
     ),
     createTresses(
-      { kind: 'beard', style: (paints) => paints.whiskers, long: beardLength, half: 0.58, stride: () => 6 },
+      { kind: 'beard', style: (paints) => paints.whiskers, thinning: ({ standing, gone }) => ({ share: standing[1], gone: [...gone.slice(0, 3), 0] }), long: beardLength, half: 0.58, stride: () => 6 },
       on,
       uniforms,
       fade.map((y) => y - 40),
     ),
   ];
-  return { tresses, dispose: grower.dispose };
+  return { tresses, parts, dispose: grower.dispose };
 }

@@ -7,7 +7,7 @@ import { growOn } from './strands.js';
 // Longer hair and a longer beard on a head, as numbers: on the page or beside it.
 
 /** What hair grows on: the skin at rest. @typedef {import('../groundwork/groundwork.js').Rest} Skin */
-/** @typedef {ReturnType<typeof import('./growth.js').growth>} Where */
+/** @typedef {ReturnType<typeof import('./growth.js').growth> & { parts: Uint8Array }} Where */
 /** @typedef {{ hair: import('./hairstyle.js').Style, beard: import('./beard.js').Beard }} Styles */
 /** @typedef {keyof Styles} Kind */
 /** Its strands and what ribbons on them have in common. @typedef {import('./strands.js').Planted & ReturnType<typeof layRibbons>} Planting */
@@ -17,7 +17,7 @@ import { growOn } from './strands.js';
  * @param {Skin} skin
  * @param {Where} where
  */
-export function plantOn({ positions, normals, triangles, landmarks }, { scalp, beard }) {
+export function plantOn({ positions, normals, triangles, landmarks }, { scalp, beard, parts }) {
   /** @type {import('./hull.js').Hull | null | undefined} */
   let hull;
   /**
@@ -27,7 +27,7 @@ export function plantOn({ positions, normals, triangles, landmarks }, { scalp, b
   function on(groundOn) {
     if (hull === undefined) hull = createHull(positions, triangles, landmarks);
     const ground = hull && groundOn(hull);
-    const hair = hull && ground ? growOn(positions, normals, triangles, hull, ground) : null;
+    const hair = hull && ground ? growOn(positions, normals, triangles, hull, ground, parts) : null;
     if (!hair) return null;
     const { grow, ...planted } = hair;
     return { planting: /** @type {Planting} */ ({ ...planted, ...layRibbons(planted) }), grow: (/** @type {S} */ style) => ribbonsOf(grow(style)) };

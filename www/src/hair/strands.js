@@ -59,9 +59,10 @@ const TRIES = 3000;
  * @param {Uint32Array} triangles
  * @param {import('./hull.js').Hull} hull
  * @param {Ground<S>} ground
+ * @param {Uint8Array} parts as `partsOf` has them
  * @returns {Hair<S> | null} null where nothing grows
  */
-export function growOn(rest, normals, triangles, { middle, over, look: lookAt }, ground) {
+export function growOn(rest, normals, triangles, { middle, over, look: lookAt }, ground, parts) {
   const { mask } = ground;
   if (!mask.some((inside) => inside > 0.2)) return null;
   // Roots: a place on a triangle of the ground. Each strand has chances of its own, and none goes by a sum over
@@ -88,13 +89,13 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
       }
       const corners = [triangles[3 * pick], triangles[3 * pick + 1], triangles[3 * pick + 2]];
       const weights = [1 - u - v, u, v];
-      const blend = (/** @type {Float32Array} */ values, /** @type {number} */ size, /** @type {number} */ k) =>
+      const blend = (/** @type {Float32Array | Uint8Array} */ values, /** @type {number} */ size, /** @type {number} */ k) =>
         weights[0] * values[size * corners[0] + k] + weights[1] * values[size * corners[1] + k] + weights[2] * values[size * corners[2] + k];
       // No hairline is a line.
       if (blend(mask, 1, 0) < 0.3 * random() - 0.15) continue;
       const at = [0, 1, 2].map((k) => blend(rest, 3, k));
       if (ground.bare?.(at[0], at[1])) continue;
-      return { corners, weights, at, normal: [0, 1, 2].map((k) => blend(normals, 3, k)) };
+      return { corners, weights, at, normal: [0, 1, 2].map((k) => blend(normals, 3, k)), part: [0, 1, 2, 3].map((k) => blend(parts, 4, k)) };
     }
     return null;
   }
@@ -382,6 +383,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     places,
     corners: cornersOf,
     weights: weightsOf,
+    parts: Uint8Array.from(strands.flatMap(({ part }) => part), Math.round),
     grow,
   };
 }
@@ -406,10 +408,10 @@ export function shiftsOf({ locks, places, corners, weights }, positions, into) {
  * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array, ends: Float32Array }} Grown
  */
 /**
- * What does not depend on a style: how many strands and locks there are, the lock of each strand, and where a lock's root is:
- * at rest, mm, and on three vertices with a weight each.
+ * What does not depend on a style: how many strands and locks there are, the lock of each strand, which parts its root is of,
+ * and where a lock's root is: at rest, mm, and on three vertices with a weight each.
  * @typedef {{
- *   strands: number, locks: number, lockOf: Uint16Array<ArrayBuffer>,
+ *   strands: number, locks: number, lockOf: Uint16Array<ArrayBuffer>, parts: Uint8Array<ArrayBuffer>,
  *   places: Float32Array<ArrayBuffer>, corners: Uint32Array<ArrayBuffer>, weights: Float32Array<ArrayBuffer>,
  * }} Planted
  */

@@ -9,6 +9,7 @@ import { drawnByProcessor } from '../rendering/graphics.js';
 import { smoothstep } from '../groundwork/paint.js';
 import { numberOf, SHORT } from './ribbons.js';
 import { SCATTERED } from './scattered.js';
+import { breadthOf, standingOf } from './standing.js';
 import { POINTS, shiftsOf } from './strands.js';
 
 // Longer hair: each strand is a ribbon that turns to whoever looks, and some hairs are drawn on it.
@@ -135,14 +136,14 @@ const FRAGMENT = /* glsl */ `
  * @template {import('./plant.js').Kind} K
  * @template {import('./plant.js').Styles[K]} S
  * @param {{
- *   kind: K, style: (colours: Pigments) => S, long: (style: S) => number, half: number, stride: (style: S) => number,
+ *   kind: K, style: (colours: Pigments) => S, thinning: (colours: Pigments) => import('./standing.js').Thinning, long: (style: S) => number, half: number, stride: (style: S) => number,
  * }} of `half` of a ribbon's width, mm; of the points of a strand every `stride`th is in files, in which each is once more
  *   for every slider
  * @param {{ grower: import('./grower.js').Grower, rest: Float32Array, onGrown: () => void }} on the head at rest
  * @param {{ heatStrength: { value: number } }} uniforms of the skin
  * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
-export function createTresses({ kind, style: styleOf, long, half, stride }, { grower, rest, onGrown }, { heatStrength }, fade) {
+export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride }, { grower, rest, onGrown }, { heatStrength }, fade) {
   /** There when there first is hair; null where none grows. @type {import('./plant.js').Planting | null | undefined} */
   let hair;
   const geometry = new BufferGeometry();
@@ -151,8 +152,12 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
   const [young, old, turned] = [{ value: new Color() }, { value: new Color() }, { value: 0 }];
   const gloss = { value: 1 };
   const drawn = share();
-  const broad = half * broader(drawn);
-  const shared = { halfWidth: { value: broad }, lockShifts: { value: shifts }, heatStrength };
+  /** Those strands that are there, of those that are drawn. @type {Uint16Array | null} */
+  let standing = null;
+  /** @type {import('./standing.js').Thinning} */
+  let thinning = { share: 1, gone: [0, 0, 0, 0] };
+  let broad = half;
+  const shared = { halfWidth: { value: half }, lockShifts: { value: shifts }, heatStrength };
   const material = new ShaderMaterial({
     uniforms: {
       ...UniformsUtils.clone(UniformsLib.lights),
@@ -194,7 +199,7 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
   mesh.name = kind;
   mesh.raycast = () => {};
 
-  /** Of all points, and of those that short hair takes. @type {{ index: BufferAttribute, many: number }[]} */
+  /** Triangles of all points, and of those that short hair takes: the first strand's, and those of the strands that stand. @type {{ first: Uint32Array, index: BufferAttribute, of: Uint16Array | null }[]} */
   const indexed = [];
   /** @type {0 | 1} */
   let isShort = 0;
@@ -210,7 +215,7 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
   let present = rest;
 
   /** Short hair is seen one by one, and curls would fill what they wind around. */
-  const slender = (/** @type {S} */ style) => (0.55 + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl);
+  const slender = (/** @type {S} */ style) => (0.55 + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl) * breadthOf(thinning);
 
   /** What is short points everywhere, and would glitter. */
   const glossOf = (/** @type {S} */ style) => 0.15 + 0.85 * smoothstep(10, 60, long(style));
@@ -218,13 +223,43 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
   /** What does not depend on the style. @param {import('./plant.js').Planting} planting */
   function lay({ strands, locks, all, short, strand }) {
     for (const [indices, points] of /** @type {const} */ ([[all, POINTS], [short, SHORT.length]])) {
-      indexed.push({ index: new BufferAttribute(indices, 1), many: Math.round(drawn * strands) * (points - 1) * 6 });
+      const each = (points - 1) * 6;
+      const index = new BufferAttribute(indices.subarray(0, Math.round(drawn * strands) * each), 1).setUsage(DynamicDrawUsage);
+      indexed.push({ first: indices.slice(0, each), index, of: null });
     }
     // Hair that casts shadows need not be all of it.
-    mesh.onBeforeShadow = () => geometry.setDrawRange(0, Math.round(indexed[isShort].many / 12) * 6);
-    mesh.onAfterShadow = () => geometry.setDrawRange(0, indexed[isShort].many);
+    mesh.onBeforeShadow = () => geometry.setDrawRange(0, Math.round(corners() / 12) * 6);
+    mesh.onAfterShadow = () => geometry.setDrawRange(0, corners());
     geometry.setAttribute('strand', new BufferAttribute(strand, 2));
     shifts.image = { data: new Float32Array(4 * locks), width: locks, height: 1 };
+  }
+
+  /** Of all triangles that are drawn. */
+  const corners = () => (standing ? standing.length * indexed[isShort].first.length : 0);
+
+  /** Draws the strands that stand, and no others. @param {import('./plant.js').Planting} planting */
+  function stand(planting) {
+    if (!standing) {
+      const all = standingOf(planting.strands, planting, thinning);
+      // The fewer there are, the more of them are drawn.
+      const most = drawn * planting.strands;
+      standing = all.subarray(0, Math.round(most));
+      broad = half * broader(Math.min(1, most / Math.max(1, all.length)));
+    }
+    const { first, index, of } = indexed[isShort];
+    if (of !== standing) {
+      const { array } = index;
+      for (let j = 0, o = 0; j < standing.length; j++) {
+        const from = 2 * POINTS * standing[j];
+        for (let i = 0; i < first.length; i++) array[o++] = from + first[i];
+      }
+      indexed[isShort].of = standing;
+      index.clearUpdateRanges();
+      index.addUpdateRange(0, corners());
+      index.needsUpdate = true;
+    }
+    geometry.setIndex(index);
+    geometry.setDrawRange(0, corners());
   }
 
   /** @param {NonNullable<typeof wanted>} as @param {import('./grower.js').Grown | null} grown */
@@ -250,11 +285,8 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
     if (one !== shown) {
       shown = one;
       const { style, ribbons } = one;
-      shared.halfWidth.value = broad * slender(style);
       gloss.value = glossOf(style);
       isShort = long(style) * (1 + 2 * style.curl) < SHORTER ? 1 : 0;
-      geometry.setIndex(indexed[isShort].index);
-      geometry.setDrawRange(0, indexed[isShort].many);
       for (const [name, size] of /** @type {const} */ ([['position', 3], ['course', 4], ['outward', 4]])) {
         const array = ribbons[name];
         const attribute = /** @type {BufferAttribute | undefined} */ (geometry.getAttribute(name));
@@ -262,6 +294,8 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
         else geometry.setAttribute(name, new BufferAttribute(array, size, array instanceof Int8Array).setUsage(DynamicDrawUsage));
       }
     }
+    if (hair) stand(hair);
+    shared.halfWidth.value = broad * slender(one.style);
     follow();
   }
 
@@ -301,19 +335,20 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
     const { style, ribbons } = shown;
     const step = stride(style);
     const many = POINTS / step;
-    const strands = filed(hair);
-    const count = strands * many;
+    const left = standingOf(filed(hair), hair, thinning);
+    const count = left.length * many;
     const out = {
       positions: new Float32Array(6 * count),
       normals: new Float32Array(6 * count),
       colours: new Float32Array(6 * count),
-      triangles: new Uint32Array(strands * (many - 1) * 6),
+      triangles: new Uint32Array(left.length * (many - 1) * 6),
     };
     const moved = new Float32Array(4 * hair.locks);
     shiftsOf(hair, positions, moved);
     const wide = half * broader(FILED) * slender(style);
     const [way, up, across] = [new Vector3(), new Vector3(), new Vector3()];
-    for (let n = 0, o = 0, i = 0; n < strands; n++) {
+    let [o, i] = [0, 0];
+    for (const n of left) {
       const lock = 4 * hair.lockOf[n];
       // As in the shader.
       const white = smoothstep(-SOFT, SOFT, (1 + 2 * SOFT) * turned.value - SOFT - ((numberOf(n) * TURNS) % 1));
@@ -352,7 +387,8 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
     shiftsOf(hair, rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
     const each = (6 * POINTS) / stride(shown.style);
-    return Float32Array.from({ length: each * filed(hair) }, (_, i) => moved[4 * lockOf[Math.floor(i / each)] + (i % 3)]);
+    const left = standingOf(filed(hair), hair, thinning);
+    return Float32Array.from({ length: each * left.length }, (_, i) => moved[4 * lockOf[left[Math.floor(i / each)]] + (i % 3)]);
   }
 
   function follow() {
@@ -399,8 +435,13 @@ export function createTresses({ kind, style: styleOf, long, half, stride }, { gr
       young.value.copy(colours.young);
       old.value.copy(colours.old);
       turned.value = colours.turned[0];
+      const now = thinningOf(colours);
+      if (JSON.stringify(now) !== JSON.stringify(thinning)) {
+        thinning = now;
+        standing = null;
+      }
       const style = styleOf(colours);
-      wanted = style.length > 0 ? { key: JSON.stringify(style), style } : null;
+      wanted = style.length > 0 && thinning.share > 0 ? { key: JSON.stringify(style), style } : null;
       ask();
     },
     /** Whether what was painted last is not what is shown, yet. */

@@ -22,6 +22,12 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
   lines: 0,
   freckles: 0,
   beardLength: 0,
+  thin: 0,
+  beardThin: 0,
+  hairline: 0,
+  moustache: 1,
+  chinBeard: 1,
+  cheekBeard: 1,
 });
 
 export const COLOURS = Object.keys(REST);

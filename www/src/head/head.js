@@ -389,7 +389,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
    */
   function adorn(grow, lay, onCome) {
     skin.refine(lay, onCome);
-    ({ tresses, dispose: disposeHair } = grow({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, grows, skin.uniforms, fade, onCome));
+    const grown = grow({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, grows, skin.uniforms, fade, onCome);
+    ({ tresses, dispose: disposeHair } = grown);
+    geometry.setAttribute('parts', new BufferAttribute(Uint8Array.from({ length: 4 * cornerCount }, (_, i) => grown.parts[4 * corners[i >> 2] + (i & 3)]), 4, true));
     for (const one of tresses) {
       group.add(one.mesh);
       one.update(present);

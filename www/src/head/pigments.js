@@ -87,7 +87,7 @@ export const irisColours = (iris) => ({ inner: between(IRIS, iris, 1), outer: be
  * @param {import('./colouring.js').Colouring} colouring
  */
 export function pigments(tone, colouring) {
-  const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles, beardLength } = whole(colouring);
+  const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles, beardLength, thin, beardThin, hairline, moustache, chinBeard, cheekBeard } = whole(colouring);
   const own = skinColour(tone, skin, blood);
   // Pale lips have no more blood than the skin; full ones are painted.
   const [most, factors] = lips < REST.lips ? [REST.lips, PALE] : [1 - REST.lips, PAINTED];
@@ -115,8 +115,12 @@ export function pigments(tone, colouring) {
     /** 0 is none, 2 twice as many as at rest. */
     bushy: 2 * brows,
     /** How dense hair and beard are, 0 to 1. @type {[number, number]} */
-    // Hair that is long is not thin.
-    dense: [Math.max(crop, Math.min(1, 8 * length)), Math.max(beard, 0.8 * Math.min(1, 8 * beardLength))],
+    // What has length is as dense as it can be, but for what is thinned.
+    dense: [Math.max(crop, (1 - thin) * Math.min(1, 8 * length)), Math.max(beard, 0.8 * (1 - beardThin) * Math.min(1, 8 * beardLength))],
+    /** How many of the strands that have length there are, 0 to 1. @type {[number, number]} */
+    standing: [Math.max(crop, 1 - thin), Math.min(1, Math.max(beard, 1 - beardThin) / 0.8)],
+    /** How much of each part has gone, as `parts.js` has them: of a beard, and as far as hair recedes. @type {[number, number, number, number]} */
+    gone: [1 - moustache, 1 - chinBeard, 1 - cheekBeard, 0.83 * hairline],
     lines,
     freckles,
     style: { length, comb, parting, curl },

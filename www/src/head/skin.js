@@ -81,7 +81,7 @@ const DECLARATIONS = /* glsl */ `
   uniform vec3 accent;
   uniform vec2 markStrength;
   uniform float faceDepth;
-  varying vec2 vGrowth; // hair, beard
+  varying vec3 vGrowth;
   uniform sampler2D strandMap;
   uniform vec2 dense;
   uniform vec2 covered; // by longer hair, by a longer beard
@@ -205,7 +205,7 @@ const COLOUR = /* glsl */ `
   if (dense.x + dense.y > 0.0 && heatStrength < 1.0) {
     vec2 strand = strands(lying);
     // No hairline is a line: each hair has its own. Of a beard the dark ones are first.
-    vec2 grown = vGrowth + 0.3 * (broad.a - 0.5) + vec2(0.8, -0.8) * (strand.g - 0.5);
+    vec2 grown = vGrowth.xy + 0.3 * (broad.a - 0.5) + vec2(0.8, -0.8) * (strand.g - 0.5);
     grown = smoothstep(vec2(-0.3, -0.35), vec2(0.45, 0.4), grown) * dense * (1.0 - lip);
     float thick = grown.x;
     // The lightest turn grey first.
@@ -218,7 +218,7 @@ const COLOUR = /* glsl */ `
     tone = mix(tone, hair * (0.35 + 1.3 * strand.g) * (1.0 - 0.2 * covered.x), hairs);
     // A photo that is worn has its own beard, as far as it shows the skin. One that is thin is single hairs, on skin that is greyer for
     // their roots.
-    float beard = grown.y * (1.0 - smoothSkin) * (1.0 - photographed);
+    float beard = grown.y * vGrowth.z * (1.0 - smoothSkin) * (1.0 - photographed);
     float rank = 1.7 * strand.g - 0.45;
     float whisker = smoothstep(-0.25, 0.25, 1.25 * beard - rank) * min(1.0, 5.0 * beard) * (0.5 + 0.45 * beard);
     tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), 0.5 * mix(youngHair, oldHair, turned.x), 0.75 * beard), beard * (0.45 + 0.45 * beard));
@@ -280,13 +280,24 @@ const OCCLUSION = /* glsl */ `
   }
 `;
 
+/** Where hair and beard grow, for a corner of the mesh: `parts` are those of `parts.js`, and until they come all of it is there. */
+const GROWN = {
+  DECLARATIONS: /* glsl */ `
+    attribute vec2 growth;
+    attribute vec4 parts;
+    uniform vec4 gone;
+    varying vec3 vGrowth;`,
+  PLACED: 'vGrowth = vec3(min(growth.x, 6.0 * (parts.w - gone.w)), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
+};
+
 /**
  * What the skin is painted with, for pictures of it that other programs read. The colours of a corner of the mesh
  * are found from where it is on the head at rest. Each sets variables: `DECLARATIONS` comes before main; then
  * `COLOUR` changes `diffuseColor` (that of a photo for the page's tone curve, where there is one), `ROUGHNESS` makes
- * `roughnessFactor` of `roughness`, and `SLOPE` is how far the normal at rest leans, in the head's axes.
+ * `roughnessFactor` of `roughness`, and `SLOPE` is how far the normal at rest leans, in the head's axes. `GROWN` is for the corners: it
+ * sets one of the variables.
  */
-export const SKIN_GLSL = { DECLARATIONS, COLOUR, ROUGHNESS, SLOPE };
+export const SKIN_GLSL = { DECLARATIONS, COLOUR, ROUGHNESS, SLOPE, GROWN };
 
 /** More than it came out of any of two thousand people who differ twice as much as people do, mm. */
 const DEEPER = 10;
@@ -337,6 +348,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     /** Painted when there is hair. */
     strandMap: { value: hairless },
     dense: { value: new Vector2() },
+    gone: { value: new Vector4() },
     /** By longer hair, and by a longer beard. */
     covered: { value: new Vector2() },
     lipColour: { value: new Color() },
@@ -377,8 +389,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         attribute vec3 restNormal;
         attribute vec3 shade;
         attribute vec2 mark;
-        attribute vec2 growth;
-        varying vec2 vGrowth;
+        ${GROWN.DECLARATIONS}
         attribute vec4 folding;
         uniform vec4 foldsRight;
         uniform vec4 foldsLeft;
@@ -407,14 +418,14 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         // Light bounced between skin and skin is red: occlusion darkens red least.
         vOpen = pow(vec3(shade.x), vec3(0.78, 1.08, 1.18));
         vMark = mark;
-        vGrowth = growth;
+        ${GROWN.PLACED}
         // An expression folds young skin a little, and old skin where it is folded.
         vec4 folds = folding * mix(foldsRight, foldsLeft, smoothstep(-6.0, 6.0, rest.x));
         // A photo that is worn has those of its face's expression.
         vFold = aged.x + (1.0 - worn) * max(max(folds.x, folds.y), max(folds.z, folds.w)) * (0.45 + 0.4 * aged.x);
         vFold *= 1.0 + min(0.0, folding.w) * 0.9 * mix(smooths.x, smooths.y, smoothstep(-6.0, 6.0, rest.x));
         // Hair stands off the head, and longer hair over that.
-        transformed += objectNormal * ((3.5 - 2.5 * covered.x) * (1.0 - heatStrength) * dense.x * smoothstep(-0.1, 0.9, growth.x));
+        transformed += objectNormal * ((3.5 - 2.5 * covered.x) * (1.0 - heatStrength) * dense.x * smoothstep(-0.1, 0.9, vGrowth.x));
         vHeat = heat;
         vWorn = uv;`,
       );
@@ -516,7 +527,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       });
     },
     /** @param {Paints} colours */
-    paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, standing, gone, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
@@ -526,7 +537,8 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.turned.value.fromArray(turned);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
-      uniforms.covered.value.set(Math.min(1, 6 * style.length), Math.min(1, 6 * whiskers.length));
+      uniforms.gone.value.fromArray(gone);
+      uniforms.covered.value.set(Math.min(1, 6 * style.length) * standing[0], Math.min(1, 6 * whiskers.length) * standing[1]);
       uniforms.aged.value.set(lines, freckles);
       crease();
       if (dense.some((much) => much > 0)) want('strands');

@@ -37,7 +37,7 @@ const greyOf = (age) => Math.max(0, 2 * age - 1);
 
 /**
  * The colours of someone whose shape becomes another's: lines and grey hair come and go with the years, skin gets the depth that goes
- * with the shape, and a beard goes when the face is a man's no longer. All else stays.
+ * with the shape, and a beard and a receding hairline go when the face is a man's no longer. All else stays.
  * @param {import('./colouring.js').Colouring} colouring
  * @param {ReturnType<typeof told>} before what labels say of the shape before @param {ReturnType<typeof told>} after and after it
  */
@@ -54,6 +54,7 @@ export function coloursAlong(colouring, before, after) {
     grey: colours.grey + change(greyOf, before.age, after.age),
     beard: colours.beard * beard,
     beardLength: colours.beardLength * beard,
+    hairline: colours.hairline * beard,
   });
 }
 
@@ -99,5 +100,7 @@ export function someone(face, seed) {
     comb: 0.75 * random(),
     parting: 0.25 + 0.5 * random(),
     curl: coiled ? 0.7 + 0.3 * random() : 0.6 * random() ** 2,
+    // Of men it recedes with the years, some sooner and some never.
+    hairline: random() < manly * age ? age * random() : 0,
   });
 }

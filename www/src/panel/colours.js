@@ -1,5 +1,5 @@
 import './colours.css';
-import { COLOURS, REST, whole } from '../head/colouring.js';
+import { REST, whole } from '../head/colouring.js';
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
 import { createSlider } from './slider.js';
@@ -9,8 +9,8 @@ import { text } from '../text.js';
 const GROUPS = /** @type {const} */ ([
   ['skin', ['skin', 'blood', 'lips', 'lines', 'freckles']],
   ['hair', ['hair', 'red', 'grey', 'brows']],
-  ['style', ['crop', 'length', 'comb', 'parting', 'curl']],
-  ['beard', ['beard', 'beardLength']],
+  ['style', ['crop', 'hairline', 'length', 'comb', 'parting', 'curl']],
+  ['beard', ['beard', 'beardLength', 'moustache', 'chinBeard', 'cheekBeard']],
   ['eyes', ['iris']],
 ]);
 
@@ -33,8 +33,17 @@ const STARTS = {
     trimmed: { beard: 0.7, beardLength: 0.15 },
     full: { beard: 0.8, beardLength: 0.4 },
     flowing: { beard: 0.8, beardLength: 0.8 },
+    moustache: { beard: 0.8, beardLength: 0.18, chinBeard: 0, cheekBeard: 0 },
+    goatee: { beard: 0.8, beardLength: 0.3, cheekBeard: 0 },
+    chin: { beard: 0.8, beardLength: 0.35, moustache: 0, cheekBeard: 0 },
   },
 };
+
+/** What else a group's beginnings have. @type {Partial<Record<string, import('../head/colouring.js').Colouring>>} */
+const BEGUN = { style: { thin: 0 }, beard: { beardThin: 0, moustache: 1, chinBeard: 1, cheekBeard: 1 } };
+
+/** How dense hair is goes for what is cropped and for what has a length. @type {Record<string, { thin: string, long: string, at: 0 | 1 }>} */
+const DENSE = { crop: { thin: 'thin', long: 'length', at: 0 }, beard: { thin: 'beardThin', long: 'beardLength', at: 1 } };
 
 /** How many colours are shown along a track. */
 const STOPS = 11;
@@ -63,8 +72,16 @@ const PAINTED = {
  */
 export function createColours(editor, paints) {
   let visible = false;
+  /** What changes with a slider. @param {string} name @param {number} value */
+  function moved(name, value) {
+    const dense = DENSE[name];
+    if (!dense) return { [name]: value };
+    // Where there is none at all, what grows next is whole.
+    const none = value === 0 && whole(editor.colouring)[dense.long] === 0;
+    return { [name]: value, [dense.thin]: none ? 0 : 1 - value };
+  }
   const sliders = new Map(
-    COLOURS.map((name) => {
+    GROUPS.flatMap(([, names]) => [...names]).map((/** @type {string} */ name) => {
       const label = text.colours[name];
       const slider = createSlider({
         name: label,
@@ -84,9 +101,9 @@ export function createColours(editor, paints) {
           max: 100,
           step: 1,
           show: (value) => Math.round(100 * value),
-          take: (percent) => editor.paint({ ...editor.colouring, [name]: percent / 100 }),
+          take: (percent) => editor.paint({ ...editor.colouring, ...moved(name, percent / 100) }),
         },
-        move: (value) => editor.moveColours({ [name]: value }),
+        move: (value) => editor.moveColours(moved(name, value)),
         finish: () => editor.finish(`paint ${name}`),
       });
       return [name, slider];
@@ -99,7 +116,8 @@ export function createColours(editor, paints) {
   const starts = [];
   /** @param {keyof typeof text.colourGroups} group */
   function startsOf(group) {
-    const buttons = Object.entries(STARTS[group] ?? {}).map(([name, values]) => {
+    const buttons = Object.entries(STARTS[group] ?? {}).map(([name, start]) => {
+      const values = { ...BEGUN[group], ...start };
       const button = element('button', { type: 'button', class: 'button small', 'aria-pressed': 'false', onclick: () => editor.paint({ ...editor.colouring, ...values }) }, text.hairStarts[name]);
       starts.push({ button, values });
       return button;
@@ -117,10 +135,10 @@ export function createColours(editor, paints) {
     }
     own.disabled = Object.keys(colouring).length === 0;
     for (const [name, slider] of sliders) {
-      slider.show(values[name]);
+      slider.show(DENSE[name] ? paints(colouring).dense[DENSE[name].at] : values[name]);
       if (!PAINTED[name]) continue;
       const ramp = Array.from({ length: STOPS }, (_, i) => {
-        const colour = PAINTED[name](paints({ ...colouring, [name]: i / (STOPS - 1) }));
+        const colour = PAINTED[name](paints({ ...colouring, ...moved(name, i / (STOPS - 1)) }));
         return `#${colour.getHexString()}`;
       });
       slider.root.style.setProperty('--ramp', `linear-gradient(90deg, ${ramp.join(', ')})`);

@@ -4,8 +4,10 @@ import { icon } from '../frame/icons.js';
 import { text } from '../text.js';
 
 const BARE = { crop: 0, length: 0, beard: 0, beardLength: 0 };
-/** What of a colouring is hair that can be hidden. @param {import('../head/colouring.js').Colouring} colouring */
-const hairOf = (colouring) => Object.keys(BARE).map((name) => colouring[name] ?? REST[name]);
+/** What else tells how it grows. */
+const GROWS = ['thin', 'hairline', 'beardThin', 'moustache', 'chinBeard', 'cheekBeard'];
+/** @param {import('../head/colouring.js').Colouring} colouring @param {readonly string[]} names */
+const valuesOf = (colouring, names) => names.map((name) => colouring[name] ?? REST[name]);
 
 /**
  * Hides hair and beard, to see the head below while it is shaped: a button, and a key on the stage. (Anywhere else,
@@ -27,8 +29,8 @@ export function createBare(editor, stage, repaint) {
     button.setAttribute('aria-pressed', String(bare));
   }
   function refresh() {
-    const hair = hairOf(editor.colouring);
-    const now = hair.join();
+    const hair = valuesOf(editor.colouring, Object.keys(BARE));
+    const now = [...hair, ...valuesOf(editor.colouring, GROWS)].join();
     if (now === before) return;
     before = now;
     button.hidden = hair.every((value) => value === 0);
