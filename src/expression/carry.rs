@@ -45,28 +45,12 @@ pub struct Carrier {
 }
 
 impl Carrier {
-    /// For the vertices `moved` (increasing), with maps of both [`REACHES`].
-    pub fn both(model: &FaceModel, moved: &[u32]) -> [Self; 2] {
-        let mean = &model.parts().mean;
-        let skin = model.parts().topology.part_vertices("skin");
-        let mut wider = (vec![Vec3::ZERO], vec![skin.clone()]);
-        let [small, large] = REACHES;
-        let large = Self::new(mean, &skin, moved, large, &mut wider);
-        let small = Self::new(mean, &skin, moved, small, &mut wider);
-        [small, large]
-    }
-
-    /// With maps of a reach (mm). `wider` has the places of nodes of a wider reach and the vertices of the skin within
-    /// it, among which those of these nodes are looked for, and becomes these nodes'.
+    /// For the vertices `moved` (increasing), with maps of a reach (mm).
     // Not inlined, as what only reading needs: the module is downloaded before it runs.
     #[inline(never)]
-    fn new(
-        mean: &[Vec3],
-        skin: &[u32],
-        moved: &[u32],
-        reach: f32,
-        wider: &mut (Vec<Vec3>, Vec<Vec<u32>>),
-    ) -> Self {
+    pub fn new(model: &FaceModel, moved: &[u32], reach: f32) -> Self {
+        let mean = &model.parts().mean;
+        let skin = model.parts().topology.part_vertices("skin");
         let mut centres: Vec<Vec3> = Vec::new();
         for &v in skin.iter().filter(|v| moved.binary_search(v).is_ok()) {
             let p = mean[v as usize];
@@ -78,19 +62,9 @@ impl Carrier {
         if centres.is_empty() {
             centres.push(Vec3::ZERO);
         }
-        let near: Vec<Vec<u32>> = centres
+        let nodes = centres
             .iter()
-            .map(|&c| {
-                // No vertex that is moved is farther than half the wider reach from one of the wider nodes, and the
-                // rest of that reach holds the whole of this one.
-                let [(around, _), ..] = nearest(c, &wider.0);
-                (wider.1[around as usize].iter().copied())
-                    .filter(|&v| mean[v as usize].distance(c) < reach)
-                    .collect()
-            })
-            .collect();
-        let nodes = (centres.iter().zip(&near))
-            .map(|(&c, near)| Node::new(c, reach, mean, near))
+            .map(|&c| Node::new(c, reach, mean, &skin))
             .collect();
         let around = moved
             .iter()
@@ -99,7 +73,6 @@ impl Carrier {
         let some: Vec<u32> = skin.iter().copied().step_by(16).collect();
         let middle =
             some.iter().map(|&v| mean[v as usize]).sum::<Vec3>() / some.len().max(1) as f32;
-        *wider = (centres, near);
         Self {
             nodes,
             around,
@@ -145,8 +118,12 @@ impl Carrier {
 }
 
 impl Node {
-    /// From the vertices `near` a centre, within the reach.
-    fn new(centre: Vec3, reach: f32, mean: &[Vec3], near: &[u32]) -> Self {
+    fn new(centre: Vec3, reach: f32, mean: &[Vec3], skin: &[u32]) -> Self {
+        let near: Vec<u32> = (skin.iter().copied())
+            // Most are too high or too low, which costs less to tell.
+            .filter(|&v| (mean[v as usize].y - centre.y).abs() < reach)
+            .filter(|&v| mean[v as usize].distance(centre) < reach)
+            .collect();
         let every = near.len().div_ceil(ASKED).max(1);
         let asked: Vec<(u32, DVec3, f64)> = near
             .iter()

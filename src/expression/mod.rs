@@ -252,7 +252,7 @@ impl Expressions {
             places[v as usize] = place;
         }
         let derived = Derived {
-            carriers: Carrier::both(model, &moved),
+            carriers: carry::REACHES.map(|reach| Carrier::new(model, &moved, reach)),
             large: (list.iter())
                 .map(|expression| {
                     let lengths = expression.displacements.iter().map(|d| d.length());
