@@ -53,15 +53,10 @@ pub(super) fn smooth(
     if much == 0.0 {
         return None;
     }
-    let smooth = picture.smooth(bright, colour);
-    let count = picture.width * picture.height;
-    let mut rgba = Vec::with_capacity(4 * count);
-    for at in 0..count {
-        let [y, b, r] = [0, 1, 2].map(|plane| {
-            let before: f32 = picture.planes[plane][at];
-            before + much * (smooth[plane][at] - before)
-        });
-        let weights = BRIGHTNESS.as_vec3();
+    let weights = BRIGHTNESS.as_vec3();
+    let [smooth, blue, red] = picture.smooth(bright, colour, much);
+    let mut rgba = Vec::with_capacity(4 * smooth.len());
+    for ((y, b), r) in smooth.into_iter().zip(blue).zip(red) {
         let g = -(weights.x * r + weights.z * b) / weights.y;
         rgba.extend([y + r, y + g, y + b].map(|value| value.round().clamp(0.0, 255.0) as u8));
         rgba.push(255);
@@ -129,12 +124,19 @@ impl Planes {
         *off.select_nth_unstable_by(middle, f32::total_cmp).1 / (6.0 * 0.6745)
     }
 
-    fn smooth(&self, bright: f32, colour: f32) -> [Vec<f32>; 3] {
+    /// The planes with so much (0 to 1) of their grain taken off.
+    fn smooth(&self, bright: f32, colour: f32, much: f32) -> [Vec<f32>; 3] {
         let [near, far] = REACH;
         let [y, b, r] = &self.planes;
         let [smooth] = self.means(near, bright, [y]);
         let [blue, red] = self.means(far, colour, [b, r]);
-        [smooth, blue, red]
+        let mut planes = [smooth, blue, red];
+        for (plane, before) in planes.iter_mut().zip(&self.planes) {
+            for (value, before) in plane.iter_mut().zip(before) {
+                *value = before + much * (*value - before);
+            }
+        }
+        planes
     }
 
     /// Of each pixel the means of planes over those around it that are alike in all of them.
