@@ -191,6 +191,8 @@ describe('colours', () => {
 
     // A few days' beard is dark hairs with skin between them, which takes pixels to be seen.
     await page.setViewportSize({ width: 1280, height: 800 });
+    // Hair that was there a moment ago had the view go back.
+    await settled(page);
     const close = await looking(page);
     const shaven = close.extremes(await picture(page, 'colours-shaven'), 'chin', 10);
     await moveSlider(page, 'Stubble, none to dense', 0.3);

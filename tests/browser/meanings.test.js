@@ -162,6 +162,7 @@ test('lengths without a control are set, too: a long narrow face', async () => {
   await page.getByRole('tab', { name: 'Lengths' }).click();
   const slider = (/** @type {string} */ name) => page.getByRole('slider', { name, exact: true });
   await slider('face height').waitFor();
+  await page.waitForFunction(() => !document.querySelector('#section-meanings .awaited'));
   // All of them, each once.
   assert.equal(await page.locator('#section-meanings input[type=range]').count(), Object.keys(middle).length);
   assert.equal(await page.locator('#section-meanings .is-moved').count(), 0, 'a new face is the middle');

@@ -615,7 +615,7 @@ describe('a face in a photo', () => {
     // As found, and fitted again: the same face as at first.
     // Looks that were chosen meanwhile stay.
     await page.getByRole('tab', { name: 'Looks' }).click();
-    await page.getByRole('button', { name: 'Bald' }).click();
+    await page.getByRole('button', { name: 'Bald', exact: true }).click();
     const chosen = await page.evaluate(() => window.designer.colouring);
     assert.ok(!chosen.crop && chosen.hair < 0.5, JSON.stringify(chosen));
     await page.getByRole('tab', { name: 'Photo' }).click();
