@@ -349,7 +349,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
 
   /** @type {import('three').DataTexture | null} */
   let worn = null;
-  /** @type {ReturnType<typeof pigments> | null} */
+  /** The colours in which that is as it is. @type {ReturnType<typeof pigments> | null} */
   let wornIn = null;
   /**
    * Shows a person's own colours in place of the skin's; null takes them off.
@@ -358,7 +358,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
    */
   function wear(texture) {
     worn?.dispose();
-    worn = null;
+    worn = wornIn = null;
     skin.uniforms.worn.value = texture ? 1 : 0;
     if (!texture) return;
     worn = createMap(texture);

@@ -1,8 +1,8 @@
 import { chance } from '../chance.js';
 import { between, points } from '../groundwork/paint.js';
 
-// The lines that faces get with the years and for a moment with expressions (see `folds.js`), and freckles: a relief over the
-// front of the face at rest, from landmarks.
+// The lines that faces get with the years and for a moment with expressions (see `folds.js`), what sinks and sags beside them,
+// and freckles: a relief over the front of the face at rest, from landmarks.
 
 /** Texels a side, of which a line has two to four across. */
 const SIZE = 512;
@@ -176,14 +176,15 @@ export function paintLines(at) {
   const texel = frame[2] / SIZE;
   const height = new Float32Array(SIZE * SIZE);
   const groove = new Float32Array(SIZE * SIZE);
+  /** @param {number} value mm along an axis @param {number} k the axis */
+  const texelAt = (value, k) => Math.min(SIZE - 1, Math.max(0, Math.round((value - frame[k]) / texel)));
   for (const { through, half, deep, blunt } of linesOf(at)) {
     const way = smoothWay(through);
     const flat = Float64Array.from(way.flat());
     const far = 4.5 * half;
     const [left, right, low, high] = [0, 1].flatMap((k) => {
       const all = way.map((point) => point[k]);
-      const to = (/** @type {number} */ value) => Math.min(SIZE - 1, Math.max(0, Math.round((value - frame[k]) / texel)));
-      return [to(Math.min(...all) - far), to(Math.max(...all) + far)];
+      return [texelAt(Math.min(...all) - far, k), texelAt(Math.max(...all) + far, k)];
     });
     for (let j = low; j <= high; j++) {
       for (let i = left; i <= right; i++) {
@@ -217,7 +218,7 @@ export function paintLines(at) {
   for (const { middle, half, high, turn = 0 } of formsOf(at)) {
     const [cos, sin] = [Math.cos(turn), Math.sin(turn)];
     const far = 2.6 * Math.max(...half);
-    const [left, right, bottom, top] = [0, 1].flatMap((k) => [middle[k] - far, middle[k] + far].map((value) => Math.min(SIZE - 1, Math.max(0, Math.round((value - frame[k]) / texel)))));
+    const [left, right, bottom, top] = [0, 1].flatMap((k) => [texelAt(middle[k] - far, k), texelAt(middle[k] + far, k)]);
     for (let j = bottom; j <= top; j++) {
       for (let i = left; i <= right; i++) {
         const [x, y] = [frame[0] + (i + 0.5) * texel - middle[0], frame[1] + (j + 0.5) * texel - middle[1]];

@@ -63,6 +63,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let fitted = null;
   /** The number of the person in the photo, by which the history knows whose face it is. */
   let number = 0;
+  /** How many there were: none has the number of another. */
   let people = 0;
   /** The person's own face, as the fit had it. @type {{ code: string, expression: Record<string, number> } | null} */
   let own = null;
