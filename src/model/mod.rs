@@ -22,7 +22,7 @@
 //! | `sigmas.b` | f32 | K | standard deviations, mm |
 //! | `targets.b` | planes | R | surround vertices, as `support.b` |
 //! | `distances.b` | planes | R | distance from the region, predicted over the targets, in units of [`DISTANCES`] |
-//! | `attributes` | u8 | any | absent without attributes: as in the header, the fingerprint (a u32, the two halves of the checksum in exclusive or) of the model without this section and the next, and a list of strings: name, description and unit of each of A attributes |
+//! | `attributes` | u8 | any | absent without attributes: as in the header, the fingerprint that codes of faces begin with (a u32: the two halves of the checksum in exclusive or, of the model without this section and the next as it was first written), and a list of strings: name, description and unit of each of A attributes |
 //! | `read-outs` | f32 | A (4 + C) | of each attribute both limits, the mean, the explained part, and the read-out's change with each coefficient |
 //! | `rigid.b` | planes | 17 G | for each of the header's `rigid` parts that follow as one: the part, an index into `parts`; 8 places in the support; their weights, which sum to 65535 |
 //!
@@ -152,6 +152,23 @@ impl FaceModel {
         read::model(&Blob::parse(bytes, Kind::Model)?, None)
     }
 
+    /// The bytes of this model's blob with other words on its controls, or other attributes: where there are
+    /// attributes its faces keep their codes.
+    ///
+    /// # Errors
+    /// When more than these is changed, and as [`ModelParts::write`].
+    pub fn rewritten(&self, parts: &ModelParts) -> Result<Vec<u8>> {
+        let mut same = parts.clone();
+        same.attributes.clone_from(&self.parts.attributes);
+        for (control, own) in same.controls.iter_mut().zip(&self.parts.controls) {
+            control.description.clone_from(&own.description);
+        }
+        if same != *self.parts {
+            return Err(Error::Blob("it is another model's".into()));
+        }
+        parts.write_as(Some(self.derived.fingerprint))
+    }
+
     /// What the model is made of.
     pub fn parts(&self) -> &ModelParts {
         &self.parts
@@ -224,6 +241,11 @@ impl ModelParts {
     /// When the header cannot be written, the mean has a coordinate that is no number, or a vertex
     /// or corner is named that is not there.
     pub fn write(&self) -> Result<Vec<u8>> {
+        self.write_as(None)
+    }
+
+    /// As [`ModelParts::write`], with the fingerprint that its faces' codes begin with, where there are attributes.
+    fn write_as(&self, fingerprint: Option<u32>) -> Result<Vec<u8>> {
         let topology = &self.topology;
         self.can_be_written()?;
         let header = Header {
@@ -303,7 +325,10 @@ impl ModelParts {
         }
         if !self.attributes.is_empty() {
             let plain = blob.finish();
-            let fingerprint = Blob::parse(&plain, Kind::Model)?.fingerprint();
+            let fingerprint = match fingerprint {
+                Some(kept) => kept,
+                None => Blob::parse(&plain, Kind::Model)?.fingerprint(),
+            };
             let words = (self.attributes.iter())
                 .flat_map(|a| [&a.name, &a.description, &a.unit].map(String::clone));
             blob.record("attributes", &(fingerprint, words.collect::<Vec<_>>()));

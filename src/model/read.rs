@@ -434,8 +434,8 @@ fn read_rigid(blob: &Blob, name: &str, count: u32) -> Result<Vec<Rigid>> {
     Ok(rigid.collect())
 }
 
-/// The attributes, if there are any, and the fingerprint of the model without them: they name its
-/// faces and change none, so that a face's code stays good when they are learned anew.
+/// The attributes, if there are any, and the fingerprint of the model as it was first written, without them: they
+/// and the words on controls change no face, so that a face's code stays good when these are learned or said anew.
 fn read_attributes(blob: &Blob, population: usize) -> Result<Option<(u32, Vec<Attribute>)>> {
     let Some((fingerprint, words)) = blob.record::<(u32, Vec<String>)>("attributes")? else {
         return Ok(None);

@@ -67,6 +67,28 @@ fn the_default_models_attributes_say_what_they_are() {
 }
 
 #[test]
+fn faces_keep_their_codes_when_words_or_attributes_change_and_nothing_else_may() {
+    for model in models() {
+        let mut face = model.face();
+        face.randomize(&asking(5, &[])).unwrap();
+        let mut parts = model.parts().clone();
+        parts.controls[0].description = "a slider".into();
+        parts.attributes.truncate(1);
+        let other = FaceModel::parse(&model.rewritten(&parts).unwrap()).unwrap();
+        assert_eq!(*other.parts(), parts);
+        let same = other.from_code(&face.code()).unwrap();
+        assert_eq!(same.positions(), face.positions());
+        assert_eq!(same.code(), face.code());
+        // Written as a model of its own it has codes of its own.
+        let own = FaceModel::parse(&parts.write().unwrap()).unwrap();
+        assert!(own.from_code(&face.code()).is_err());
+
+        parts.controls[0].limits[1] += 1.0;
+        assert!(matches!(model.rewritten(&parts), Err(Error::Blob(_))));
+    }
+}
+
+#[test]
 fn a_read_out_is_linear_in_the_coefficients() {
     for model in models() {
         for attribute in &model.parts().attributes {

@@ -66,7 +66,7 @@ pub fn run(args: &AttributesArgs) -> FitResult<()> {
             }
         );
     }
-    let bytes = pack(&parts.write()?)?;
+    let bytes = pack(&model.rewritten(&parts)?)?;
     FaceModel::parse(&bytes)?;
     write_atomically(&args.output, &bytes)?;
     println!("{}: {} bytes", args.output.display(), bytes.len());

@@ -2,6 +2,7 @@
 
 mod attributes;
 mod basis;
+mod describe;
 mod evaluate;
 mod expressions;
 mod head;
@@ -63,6 +64,8 @@ enum Verb {
     Train(TrainArgs),
     /// Learn from labelled faces what labels tell of a model's faces, and put it into the model.
     Attributes(attributes::AttributesArgs),
+    /// Say in words what each control of a model does, anew.
+    Describe(describe::DescribeArgs),
     /// Measure what a population is like and how well a model of it describes other faces.
     Validate(validate::ValidateArgs),
     /// Learn a sparse basis of local components from registered faces.
@@ -215,6 +218,7 @@ fn main() -> ExitCode {
         Verb::Simulate(args) => simulate::run(&args),
         Verb::Train(args) => train(&args),
         Verb::Attributes(args) => attributes::run(&args),
+        Verb::Describe(args) => describe::run(&args),
         Verb::Validate(args) => validate::run(&args),
         Verb::Basis(args) => basis::run(&args),
         Verb::Expressions(args) => expressions::run(&args),
