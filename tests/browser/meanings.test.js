@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { test } from 'node:test';
+import { after, before, describe, test } from 'node:test';
 import { moveSlider, open, SCREENSHOTS, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
@@ -85,76 +85,6 @@ test('meanings are there exactly when the model has them: lengths are typed, loc
   await context.close();
 });
 
-test('a length stops where its part has no room, and goes on once that is unlocked', async () => {
-  const { context, page, complaints } = await open(browser, site);
-  const [name, limits] = await page.evaluate(() => {
-    const controls = window.designer.model.controls.filter(({ measure }) => measure);
-    const { name, limits } = controls.reduce((a, b) => (a.limits[1] < b.limits[1] ? a : b));
-    return /** @type {const} */ ([name, limits]);
-  });
-  assert.ok(limits[1] < 0.97, `${name} has room up to ${limits[1]}`);
-  await page.getByRole('tab', { name: 'Lengths' }).click();
-  const slider = page.getByRole('slider', { name: said(name), exact: true });
-  const stands = () => page.evaluate((control) => window.designer.face.get(control), name);
-  await slider.press('End');
-  // A slider goes by thousandths, and a length is met to a hundredth of a millimetre.
-  assert.ok(Math.abs((await stands()) - limits[1]) < 0.003, `${name} is at ${await stands()}, its end is ${limits[1]}`);
-  await slider.press('Delete');
-  // A pointer on the rest of the track gets no farther.
-  const box = /** @type {{ x: number, y: number, width: number, height: number }} */ (await slider.boundingBox());
-  await page.mouse.click(box.x + box.width - 2, box.y + box.height / 2);
-  assert.ok(Math.abs((await stands()) - limits[1]) < 0.003, `${name} is at ${await stands()}, its end is ${limits[1]}`);
-  await page.locator('#section-meanings').getByLabel('Go beyond people').check();
-  await slider.press('ArrowRight');
-  await slider.press('PageUp');
-  assert.ok((await stands()) > limits[1] + 0.02, `${name} is at ${await stands()} once unlocked`);
-  assert.deepEqual(complaints, []);
-  await context.close();
-});
-
-test('a decimal comma is a point, and what is typed keeps to the slider', async () => {
-  const { context, page, complaints } = await open(browser, site);
-  await page.getByRole('tab', { name: 'Lengths' }).click();
-  const length = (/** @type {string} */ name) => page.evaluate((m) => window.designer.face.measure(m), name);
-  const typed = page.getByRole('spinbutton', { name: 'mouth width in mm', exact: true });
-  // As people type it, not all at once.
-  const type = async (/** @type {string} */ keys) => {
-    await page.getByRole('slider', { name: 'mouth width', exact: true }).focus();
-    await page.keyboard.press('Enter');
-    await page.keyboard.type(keys);
-    await page.keyboard.press('Enter');
-  };
-  await type('50,5');
-  assert.ok(Math.abs((await length('mouth width')) - 50.5) <= 0.011, `${await length('mouth width')} mm`);
-  await type('five');
-  assert.ok(Math.abs((await length('mouth width')) - 50.5) <= 0.011, 'nonsense changes nothing');
-  assert.equal(await page.getByRole('alert').textContent(), 'Type it like “50.5”.');
-  for (const [typed, mm] of /** @type {const} */ ([['48.2 mm', 48.2], ['4.9cm', 49], ['−', 49]])) {
-    await type(typed);
-    assert.ok(Math.abs((await length('mouth width')) - mm) <= 0.011, `${typed} is ${await length('mouth width')} mm`);
-  }
-  await type('95th');
-  assert.match((await page.getByRole('slider', { name: 'mouth width', exact: true }).getAttribute('aria-valuetext')) ?? '', /, 95th$/);
-  await page.getByRole('slider', { name: 'mouth width', exact: true }).press('4');
-  await page.keyboard.type('9,25');
-  assert.equal(await typed.inputValue(), '49,25');
-  await page.keyboard.press('ArrowUp');
-  assert.equal(await typed.inputValue(), '49.35');
-  assert.equal(await typed.getAttribute('aria-valuenow'), '49.35');
-  await page.keyboard.press('Escape');
-  await type('400');
-  assert.ok((await length('mouth width')) < 65, `${await length('mouth width')} mm`);
-  assert.match((await page.locator('.notice').textContent()) ?? '', /^It ends at 6\d\.\d mm\./);
-  // What is below zero can be typed, too.
-  const low = page.getByRole('slider', { name: 'mouth vertical position', exact: true });
-  await low.press('-');
-  await page.keyboard.type('52.5');
-  await page.keyboard.press('Enter');
-  assert.ok(Math.abs((await length('mouth vertical position')) + 52.5) <= 0.011, `${await length('mouth vertical position')} mm`);
-  assert.deepEqual(complaints, []);
-  await context.close();
-});
-
 test('lengths without a control are set, too: a long narrow face', async () => {
   const { context, page, complaints } = await open(browser, site, { sharp: true });
   const lengths = () => page.evaluate(() => Object.fromEntries(window.designer.model.measures.map(({ name }) => [name, window.designer.face.measure(name)])));
@@ -229,26 +159,106 @@ test('lengths without a control are set, too: a long narrow face', async () => {
   await context.close();
 });
 
-test('what lies to a side is said of the subject’s', async () => {
-  const { context, page } = await open(browser, site);
-  // Rows come while the page is never idle, and not all at once: first those that can be seen.
-  const { atOnce, order } = await page.evaluate(async () => {
-    window.requestIdleCallback = () => 0;
-    const section = document.querySelector('#section-meanings');
-    const names = () => [...section.querySelectorAll('input[type=range]')].map(({ id }) => id);
-    const order = new Set();
-    new MutationObserver(() => names().forEach((name) => order.add(name))).observe(section, { childList: true, subtree: true });
-    document.querySelector('#mode-meanings').click();
-    const atOnce = names().length;
-    for (const end = performance.now() + 20_000; section.querySelector('.awaited') && performance.now() < end; ) await new Promise((done) => setTimeout(done, 20));
-    return { atOnce, order: [...order] };
+describe('the lengths of one page', () => {
+  // Opening a page takes longer than all that is done on it.
+  /** @type {Awaited<ReturnType<typeof open>>} */
+  let opened;
+  /** @type {import('playwright-core').Page} */
+  let page;
+  before(async () => {
+    opened = await open(browser, site);
+    ({ page } = opened);
   });
-  const { length } = await page.evaluate(() => window.designer.model.measures);
-  assert.ok(atOnce < length / 2, `${atOnce} of ${length} rows in the click`);
-  assert.equal(order.length, length);
-  assert.ok(order.indexOf('meaning-face-height') < order.indexOf('meaning-chin-height'), order.join());
-  const said = await page.locator('#section-meanings .about').allTextContents();
-  assert.ok(said.includes('nose to the subject’s left') && said.includes('mouth to the subject’s left'), said.join());
-  assert.ok(!said.some((words) => words.includes('its left')));
-  await context.close();
+  after(() => opened.context.close());
+
+  test('what lies to a side is said of the subject’s', async () => {
+    // Rows come while the page is never idle, and not all at once: first those that can be seen.
+    const { atOnce, order } = await page.evaluate(async () => {
+      const { requestIdleCallback } = window;
+    window.requestIdleCallback = () => 0;
+      const section = document.querySelector('#section-meanings');
+      const names = () => [...section.querySelectorAll('input[type=range]')].map(({ id }) => id);
+      const order = new Set();
+      new MutationObserver(() => names().forEach((name) => order.add(name))).observe(section, { childList: true, subtree: true });
+      document.querySelector('#mode-meanings').click();
+      const atOnce = names().length;
+      for (const end = performance.now() + 20_000; section.querySelector('.awaited') && performance.now() < end; ) await new Promise((done) => setTimeout(done, 20));
+      window.requestIdleCallback = requestIdleCallback;
+    return { atOnce, order: [...order] };
+    });
+    const { length } = await page.evaluate(() => window.designer.model.measures);
+    assert.ok(atOnce < length / 2, `${atOnce} of ${length} rows in the click`);
+    assert.equal(order.length, length);
+    assert.ok(order.indexOf('meaning-face-height') < order.indexOf('meaning-chin-height'), order.join());
+    const said = await page.locator('#section-meanings .about').allTextContents();
+    assert.ok(said.includes('nose to the subject’s left') && said.includes('mouth to the subject’s left'), said.join());
+    assert.ok(!said.some((words) => words.includes('its left')));
+  });
+
+  test('a decimal comma is a point, and what is typed keeps to the slider', async () => {
+    await page.getByRole('tab', { name: 'Lengths' }).click();
+    const length = (/** @type {string} */ name) => page.evaluate((m) => window.designer.face.measure(m), name);
+    const typed = page.getByRole('spinbutton', { name: 'mouth width in mm', exact: true });
+    // As people type it, not all at once.
+    const type = async (/** @type {string} */ keys) => {
+      await page.getByRole('slider', { name: 'mouth width', exact: true }).focus();
+      await page.keyboard.press('Enter');
+      await page.keyboard.type(keys);
+      await page.keyboard.press('Enter');
+    };
+    await type('50,5');
+    assert.ok(Math.abs((await length('mouth width')) - 50.5) <= 0.011, `${await length('mouth width')} mm`);
+    await type('five');
+    assert.ok(Math.abs((await length('mouth width')) - 50.5) <= 0.011, 'nonsense changes nothing');
+    assert.equal(await page.getByRole('alert').textContent(), 'Type it like “50.5”.');
+    for (const [typed, mm] of /** @type {const} */ ([['48.2 mm', 48.2], ['4.9cm', 49], ['−', 49]])) {
+      await type(typed);
+      assert.ok(Math.abs((await length('mouth width')) - mm) <= 0.011, `${typed} is ${await length('mouth width')} mm`);
+    }
+    await type('95th');
+    assert.match((await page.getByRole('slider', { name: 'mouth width', exact: true }).getAttribute('aria-valuetext')) ?? '', /, 95th$/);
+    await page.getByRole('slider', { name: 'mouth width', exact: true }).press('4');
+    await page.keyboard.type('9,25');
+    assert.equal(await typed.inputValue(), '49,25');
+    await page.keyboard.press('ArrowUp');
+    assert.equal(await typed.inputValue(), '49.35');
+    assert.equal(await typed.getAttribute('aria-valuenow'), '49.35');
+    await page.keyboard.press('Escape');
+    await type('400');
+    assert.ok((await length('mouth width')) < 65, `${await length('mouth width')} mm`);
+    assert.match((await page.locator('.notice').textContent()) ?? '', /^It ends at 6\d\.\d mm\./);
+    // What is below zero can be typed, too.
+    const low = page.getByRole('slider', { name: 'mouth vertical position', exact: true });
+    await low.press('-');
+    await page.keyboard.type('52.5');
+    await page.keyboard.press('Enter');
+    assert.ok(Math.abs((await length('mouth vertical position')) + 52.5) <= 0.011, `${await length('mouth vertical position')} mm`);
+    assert.deepEqual(opened.complaints, []);
+  });
+
+  test('a length stops where its part has no room, and goes on once that is unlocked', async () => {
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    const [name, limits] = await page.evaluate(() => {
+      const controls = window.designer.model.controls.filter(({ measure }) => measure);
+      const { name, limits } = controls.reduce((a, b) => (a.limits[1] < b.limits[1] ? a : b));
+      return /** @type {const} */ ([name, limits]);
+    });
+    assert.ok(limits[1] < 0.97, `${name} has room up to ${limits[1]}`);
+    await page.getByRole('tab', { name: 'Lengths' }).click();
+    const slider = page.getByRole('slider', { name: said(name), exact: true });
+    const stands = () => page.evaluate((control) => window.designer.face.get(control), name);
+    await slider.press('End');
+    // A slider goes by thousandths, and a length is met to a hundredth of a millimetre.
+    assert.ok(Math.abs((await stands()) - limits[1]) < 0.003, `${name} is at ${await stands()}, its end is ${limits[1]}`);
+    await slider.press('Delete');
+    // A pointer on the rest of the track gets no farther.
+    const box = /** @type {{ x: number, y: number, width: number, height: number }} */ (await slider.boundingBox());
+    await page.mouse.click(box.x + box.width - 2, box.y + box.height / 2);
+    assert.ok(Math.abs((await stands()) - limits[1]) < 0.003, `${name} is at ${await stands()}, its end is ${limits[1]}`);
+    await page.locator('#section-meanings').getByLabel('Go beyond people').check();
+    await slider.press('ArrowRight');
+    await slider.press('PageUp');
+    assert.ok((await stands()) > limits[1] + 0.02, `${name} is at ${await stands()} once unlocked`);
+    assert.deepEqual(opened.complaints, []);
+  });
 });

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
-import { describe, test } from 'node:test';
+import { after, before, describe, test } from 'node:test';
 import { differing, fingerOn, landmarkOnScreen, later, moveSlider, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
@@ -134,86 +134,6 @@ describe('mixing', () => {
     await page.getByRole('button', { name: 'Take Preset 3 out of the circle' }).click();
     assert.equal(await page.locator('.member').count(), 1);
     await page.screenshot({ path: join(SCREENSHOTS, 'mix.png') });
-    assert.deepEqual(complaints, []);
-    await context.close();
-  });
-
-  test('a caricature of the face: less is the average, more ends where sliders do, and what is locked stays', async () => {
-    const { context, page, complaints } = await open(browser, site, { sharp: true });
-    await moveSlider(page, 'nose 1', 0.99);
-    await moveSlider(page, 'nose 2', 0.3);
-    await page.getByRole('tab', { name: 'Mix' }).click();
-    await codeOfPreset(page, 'Preset 3');
-    const code = await codeOf(page);
-    const start = await coefficients(page);
-    const far = Math.max(...start.map(Math.abs));
-    assert.ok(far > 1.6 && far < 3, `so that twice is too far: ${far}`);
-    await settled(page);
-    const before = await picture(page, 'caricature-before');
-    const slider = page.getByRole('slider', { name: 'Caricature', exact: true });
-    assert.equal(await slider.inputValue(), '100');
-    const near = (a, b, what) => a.forEach((v, i) => assert.ok(Math.abs(v - b[i]) < 2e-4, `${what}: coefficient ${i}: ${v}, not ${b[i]}`));
-    await slider.focus();
-    await page.keyboard.press('End');
-    near(await coefficients(page), start.map((v) => Math.max(-3, Math.min(3, 2 * v))), 'twice');
-    assert.ok(differing(before, await picture(page, 'caricature')) > 0.01 * before.width * before.height);
-    await page.keyboard.press('5');
-    await page.keyboard.press('0');
-    await page.keyboard.press('Enter');
-    near(await coefficients(page), start.map((v) => v / 2), 'half');
-    await slider.focus();
-    await page.keyboard.press('Home');
-    assert.ok((await coefficients(page)).every((v) => v === 0), 'the average');
-    // Where it began is where it began.
-    await slider.press('Delete');
-    assert.equal(await codeOf(page), code);
-    assert.equal(await slider.inputValue(), '100');
-
-    // Each stop of the way is a step, unless one follows another at once; another change makes a new face, which is itself.
-    await later(page);
-    await slider.focus();
-    await page.keyboard.press('End');
-    await page.getByRole('button', { name: 'Undo', exact: true }).click();
-    assert.equal(await codeOf(page), code);
-    assert.equal(await slider.inputValue(), '100');
-    await page.evaluate(() => window.designer.face.lock('nose'));
-    const nose = await partOf(page, 'nose');
-    await slider.focus();
-    await page.keyboard.press('Home');
-    (await coefficients(page)).forEach((v, i) => assert.equal(v, nose.includes(i) ? start[i] : 0));
-    assert.deepEqual(complaints, []);
-    await context.close();
-  });
-
-  test('the way between two faces is shown, not taken, until it is kept', async () => {
-    const { context, page, complaints } = await open(browser, site, { sharp: true });
-    await page.getByRole('tab', { name: 'Mix' }).click();
-    const mine = await codeOf(page);
-    const four = await codeOfPreset(page, 'Preset 4');
-    await page.getByLabel('To', { exact: true }).selectOption('Preset 4');
-    await settled(page);
-    const still = await picture(page, 'morph-0');
-    const way = page.getByRole('slider', { name: 'Progress', exact: true });
-    await way.fill('100');
-    const there = await picture(page, 'morph-100');
-    assert.ok(differing(still, there) > 0.03 * still.width * still.height);
-    assert.equal(await codeOf(page), mine);
-    await page.getByRole('button', { name: 'Stop' }).click();
-    assert.equal(differing(still, await picture(page, 'morph-stopped')), 0);
-
-    await page.getByRole('button', { name: 'Play' }).click();
-    await page.waitForFunction(() => /** @type {HTMLInputElement} */ (document.getElementById('morph-at')).valueAsNumber > 20);
-    await page.getByRole('button', { name: 'Pause' }).click();
-    const at = await way.inputValue();
-    const frames = await page.evaluate(() => window.designer.frames);
-    assert.ok(frames > 0);
-    await settled(page);
-    assert.equal(await way.inputValue(), at, 'it plays on while paused');
-    await way.fill('100');
-    await page.getByRole('button', { name: 'Keep this face' }).click();
-    assert.equal(await codeOf(page), four);
-    await page.getByRole('button', { name: 'Undo', exact: true }).click();
-    assert.equal(await codeOf(page), mine);
     assert.deepEqual(complaints, []);
     await context.close();
   });
@@ -415,5 +335,95 @@ describe('comparing', () => {
     assert.equal(await page.getByLabel('Distance as colour').isChecked(), false);
     assert.deepEqual(complaints, []);
     await context.close();
+  });
+});
+
+describe('between faces, on one page', () => {
+  // Opening a page takes longer than all that is done on it.
+  /** @type {Awaited<ReturnType<typeof open>>} */
+  let opened;
+  /** @type {import('playwright-core').Page} */
+  let page;
+  before(async () => {
+    opened = await open(browser, site, { sharp: true });
+    ({ page } = opened);
+  });
+  after(() => opened.context.close());
+
+  test('the way between two faces is shown, not taken, until it is kept', async () => {
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    const mine = await codeOf(page);
+    const four = await codeOfPreset(page, 'Preset 4');
+    await page.getByLabel('To', { exact: true }).selectOption('Preset 4');
+    await settled(page);
+    const still = await picture(page, 'morph-0');
+    const way = page.getByRole('slider', { name: 'Progress', exact: true });
+    await way.fill('100');
+    const there = await picture(page, 'morph-100');
+    assert.ok(differing(still, there) > 0.03 * still.width * still.height);
+    assert.equal(await codeOf(page), mine);
+    await page.getByRole('button', { name: 'Stop' }).click();
+    assert.equal(differing(still, await picture(page, 'morph-stopped')), 0);
+
+    await page.getByRole('button', { name: 'Play' }).click();
+    await page.waitForFunction(() => /** @type {HTMLInputElement} */ (document.getElementById('morph-at')).valueAsNumber > 20);
+    await page.getByRole('button', { name: 'Pause' }).click();
+    const at = await way.inputValue();
+    const frames = await page.evaluate(() => window.designer.frames);
+    assert.ok(frames > 0);
+    await settled(page);
+    assert.equal(await way.inputValue(), at, 'it plays on while paused');
+    await way.fill('100');
+    await page.getByRole('button', { name: 'Keep this face' }).click();
+    assert.equal(await codeOf(page), four);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.equal(await codeOf(page), mine);
+    assert.deepEqual(opened.complaints, []);
+  });
+
+  test('a caricature of the face: less is the average, more ends where sliders do, and what is locked stays', async () => {
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await moveSlider(page, 'nose 1', 0.99);
+    await moveSlider(page, 'nose 2', 0.3);
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    await codeOfPreset(page, 'Preset 3');
+    const code = await codeOf(page);
+    const start = await coefficients(page);
+    const far = Math.max(...start.map(Math.abs));
+    assert.ok(far > 1.6 && far < 3, `so that twice is too far: ${far}`);
+    await settled(page);
+    const before = await picture(page, 'caricature-before');
+    const slider = page.getByRole('slider', { name: 'Caricature', exact: true });
+    assert.equal(await slider.inputValue(), '100');
+    const near = (a, b, what) => a.forEach((v, i) => assert.ok(Math.abs(v - b[i]) < 2e-4, `${what}: coefficient ${i}: ${v}, not ${b[i]}`));
+    await slider.focus();
+    await page.keyboard.press('End');
+    near(await coefficients(page), start.map((v) => Math.max(-3, Math.min(3, 2 * v))), 'twice');
+    assert.ok(differing(before, await picture(page, 'caricature')) > 0.01 * before.width * before.height);
+    await page.keyboard.press('5');
+    await page.keyboard.press('0');
+    await page.keyboard.press('Enter');
+    near(await coefficients(page), start.map((v) => v / 2), 'half');
+    await slider.focus();
+    await page.keyboard.press('Home');
+    assert.ok((await coefficients(page)).every((v) => v === 0), 'the average');
+    // Where it began is where it began.
+    await slider.press('Delete');
+    assert.equal(await codeOf(page), code);
+    assert.equal(await slider.inputValue(), '100');
+
+    // Each stop of the way is a step, unless one follows another at once; another change makes a new face, which is itself.
+    await later(page);
+    await slider.focus();
+    await page.keyboard.press('End');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.equal(await codeOf(page), code);
+    assert.equal(await slider.inputValue(), '100');
+    await page.evaluate(() => window.designer.face.lock('nose'));
+    const nose = await partOf(page, 'nose');
+    await slider.focus();
+    await page.keyboard.press('Home');
+    (await coefficients(page)).forEach((v, i) => assert.equal(v, nose.includes(i) ? start[i] : 0));
+    assert.deepEqual(opened.complaints, []);
   });
 });

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { describe, test } from 'node:test';
+import { after, before, describe, test } from 'node:test';
 import { decodePng, differing, download, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, serve, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
@@ -95,77 +95,6 @@ describe('the page', () => {
     await context.close();
   });
 
-  test('one gesture is one step of undo; a double click goes back to the median', async () => {
-    const { context, page } = await open(browser, site);
-    const slider = page.getByRole('slider', { name: 'nose 1', exact: true });
-    const value = () => page.evaluate(() => window.designer.face.get('nose 1'));
-    const median = await value();
-    const box = await slider.boundingBox();
-    assert.ok(box);
-    const y = box.y + box.height / 2;
-    await page.mouse.move(box.x + box.width / 2, y);
-    await page.mouse.down();
-    for (let i = 1; i <= 8; i++) await page.mouse.move(box.x + box.width * (0.5 + 0.05 * i), y);
-    await page.mouse.up();
-    assert.ok((await value()) > 0.75);
-    await page.getByRole('button', { name: 'Undo', exact: true }).click();
-    assert.equal(await value(), median);
-    assert.ok(await page.getByRole('button', { name: 'Undo', exact: true }).isDisabled());
-
-    await moveSlider(page, 'nose 1', 0.2);
-    const thumb = await slider.boundingBox();
-    assert.ok(thumb);
-    await page.mouse.dblclick(thumb.x + 0.2 * thumb.width, thumb.y + thumb.height / 2);
-    assert.ok(Math.abs((await value()) - 0.5) < 0.005);
-    await context.close();
-  });
-
-  test('every slider has the name of its control, a value in words and a description', async () => {
-    const { context, page } = await open(browser, site);
-    // Those that set lengths have a section of their own, and a test.
-    const groups = await page.evaluate(() => [...new Set(window.designer.model.controls.filter((c) => !c.measure).map((c) => c.group))]);
-    assert.ok(groups.length >= 5, groups.join());
-    for (const group of groups) {
-      await page.locator(`.tab[data-group="${group}"]`).click();
-      const more = page.getByRole('button', { name: /^Show \d+ more$/ });
-      if (await more.isVisible()) await more.click();
-      const expected = await page.evaluate(
-        (g) => window.designer.model.controls.filter((c) => c.group === g && !c.measure).map((c) => c.name),
-        group,
-      );
-      for (const name of expected) {
-        const slider = page.getByRole('slider', { name, exact: true });
-        assert.match((await slider.getAttribute('aria-valuetext')) ?? '', /^\d+(st|nd|rd|th)$/);
-        const about = page.locator(`#${await slider.getAttribute('aria-describedby')}`);
-        assert.ok(((await about.textContent()) ?? '').length > 3, `${name} has no description`);
-      }
-    }
-    await context.close();
-  });
-
-  test('clicking a feature on the face opens its sliders', async () => {
-    const { context, page } = await open(browser, site);
-    for (const [landmark, group] of [
-      ['ibug_57', 'mouth'],
-      ['ibug_30', 'nose'],
-      ['ibug_41', 'eyes'],
-      ['ibug_46', 'eyes'],
-      ['ibug_08', 'chin'],
-    ]) {
-      const at = await landmarkOnScreen(page, landmark);
-      // The chin's landmark lies on the outline: aim a little above it.
-      await page.mouse.click(at.x, at.y - (group === 'chin' ? 8 : 0));
-      assert.equal(
-        await page.locator('.tab[aria-pressed=true]').getAttribute('data-group'),
-        group,
-        `a click at ${landmark}`,
-      );
-    }
-    await settled(page);
-    await page.screenshot({ path: join(SCREENSHOTS, 'picked.png') });
-    await context.close();
-  });
-
   test('a random face is another face, and its link gives it back bit for bit', async () => {
     const { context, page } = await open(browser, site, { sharp: true });
     const median = await positions(page);
@@ -194,20 +123,6 @@ describe('the page', () => {
   test('a link with nonsense shows the median face and says so', async () => {
     const { context, page } = await open(browser, site, { hash: '#not-a-face' });
     assert.match((await page.locator('.toast').textContent()) ?? '', /no face of this model/);
-    await context.close();
-  });
-
-  test('a locked feature stays as it is when the rest is random', async () => {
-    const { context, page } = await open(browser, site);
-    await moveSlider(page, 'nose 1', 0.9);
-    const nose = () => page.evaluate(() => window.designer.face.get('nose 1'));
-    const kept = await nose();
-    await page.getByRole('button', { name: 'Lock the nose' }).click();
-    await page.getByRole('button', { name: 'Random face', exact: true }).click();
-    assert.equal(await nose(), kept);
-    await page.getByRole('button', { name: 'Lock the nose' }).click();
-    await page.getByRole('button', { name: 'Random nose' }).click();
-    assert.notEqual(await nose(), kept);
     await context.close();
   });
 
@@ -380,9 +295,98 @@ describe('the page', () => {
     assert.ok(luminance(await picture(page, 'light')) > 150);
     await context.close();
   });
+});
+
+describe('one page after another of these', () => {
+  // Opening one takes longer than all that is done on it.
+  /** @type {Awaited<ReturnType<typeof open>>} */
+  let opened;
+  /** @type {import('playwright-core').Page} */
+  let page;
+  before(async () => {
+    opened = await open(browser, site);
+    ({ page } = opened);
+  });
+  after(() => opened.context.close());
+
+  test('one gesture is one step of undo; a double click goes back to the median', async () => {
+    const slider = page.getByRole('slider', { name: 'nose 1', exact: true });
+    const value = () => page.evaluate(() => window.designer.face.get('nose 1'));
+    const median = await value();
+    const box = await slider.boundingBox();
+    assert.ok(box);
+    const y = box.y + box.height / 2;
+    await page.mouse.move(box.x + box.width / 2, y);
+    await page.mouse.down();
+    for (let i = 1; i <= 8; i++) await page.mouse.move(box.x + box.width * (0.5 + 0.05 * i), y);
+    await page.mouse.up();
+    assert.ok((await value()) > 0.75);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.equal(await value(), median);
+    assert.ok(await page.getByRole('button', { name: 'Undo', exact: true }).isDisabled());
+
+    await moveSlider(page, 'nose 1', 0.2);
+    const thumb = await slider.boundingBox();
+    assert.ok(thumb);
+    await page.mouse.dblclick(thumb.x + 0.2 * thumb.width, thumb.y + thumb.height / 2);
+    assert.ok(Math.abs((await value()) - 0.5) < 0.005);
+  });
+
+  test('a locked feature stays as it is when the rest is random', async () => {
+    await moveSlider(page, 'nose 1', 0.9);
+    const nose = () => page.evaluate(() => window.designer.face.get('nose 1'));
+    const kept = await nose();
+    await page.getByRole('button', { name: 'Lock the nose' }).click();
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    assert.equal(await nose(), kept);
+    await page.getByRole('button', { name: 'Lock the nose' }).click();
+    await page.getByRole('button', { name: 'Random nose' }).click();
+    assert.notEqual(await nose(), kept);
+  });
+
+  test('every slider has the name of its control, a value in words and a description', async () => {
+    // Those that set lengths have a section of their own, and a test.
+    const groups = await page.evaluate(() => [...new Set(window.designer.model.controls.filter((c) => !c.measure).map((c) => c.group))]);
+    assert.ok(groups.length >= 5, groups.join());
+    for (const group of groups) {
+      await page.locator(`.tab[data-group="${group}"]`).click();
+      const more = page.getByRole('button', { name: /^Show \d+ more$/ });
+      if (await more.isVisible()) await more.click();
+      const expected = await page.evaluate(
+        (g) => window.designer.model.controls.filter((c) => c.group === g && !c.measure).map((c) => c.name),
+        group,
+      );
+      for (const name of expected) {
+        const slider = page.getByRole('slider', { name, exact: true });
+        assert.match((await slider.getAttribute('aria-valuetext')) ?? '', /^\d+(st|nd|rd|th)$/);
+        const about = page.locator(`#${await slider.getAttribute('aria-describedby')}`);
+        assert.ok(((await about.textContent()) ?? '').length > 3, `${name} has no description`);
+      }
+    }
+  });
+
+  test('clicking a feature on the face opens its sliders', async () => {
+    for (const [landmark, group] of [
+      ['ibug_57', 'mouth'],
+      ['ibug_30', 'nose'],
+      ['ibug_41', 'eyes'],
+      ['ibug_46', 'eyes'],
+      ['ibug_08', 'chin'],
+    ]) {
+      const at = await landmarkOnScreen(page, landmark);
+      // The chin's landmark lies on the outline: aim a little above it.
+      await page.mouse.click(at.x, at.y - (group === 'chin' ? 8 : 0));
+      assert.equal(
+        await page.locator('.tab[aria-pressed=true]').getAttribute('data-group'),
+        group,
+        `a click at ${landmark}`,
+      );
+    }
+    await settled(page);
+    await page.screenshot({ path: join(SCREENSHOTS, 'picked.png') });
+  });
 
   test('explains itself', async () => {
-    const { context, page } = await open(browser, site);
     await page.getByRole('button', { name: 'What is this?' }).click();
     const dialog = page.getByRole('dialog');
     for (const word of ['eigenmode', 'percentile', 'population']) {
@@ -393,7 +397,6 @@ describe('the page', () => {
     await page.screenshot({ path: join(SCREENSHOTS, 'about.png') });
     await page.keyboard.press('Escape');
     assert.ok(await dialog.isHidden());
-    await context.close();
   });
 });
 

@@ -1,54 +1,61 @@
 // Small things that a panel owes to who uses it.
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
+import { after, before, describe, test } from 'node:test';
 import { open, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
-test('without a connection a part that never came says that it needs one, once', async () => {
-  const { context, page } = await open(browser, site);
-  await page.route(/\/(room|export|gif)-[^/]*\.(js|css)$/, (route) => route.abort());
-  await page.getByRole('tab', { name: 'Photo' }).click();
-  const said = page.locator('.photo-panel [role=status]');
-  await page.waitForFunction(() => /could not/.test(document.querySelector('.photo-panel [role=status]')?.textContent ?? ''));
-  assert.equal(await said.textContent(), 'The photo tools could not be loaded: this needs a connection once.');
-  await page.getByRole('button', { name: 'Take the face with you' }).click();
-  await page.getByRole('button', { name: 'STL' }).click();
-  await page.getByText('The file could not be written: this needs a connection once.').waitFor();
-  await page.getByRole('button', { name: 'Close', exact: true }).last().click();
-  // It may come later.
-  await page.unroute(/\/(room|export|gif)-[^/]*\.(js|css)$/);
-  await page.getByRole('button', { name: 'Try again' }).click();
-  await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
-  await context.close();
-});
-
-test('what is dropped and is neither a face nor a photo is told what is', async () => {
-  const { context, page } = await open(browser, site);
-  await page.evaluate(() => {
-    const files = new DataTransfer();
-    files.items.add(new File(['dear diary'], 'notes.txt', { type: 'text/plain' }));
-    window.dispatchEvent(new DragEvent('drop', { dataTransfer: files, bubbles: true, cancelable: true }));
+describe('the panels of one page', () => {
+  // Opening a page takes longer than all that is done on it.
+  /** @type {Awaited<ReturnType<typeof open>>} */
+  let opened;
+  /** @type {import('playwright-core').Page} */
+  let page;
+  before(async () => {
+    opened = await open(browser, site);
+    ({ page } = opened);
   });
-  await page.getByText('notes.txt is not a face from this page. Faces saved here (.json) and photos can be opened.').waitFor();
-  await context.close();
-});
+  after(() => opened.context.close());
 
-test('the key that hides hair is the stage’s alone, and its button says so', async () => {
-  const { context, page } = await open(browser, site);
-  await page.getByRole('tab', { name: 'Looks' }).click();
-  await page.getByRole('button', { name: 'Bob', exact: true }).click();
-  const hide = page.getByRole('button', { name: 'Hide the hair' });
-  assert.match((await hide.getAttribute('title')) ?? '', /On the face, the key is H\./);
-  await page.keyboard.press('h');
-  assert.equal(await hide.getAttribute('aria-pressed'), 'false', 'a key on another control');
-  // Who has clicked the button goes on with the key.
-  await hide.click();
-  assert.equal(await hide.getAttribute('aria-pressed'), 'true');
-  await page.keyboard.press('h');
-  assert.equal(await hide.getAttribute('aria-pressed'), 'false');
-  await page.locator('.view').focus();
-  await page.keyboard.press('h');
-  assert.equal(await hide.getAttribute('aria-pressed'), 'true');
-  await context.close();
+  test('without a connection a part that never came says that it needs one, once', async () => {
+    await page.route(/\/(room|export|gif)-[^/]*\.(js|css)$/, (route) => route.abort());
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    const said = page.locator('.photo-panel [role=status]');
+    await page.waitForFunction(() => /could not/.test(document.querySelector('.photo-panel [role=status]')?.textContent ?? ''));
+    assert.equal(await said.textContent(), 'The photo tools could not be loaded: this needs a connection once.');
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    await page.getByRole('button', { name: 'STL' }).click();
+    await page.getByText('The file could not be written: this needs a connection once.').waitFor();
+    await page.getByRole('button', { name: 'Close', exact: true }).last().click();
+    // It may come later.
+    await page.unroute(/\/(room|export|gif)-[^/]*\.(js|css)$/);
+    await page.getByRole('button', { name: 'Try again' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+  });
+
+  test('what is dropped and is neither a face nor a photo is told what is', async () => {
+    await page.evaluate(() => {
+      const files = new DataTransfer();
+      files.items.add(new File(['dear diary'], 'notes.txt', { type: 'text/plain' }));
+      window.dispatchEvent(new DragEvent('drop', { dataTransfer: files, bubbles: true, cancelable: true }));
+    });
+    await page.getByText('notes.txt is not a face from this page. Faces saved here (.json) and photos can be opened.').waitFor();
+  });
+
+  test('the key that hides hair is the stage’s alone, and its button says so', async () => {
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    await page.getByRole('button', { name: 'Bob', exact: true }).click();
+    const hide = page.getByRole('button', { name: 'Hide the hair' });
+    assert.match((await hide.getAttribute('title')) ?? '', /On the face, the key is H\./);
+    await page.keyboard.press('h');
+    assert.equal(await hide.getAttribute('aria-pressed'), 'false', 'a key on another control');
+    // Who has clicked the button goes on with the key.
+    await hide.click();
+    assert.equal(await hide.getAttribute('aria-pressed'), 'true');
+    await page.keyboard.press('h');
+    assert.equal(await hide.getAttribute('aria-pressed'), 'false');
+    await page.locator('.view').focus();
+    await page.keyboard.press('h');
+    assert.equal(await hide.getAttribute('aria-pressed'), 'true');
+  });
 });

@@ -3,7 +3,7 @@ import { readFileSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
-import { describe, test } from 'node:test';
+import { after, before, describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
@@ -176,9 +176,10 @@ const shown = (page) =>
     return crypto.subtle.digest('SHA-256', data).then((digest) => Array.from(new Uint8Array(digest)).join(' '));
   });
 
+/** The portrait's points when it is the first photo of a visit. @type {number[]} */
+let first;
+
 describe('a face in a photo', () => {
-  /** The portrait's points when it is the first photo of a visit. @type {number[]} */
-  let first;
 
   test('the example is found, fitted, changed, saved; nothing leaves', async () => {
     const { context, page, complaints } = await open(browser, site, { viewport: { width: 1280, height: 800 } });
@@ -423,98 +424,6 @@ describe('a face in a photo', () => {
     await context.close();
   });
 
-  test('whatever was shown before, the points are the same; five faces: one is chosen', async () => {
-    const { context, page, complaints } = await open(browser, site);
-    await page.getByRole('tab', { name: 'Photo' }).click();
-    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
-    // Five in a row, the second smaller.
-    const row = await drawn(page, [['fill', '#456', 0, 0, 1500, 300], ...[0, 1, 2, 3, 4].map((i) => ['draw', 300 * i, i === 1 ? 60 : 0, i === 1 ? 240 : 300, i === 1 ? 240 : 300])], 1500, 300);
-    const several = await choose(page, row);
-    assert.equal(several.mode, 'choose');
-    assert.equal(several.faces.length, 5);
-    assert.equal(await sentence(page), '5 faces were found. Choose one in the photo.');
-    await page.evaluate(AXE);
-    assert.deepEqual(await faults(page), []);
-    // By keyboard, along the row to the second: the smallest is the fifth of five.
-    assert.match((await page.evaluate(() => document.activeElement?.getAttribute('aria-label'))) ?? '', /^Face 1 of 5/);
-    const frames = page.locator('.photo-face');
-    await frames.first().focus();
-    await page.keyboard.press('Tab');
-    assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('aria-label')), 'Face 5 of 5');
-    await page.keyboard.press('Enter');
-    const one = await done(page);
-    assert.equal(one.mode, 'ready');
-    assert.ok(one.points[60] > 300 && one.points[60] < 600, `the nose is at ${one.points[60]}`);
-
-    const again = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');
-    assert.deepEqual(again.points, first);
-    assert.deepEqual(complaints, []);
-    await context.close();
-  });
-
-  test('what is no photo, or no face, is a sentence; whatever the browser decodes is taken', async () => {
-    const { context, page, complaints } = await open(browser, site);
-    await page.getByRole('tab', { name: 'Photo' }).click();
-    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
-    /** Without a photo before, nothing that is refused leaves anything. */
-    const refuse = async (/** @type {Buffer} */ bytes, /** @type {string} */ name, /** @type {string} */ type) => {
-      await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name, mimeType: type, buffer: bytes });
-      await page.waitForFunction(() => document.querySelector('.photo-status.is-wrong'));
-      const words = await sentence(page);
-      assert.equal((await stateOf(page)).mode, 'empty');
-      await page.evaluate(() => document.querySelector('.photo-status')?.classList.remove('is-wrong'));
-      return words;
-    };
-    const unreadable = 'This is not a picture that your browser can show.';
-    assert.equal(await refuse(Buffer.from('no picture'), 'a.png', 'image/png'), unreadable);
-    assert.equal(await refuse(Buffer.alloc(0), 'a.png', 'image/png'), 'The file is empty.');
-    assert.equal(await refuse(PORTRAIT.subarray(0, PORTRAIT.length / 2), 'a.jpg', 'image/jpeg'), 'The picture is damaged and cannot be opened.');
-    assert.equal(await refuse(greyPng(16000, 8000), 'a.png', 'image/png'), 'The photo has 128 megapixels; a page can take no more than 100.');
-
-    // No face, and one that is too small.
-    const wall = await choose(page, await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332));
-    assert.equal(wall.mode, 'none');
-    assert.equal(await sentence(page), 'No face was found. If there is one, you can place the points on it by hand.');
-    const small = await choose(page, await drawn(page, [['fill', '#465', 0, 0, 400, 300], ['draw', 150, 100, 120, 120]], 400, 300));
-    assert.equal(small.mode, 'none');
-    assert.match((await sentence(page)) ?? '', /^The face is \d\d pixels high from brow to chin, and at least 40 are needed\.$/);
-
-    // 50 megapixels are kept, and a long search can be stopped.
-    await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'large.png', mimeType: 'image/png', buffer: greyPng(8660, 5774) });
-    await page.getByText('Looking for faces').waitFor({ timeout: 60_000 });
-    const large = await stateOf(page);
-    assert.deepEqual([large.width, large.height], [8660, 5774]);
-    await page.getByRole('button', { name: 'Cancel' }).click();
-    assert.equal(await sentence(page), 'Stopped.');
-
-    // CMYK, and 16 bits a channel.
-    assert.equal((await choose(page, CMYK, 'cmyk.jpg', 'image/jpeg')).mode, 'ready');
-    const eight = PNG.sync.read(await drawn(page, [['draw', 0, 0]], 512, 512));
-    const deep = new Uint16Array(eight.data.length);
-    eight.data.forEach((/** @type {number} */ value, /** @type {number} */ i) => (deep[i] = 257 * value));
-    const sixteen = PNG.sync.write({ width: 512, height: 512, data: Buffer.from(deep.buffer) }, { bitDepth: 16, inputHasAlpha: true });
-    assert.equal(sixteen[24], 16);
-    const fromDeep = await choose(page, sixteen);
-    assert.equal(fromDeep.mode, 'ready');
-    assert.ok(apart(fromDeep.points, first) < 1);
-
-    // Turned by EXIF, with a focal length: it is the right way up, and the lens is known.
-    const turned = await drawn(page, [['fill', '#567', 0, 0, 512, 768], ['turn', 0, -1, 1, 0, 0, 768], ['draw', 120, 0]], 512, 768, 'image/jpeg');
-    const exif = Buffer.concat([turned.subarray(0, 2), exifOf(6, 80), turned.subarray(2)]);
-    const right = await choose(page, exif, 'turned.jpg', 'image/jpeg');
-    assert.deepEqual([right.mode, right.width, right.height], ['ready', 768, 512]);
-    assert.ok(apart(right.points, first.map((value, i) => (i % 2 ? value : value + 120))) < 1.5);
-    // The fit takes a lens for known to a per cent or so, and by itself guesses the one that is usual, of 50 mm.
-    const known = (768 * 80) / 36;
-    const lens = right.fit.camera.focal / known;
-    assert.ok(Math.abs(lens - 1) < 0.03, `the lens is ${lens} times what the file says`);
-    const silent = await choose(page, await drawn(page, [['fill', '#567', 0, 0, 768, 512], ['draw', 120, 0]], 768, 512));
-    const guess = silent.fit.camera.focal / known;
-    assert.ok(Math.abs(guess - 1) > 0.05, `without EXIF it is ${guess} times that`);
-    assert.deepEqual(complaints, []);
-    await context.close();
-  });
-
   test('a photo that cannot be taken leaves the one before with all that is its', async () => {
     const { context, page, complaints } = await open(browser, site);
     await page.getByRole('tab', { name: 'Photo' }).click();
@@ -690,5 +599,106 @@ describe('a face in a photo', () => {
     assert.equal((await done(page)).mode, 'ready');
     assert.deepEqual(complaints, []);
     await context.close();
+  });
+});
+
+describe('one photo after another', () => {
+  // Opening a page takes longer than all that is done on it.
+  /** @type {Awaited<ReturnType<typeof open>>} */
+  let opened;
+  /** @type {import('playwright-core').Page} */
+  let page;
+  before(async () => {
+    opened = await open(browser, site);
+    ({ page } = opened);
+  });
+  after(() => opened.context.close());
+
+  test('what is no photo, or no face, is a sentence; whatever the browser decodes is taken', async () => {
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    /** Without a photo before, nothing that is refused leaves anything. */
+    const refuse = async (/** @type {Buffer} */ bytes, /** @type {string} */ name, /** @type {string} */ type) => {
+      await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name, mimeType: type, buffer: bytes });
+      await page.waitForFunction(() => document.querySelector('.photo-status.is-wrong'));
+      const words = await sentence(page);
+      assert.equal((await stateOf(page)).mode, 'empty');
+      await page.evaluate(() => document.querySelector('.photo-status')?.classList.remove('is-wrong'));
+      return words;
+    };
+    const unreadable = 'This is not a picture that your browser can show.';
+    assert.equal(await refuse(Buffer.from('no picture'), 'a.png', 'image/png'), unreadable);
+    assert.equal(await refuse(Buffer.alloc(0), 'a.png', 'image/png'), 'The file is empty.');
+    assert.equal(await refuse(PORTRAIT.subarray(0, PORTRAIT.length / 2), 'a.jpg', 'image/jpeg'), 'The picture is damaged and cannot be opened.');
+    assert.equal(await refuse(greyPng(16000, 8000), 'a.png', 'image/png'), 'The photo has 128 megapixels; a page can take no more than 100.');
+
+    // No face, and one that is too small.
+    const wall = await choose(page, await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332));
+    assert.equal(wall.mode, 'none');
+    assert.equal(await sentence(page), 'No face was found. If there is one, you can place the points on it by hand.');
+    const small = await choose(page, await drawn(page, [['fill', '#465', 0, 0, 400, 300], ['draw', 150, 100, 120, 120]], 400, 300));
+    assert.equal(small.mode, 'none');
+    assert.match((await sentence(page)) ?? '', /^The face is \d\d pixels high from brow to chin, and at least 40 are needed\.$/);
+
+    // 50 megapixels are kept, and a long search can be stopped.
+    await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'large.png', mimeType: 'image/png', buffer: greyPng(8660, 5774) });
+    await page.getByText('Looking for faces').waitFor({ timeout: 60_000 });
+    const large = await stateOf(page);
+    assert.deepEqual([large.width, large.height], [8660, 5774]);
+    await page.getByRole('button', { name: 'Cancel' }).click();
+    assert.equal(await sentence(page), 'Stopped.');
+
+    // CMYK, and 16 bits a channel.
+    assert.equal((await choose(page, CMYK, 'cmyk.jpg', 'image/jpeg')).mode, 'ready');
+    const eight = PNG.sync.read(await drawn(page, [['draw', 0, 0]], 512, 512));
+    const deep = new Uint16Array(eight.data.length);
+    eight.data.forEach((/** @type {number} */ value, /** @type {number} */ i) => (deep[i] = 257 * value));
+    const sixteen = PNG.sync.write({ width: 512, height: 512, data: Buffer.from(deep.buffer) }, { bitDepth: 16, inputHasAlpha: true });
+    assert.equal(sixteen[24], 16);
+    const fromDeep = await choose(page, sixteen);
+    assert.equal(fromDeep.mode, 'ready');
+    assert.ok(apart(fromDeep.points, first) < 1);
+
+    // Turned by EXIF, with a focal length: it is the right way up, and the lens is known.
+    const turned = await drawn(page, [['fill', '#567', 0, 0, 512, 768], ['turn', 0, -1, 1, 0, 0, 768], ['draw', 120, 0]], 512, 768, 'image/jpeg');
+    const exif = Buffer.concat([turned.subarray(0, 2), exifOf(6, 80), turned.subarray(2)]);
+    const right = await choose(page, exif, 'turned.jpg', 'image/jpeg');
+    assert.deepEqual([right.mode, right.width, right.height], ['ready', 768, 512]);
+    assert.ok(apart(right.points, first.map((value, i) => (i % 2 ? value : value + 120))) < 1.5);
+    // The fit takes a lens for known to a per cent or so, and by itself guesses the one that is usual, of 50 mm.
+    const known = (768 * 80) / 36;
+    const lens = right.fit.camera.focal / known;
+    assert.ok(Math.abs(lens - 1) < 0.03, `the lens is ${lens} times what the file says`);
+    const silent = await choose(page, await drawn(page, [['fill', '#567', 0, 0, 768, 512], ['draw', 120, 0]], 768, 512));
+    const guess = silent.fit.camera.focal / known;
+    assert.ok(Math.abs(guess - 1) > 0.05, `without EXIF it is ${guess} times that`);
+    assert.deepEqual(opened.complaints, []);
+  });
+
+  test('whatever was shown before, the points are the same; five faces: one is chosen', async () => {
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    // Five in a row, the second smaller.
+    const row = await drawn(page, [['fill', '#456', 0, 0, 1500, 300], ...[0, 1, 2, 3, 4].map((i) => ['draw', 300 * i, i === 1 ? 60 : 0, i === 1 ? 240 : 300, i === 1 ? 240 : 300])], 1500, 300);
+    const several = await choose(page, row);
+    assert.equal(several.mode, 'choose');
+    assert.equal(several.faces.length, 5);
+    assert.equal(await sentence(page), '5 faces were found. Choose one in the photo.');
+    await page.evaluate(AXE);
+    assert.deepEqual(await faults(page), []);
+    // By keyboard, along the row to the second: the smallest is the fifth of five.
+    assert.match((await page.evaluate(() => document.activeElement?.getAttribute('aria-label'))) ?? '', /^Face 1 of 5/);
+    const frames = page.locator('.photo-face');
+    await frames.first().focus();
+    await page.keyboard.press('Tab');
+    assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('aria-label')), 'Face 5 of 5');
+    await page.keyboard.press('Enter');
+    const one = await done(page);
+    assert.equal(one.mode, 'ready');
+    assert.ok(one.points[60] > 300 && one.points[60] < 600, `the nose is at ${one.points[60]}`);
+
+    const again = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');
+    assert.deepEqual(again.points, first);
+    assert.deepEqual(opened.complaints, []);
   });
 });

@@ -21,11 +21,10 @@ export function standingOf(count, { parts }, { share, gone }) {
   const standing = new Uint16Array(Math.round(count * share ** COVERS));
   let many = 0;
   for (let n = 0; n < standing.length; n++) {
-    const [moustache, chin, cheeks, lasts] = parts.subarray(4 * n, 4 * n + 4);
     // A line is where hairs become few, one here and one there.
     const own = (n * 0.7548776662466927) % 1;
-    if (SOFT * (lasts / 255 - gone[3]) < 1.2 * Math.sqrt(own) - 0.2) continue;
-    if (moustache * gone[0] + chin * gone[1] + cheeks * gone[2] > 250 * (1 - own)) continue;
+    if (SOFT * (parts[4 * n + 3] / 255 - gone[3]) < 1.2 * Math.sqrt(own) - 0.2) continue;
+    if (parts[4 * n] * gone[0] + parts[4 * n + 1] * gone[1] + parts[4 * n + 2] * gone[2] > 250 * (1 - own)) continue;
     standing[many++] = n;
   }
   return standing.slice(0, many);

@@ -248,15 +248,23 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     }
     const { first, index, of } = indexed[isShort];
     if (of !== standing) {
-      const { array } = index;
-      for (let j = 0, o = 0; j < standing.length; j++) {
+      // Where there are but more of them or fewer, those that stay are there.
+      let same = 0;
+      while (of && same < standing.length && of[same] === standing[same]) same++;
+      const { array, updateRanges } = index;
+      for (let j = same, o = same * first.length; j < standing.length; j++) {
         const from = 2 * POINTS * standing[j];
         for (let i = 0; i < first.length; i++) array[o++] = from + first[i];
       }
       indexed[isShort].of = standing;
-      index.clearUpdateRanges();
-      index.addUpdateRange(0, corners());
-      index.needsUpdate = true;
+      if (same < standing.length) {
+        // With what was changed and has not been drawn yet.
+        const begin = Math.min(same * first.length, ...updateRanges.map(({ start }) => start));
+        const end = Math.max(corners(), ...updateRanges.map(({ start, count }) => start + count));
+        index.clearUpdateRanges();
+        index.addUpdateRange(begin, end - begin);
+        index.needsUpdate = true;
+      }
     }
     geometry.setIndex(index);
     geometry.setDrawRange(0, corners());
