@@ -179,8 +179,8 @@ fn rgb(colour: DVec3) -> [u8; 3] {
         .map(|c| c.clamp(0.0, 255.0).round() as u8)
 }
 
-/// Keeps the first of triangles that have the same corners, in whatever order: surfaces with two sides face
-/// nowhere. How many went.
+/// Of a surface with two sides, which faces nowhere, keeps the first of the triangles that have the same corners, in
+/// whatever order. How many went: none where it is not most of the surface that has two sides.
 fn one_sided(triangles: &mut Vec<[u32; 3]>, uv_triangles: &mut Vec<[u32; 3]>) -> usize {
     let mut order: Vec<([u32; 3], u32)> = (triangles.iter().zip(0..))
         .map(|(&triangle, at)| {
@@ -194,11 +194,15 @@ fn one_sided(triangles: &mut Vec<[u32; 3]>, uv_triangles: &mut Vec<[u32; 3]>) ->
     for pair in order.windows(2) {
         again[pair[1].1 as usize] = pair[0].0 == pair[1].0;
     }
+    let doubled = again.iter().filter(|&&again| again).count();
+    if 4 * doubled < 3 * (triangles.len() - doubled) {
+        return 0;
+    }
     for list in [&mut *triangles, uv_triangles] {
         let mut again = again.iter();
         list.retain(|_| again.next() == Some(&false));
     }
-    again.iter().filter(|&&again| again).count()
+    doubled
 }
 
 /// Images that are one together have at most so many pixels (400 MB); they are halved until they do.
@@ -330,7 +334,7 @@ impl MeshFile {
     }
 
     /// A scan in the file's units: vertices at the same place are one, all of them are used, every
-    /// triangle has an area and is there once, and there is one image at most.
+    /// triangle has an area, a surface has one side, and there is one image at most.
     ///
     /// # Errors
     /// When there are no vertices or no triangles with an area, or a triangle has a vertex that is not finite.
