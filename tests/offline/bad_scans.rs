@@ -888,6 +888,24 @@ fn odd_scans_are_read_and_said() {
         assert!(said(&notes, part), "{notes:?}");
     }
 
+    // Seen from both sides, and a triangle once more: what came first stays.
+    let both: Vec<[u32; 3]> = (triangles.iter())
+        .flat_map(|&[a, b, c]| [[a, b, c], [b, a, c]])
+        .chain([triangles[7]])
+        .collect();
+    let (scan, notes) = read(
+        &template,
+        &write("b.obj", obj(&positions, &both).as_bytes()),
+        None,
+    )
+    .expect("one-sided");
+    assert_eq!(scan.triangles, triangles);
+    let part = format!(
+        "{} triangles left out that were there twice",
+        triangles.len() + 1
+    );
+    assert!(said(&notes, &part), "{notes:?}");
+
     // A scan without its picture is a scan all the same.
     let uv = "vt 0 0\nvt 1 0\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3\n";
     let with = |library: &str| format!("mtllib {library}\n{}{uv}", obj(&positions, &triangles));
@@ -1489,5 +1507,181 @@ fn textures_come_the_same_way_up_from_every_format() {
                 "{name}"
             );
         }
+    }
+}
+
+#[test]
+fn a_scan_with_several_images_has_the_colours_of_all() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Of different sizes, each in two halves.
+    let colours = [
+        [[200, 10, 20], [30, 140, 50]],
+        [[60, 70, 180], [9, 8, 7]],
+        [[250, 251, 1], [1, 99, 2]],
+    ];
+    let names = ["a.png", "b b.bmp", "c.TGA"];
+    for ((name, halves), [width, height]) in
+        names.iter().zip(colours).zip([[8, 4], [32, 16], [4, 64]])
+    {
+        image::RgbImage::from_fn(width, height, |x, _| {
+            image::Rgb(halves[usize::from(2 * x >= width)])
+        })
+        .save(folder.path().join(name))
+        .expect("written");
+    }
+    // Quadrilaterals of two halves; the second image's is numbered as the second tile, the last has none.
+    let mut obj = String::from("mtllib s.mtl\n");
+    let mut ply = String::new();
+    for (i, tile) in [0.0, 1.0, 0.0, 0.0].into_iter().enumerate() {
+        let first = 4 * i;
+        obj += &format!("usemtl m{i}\n");
+        for (u, v) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
+            let (x, y) = (100.0 * (u + i as f64), 100.0 * v);
+            obj += &format!("v {x} {y} 0\nvt {} {v}\n", u + tile);
+            ply += &format!("{x} {y} 0 {} {v}\n", u + tile);
+        }
+        let corners: Vec<String> = (1..5).map(|c| format!("{0}/{0}", first + c)).collect();
+        obj += &format!("f {}\n", corners.join(" "));
+    }
+    for i in 0..4 {
+        let first = 4 * i;
+        ply += &format!(
+            "4 {} {} {} {} {i}\n",
+            first,
+            first + 1,
+            first + 2,
+            first + 3
+        );
+    }
+    let mtl: String = (0..3)
+        .map(|i| format!("newmtl m{i}\nmap_Kd {}\n", names[i]))
+        .collect();
+    let header = ply_header(
+        "ascii",
+        "16",
+        "property float s\nproperty float t\nelement face 4\nproperty list uchar int vertex_indices\n\
+         property int texnumber\n",
+    );
+    let comments: String = names
+        .map(|name| format!("comment TextureFile {name}\n"))
+        .concat();
+    let header = header.replace("1.0\n", &format!("1.0\n{comments}"));
+    fs::write(folder.path().join("s.mtl"), mtl).expect("written");
+    for (name, content) in [("s.obj", obj), ("s.ply", header + &ply)] {
+        let file = folder.path().join(name);
+        fs::write(&file, content).expect("written");
+        let scan = Scan::read(&file, None).expect("reads");
+        let texture = scan.texture.as_ref();
+        let texture = texture.unwrap_or_else(|| panic!("{name}: {:?}", scan.notes));
+        assert!(
+            scan.notes
+                .iter()
+                .any(|note| note.contains("3 images as one")),
+            "{:?}",
+            scan.notes
+        );
+        assert_eq!(scan.triangles.len(), 8);
+        for (triangle, uvs) in scan.triangles.iter().zip(&texture.triangles) {
+            let middle = triangle
+                .iter()
+                .map(|&v| scan.positions[v as usize])
+                .sum::<DVec3>()
+                / 300.0;
+            let image = middle.x as usize;
+            let Some(halves) = colours.get(image) else {
+                assert_eq!(*uvs, phiz::fit::scan::Texture::BARE, "{name}");
+                continue;
+            };
+            let uv = uvs
+                .iter()
+                .map(|&uv| texture.uvs[uv as usize])
+                .sum::<glam::DVec2>()
+                / 3.0;
+            let expected = halves[usize::from(middle.x.fract() > 0.5)];
+            let apart = texture
+                .sample(uv)
+                .distance(DVec3::from_array(expected.map(f64::from)));
+            assert!(apart < 1e-6, "{name} {image}: {apart}");
+        }
+    }
+}
+
+#[test]
+fn colours_of_vertices_are_read_as_programs_write_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let read = |name: &str, content: &[u8]| {
+        let file = folder.path().join(name);
+        fs::write(&file, content).expect("written");
+        Scan::read(&file, None).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let colours = [[255, 0, 0], [0, 188, 0], [0, 0, 10]];
+    // Depth cameras have vertices where they saw nothing.
+    let corners = [
+        [0.0f32, 0.0, 0.0],
+        [100.0, 0.0, 0.0],
+        [0.0, 100.0, 0.0],
+        [f32::NAN; 3],
+    ];
+    for names in [
+        ["red", "green", "blue"],
+        ["diffuse_red", "diffuse_green", "diffuse_blue"],
+        ["r", "g", "b"],
+    ] {
+        for kind in ["uchar", "ushort", "float"] {
+            let rest: String = names
+                .map(|name| format!("property {kind} {name}\n"))
+                .concat();
+            let rest = rest + "element face 1\nproperty list uchar int vertex_indices\n";
+            let mut bytes = ply_header("binary_little_endian", "4", &rest).into_bytes();
+            for (corner, colour) in corners.iter().zip(colours.iter().chain([&[1; 3]])) {
+                bytes.extend(corner.iter().flat_map(|x| x.to_le_bytes()));
+                for &value in colour {
+                    match kind {
+                        "uchar" => bytes.push(value),
+                        "ushort" => bytes.extend((u16::from(value) * 257).to_le_bytes()),
+                        _ => bytes.extend((f32::from(value) / 255.0).to_le_bytes()),
+                    }
+                }
+            }
+            bytes.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+            let scan = read("c.ply", &bytes);
+            assert_eq!(scan.colours, colours, "{names:?} {kind}");
+        }
+    }
+    // glTF has light there: 188 is half of it, 10 a 329th.
+    let light = [
+        [1.0f32, 0.0, 0.0],
+        [0.0, 0.502_886, 0.0],
+        [0.0, 0.0, 0.003_035_27],
+    ];
+    let positions: Vec<u8> = corners[..3]
+        .as_flattened()
+        .iter()
+        .flat_map(|x| (x / 1000.0).to_le_bytes())
+        .collect();
+    let floats: Vec<u8> = light
+        .as_flattened()
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let shorts: Vec<u8> = (light.iter())
+        .flat_map(|c| [c[0], c[1], c[2], 0.5])
+        .flat_map(|x| ((x * 65535.0).round() as u16).to_le_bytes())
+        .collect();
+    for (kind, vector, bytes) in [(5126, 3, floats), (5123, 4, shorts)] {
+        let json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"COLOR_0":1}}}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
+            "min":[0,0,0],"max":[0.1,0.1,0]}},
+            {{"bufferView":1,"componentType":{kind},"normalized":{},"count":3,"type":"VEC{vector}"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":{}}}],
+            "buffers":[{{"byteLength":{}}}]}}"#,
+            kind != 5126,
+            bytes.len(),
+            36 + bytes.len()
+        );
+        let scan = read("c.glb", &glb(&json, &[positions.clone(), bytes].concat()));
+        assert_eq!(scan.colours, colours, "{kind}");
     }
 }

@@ -228,6 +228,14 @@ fn a_face_in_units_of_its_own_is_found_and_nothing_else_is() {
         let _ = detector.find_on(&mut asked, template);
         assert_eq!(asked.scale, scale);
     }
+    // Inches are taken for centimetres at first; by its face it is told.
+    let inches: Vec<DVec3> = face.iter().map(|&p| p / 25.4).collect();
+    write_mesh(&path, &inches, &template.triangles()).expect("writes");
+    let mut scan = Scan::read(&path, None).expect("reads");
+    let found = detector.find_on(&mut scan, template).expect("a face");
+    assert_eq!(scan.unit(), Unit::Inch, "{:?}", scan.notes);
+    let mean = error(template, &found, &truth, INNER);
+    assert!(mean < known + 0.4, "{mean}");
     let (positions, triangles) = ellipsoid(DVec3::new(3.0, 4.0, 3.5), DVec3::ZERO, 0.05);
     write_mesh(&path, &positions, &triangles).expect("writes");
     let mut scan = Scan::read(&path, None).expect("reads");
@@ -238,6 +246,47 @@ fn a_face_in_units_of_its_own_is_found_and_nothing_else_is() {
         "{message}"
     );
     assert_eq!((scan.scale, scan.notes), (scale, notes));
+}
+
+#[test]
+fn of_two_people_one_is_found_and_the_other_said() {
+    let Some((template, detector)) = head() else {
+        return;
+    };
+    let data = base_mesh::folder().expect("it was there for the head");
+    let people = population::sample(template, &data, 2, 34).expect("samples");
+    let beside = DVec3::new(310.0, 40.0, -60.0);
+    let turned = DMat3::from_rotation_y(0.4);
+    let [first, mut second] = <[Vec<DVec3>; 2]>::try_from(people.faces).expect("two");
+    second.iter_mut().for_each(|p| *p = beside + turned * *p);
+    let truths = [&first, &second].map(|face| points(template, face));
+    let (positions, triangles) = together(
+        &(first, template.triangles()),
+        &(second, template.triangles()),
+    );
+    let mut scan = Scan {
+        positions,
+        triangles,
+        scale: 1.0,
+        ..Scan::default()
+    };
+    let found = detector.find_on(&mut scan, template).expect("a face");
+    let [one, other] = truths
+        .each_ref()
+        .map(|truth| error(template, &found, truth, INNER));
+    assert!(one.min(other) < 2.5, "{one} {other}");
+    let apart = truths[0][30].distance(truths[1][30]);
+    assert_eq!(found.others.len(), 1);
+    assert!(
+        (found.others[0] - apart).abs() < 10.0,
+        "{} of {apart}",
+        found.others[0]
+    );
+    let said = scan
+        .notes
+        .iter()
+        .any(|note| note.starts_with("face: one of 2, "));
+    assert!(said, "{:?}", scan.notes);
 }
 
 #[test]
@@ -328,6 +377,7 @@ fn simulated_people_are_found_whatever_surrounds_them() {
         ] {
             let by = rotation(&mut random);
             let found = find_turned(detector, &mesh, by).expect(what);
+            assert!(found.others.is_empty(), "{what}: {:?}", found.others);
             let mean = error(template, &found, &truth, INNER);
             // The side that a profile does not show is guessed.
             let most = SIMULATED + if what == "profile" { 1.5 } else { 0.0 };

@@ -57,6 +57,9 @@ pub struct Detection {
     pub errors: Vec<f64>,
     /// The evidence for a face, 0 to 1; below [`LEAST_EVIDENCE`] there is none.
     pub evidence: f64,
+    /// How far the tips of the noses of other faces on the scan are from this one's, mm: of those that are
+    /// among its [`FINALISTS`] likeliest places.
+    pub others: Vec<f64>,
 }
 
 impl Detection {
@@ -246,11 +249,16 @@ impl Detector {
         let rough = Surfels::new(positions, triangles, ROUGH_CELL, 0);
         let mut most: f64 = 0.0;
         for breadth in [&WHOLE, &PART] {
-            for fit in &mut self.finalists(&scene, &rough, breadth) {
-                self.finish(fit, &scene);
-                let evidence = self.evidence(fit, &scene);
+            let finalists = self.finalists(&scene, &rough, breadth);
+            for (_, fit) in &finalists {
+                let mut fit = fit.clone();
+                self.finish(&mut fit, &scene);
+                let evidence = self.evidence(&fit, &scene);
                 if evidence >= LEAST_EVIDENCE {
-                    return Ok(self.read_off(fit, &scene, evidence));
+                    return Ok(Detection {
+                        others: self.others(&fit, &finalists),
+                        ..self.read_off(&fit, &scene, evidence)
+                    });
                 }
                 most = most.max(evidence);
             }
@@ -262,8 +270,20 @@ impl Detector {
         )))
     }
 
-    /// The likeliest fits, the best first, before the last stage.
-    fn finalists(&self, scene: &Scene<'_>, rough: &Surfels, breadth: &Breadth) -> Vec<Fit> {
+    /// How far the noses of other faces are: those of the fits that have evidence of their own.
+    fn others(&self, fit: &Fit, finalists: &[(f64, Fit)]) -> Vec<f64> {
+        let mut tips = vec![fit.place(self.tip.point)];
+        for (evidence, other) in finalists {
+            let tip = other.place(self.tip.point);
+            if *evidence >= LEAST_EVIDENCE && tips.iter().all(|t| t.distance(tip) > APART) {
+                tips.push(tip);
+            }
+        }
+        tips[1..].iter().map(|t| t.distance(tips[0])).collect()
+    }
+
+    /// The likeliest fits with their evidence, the best first, before the last stage.
+    fn finalists(&self, scene: &Scene<'_>, rough: &Surfels, breadth: &Breadth) -> Vec<(f64, Fit)> {
         let near = |p, normal, gate| scene.near(p, normal, gate);
         let mut fits = starts(&self.face, self.tip, rough, &scene.fine, breadth, STARTS);
         for (worth, fit) in &mut fits {
@@ -281,7 +301,7 @@ impl Detector {
             *worth = self.evidence(fit, scene);
         }
         self.keep_best(&mut fits, FINALISTS);
-        fits.into_iter().map(|(_, fit)| fit).collect()
+        fits
     }
 
     /// Fits the prior's modes to the scan itself.
@@ -452,9 +472,13 @@ impl Detector {
             confidences: confidences.collect(),
             errors,
             evidence,
+            others: Vec::new(),
         }
     }
 }
+
+/// Noses of two people are farther apart than this, mm: heads touch before.
+const APART: f64 = 80.0;
 
 /// The radius of the middle of the face around the tip of the nose, mm.
 const MIDDLE: f64 = 45.0;

@@ -11,25 +11,41 @@ use crate::fit::{FitError, FitResult};
 /// found within some 30 % of its size.
 const SIZES: [f64; 5] = [300.0, 420.0, 210.0, 600.0, 850.0];
 
+/// Adults' faces are within this of the average: in units of its own a scan seldom is so near to inches.
+const ADULT: f64 = 1.15;
+
 /// A size within this of one that was tried was tried with it.
 const TRIED: f64 = 1.2;
 
 impl Detector {
     /// Finds the landmarks of the detector's template on a scan.
     ///
-    /// Where the scan's unit was guessed and no face is found, it may be in units of its own, as what a
-    /// camera alone has made: then it is taken to be as large as several kinds of scans are, and where
-    /// a face is found, the unit is the one in which that is of average size. Scale and notes of the
-    /// scan follow.
+    /// Where the scan's unit was guessed and no face is found, it may be in another unit, or in one of its own, as
+    /// what a camera alone has made: then it is taken to be as large as several kinds of scans are, and where
+    /// a face is found, the unit is the one by which that is a person's, or of average size. Scale and notes of the
+    /// scan follow, also where there is more than one face.
     ///
     /// # Errors
     /// When there is no face on the scan.
     pub fn find_on(&self, scan: &mut Scan, template: &Template) -> FitResult<Detection> {
+        let found = self.find_in_any_unit(scan, template)?;
+        if !found.others.is_empty() {
+            let apart: Vec<String> = found.others.iter().map(|d| format!("{d:.0}")).collect();
+            scan.notes.push(format!(
+                "face: one of {}, the likeliest; noses of others are {} mm from its: cut the scan to have another",
+                found.others.len() + 1,
+                apart.join(", ")
+            ));
+        }
+        Ok(found)
+    }
+
+    fn find_in_any_unit(&self, scan: &mut Scan, template: &Template) -> FitResult<Detection> {
         let measured = |unit: &Unit| unit.millimetres() == scan.scale;
         let own = scan.unit_guessed && !Unit::ALL.iter().any(measured);
         let first = match self.find(&scan.positions, &scan.triangles) {
             Err(error) if scan.unit_guessed => error,
-            Ok(found) if own => return Ok(average(found, scan, template)),
+            Ok(found) if own => return Ok(sized(found, scan, template)),
             found => return found.map_err(|e| FitError::file(&scan.path, e)),
         };
         let (guessed, taken) = (scan.scale, extent(&scan.positions));
@@ -39,7 +55,7 @@ impl Detector {
             }
             scan.rescale(guessed * size / taken);
             if let Ok(found) = self.find(&scan.positions, &scan.triangles) {
-                return Ok(average(found, scan, template));
+                return Ok(sized(found, scan, template));
             }
         }
         scan.rescale(guessed);
@@ -47,17 +63,27 @@ impl Detector {
     }
 }
 
-/// Takes the unit of a scan in which the face on it is of average size.
-fn average(mut found: Detection, scan: &mut Scan, template: &Template) -> Detection {
+/// Takes the unit of a scan in which the face on it is an adult's, of average size where there is none.
+fn sized(mut found: Detection, scan: &mut Scan, template: &Template) -> Detection {
     let placed: Vec<(usize, DVec3)> = found.points.iter().copied().enumerate().collect();
-    if let Some(placement) = Placement::of(&placed, template, false) {
-        found.points.iter_mut().for_each(|p| *p /= placement.scale);
-        found.errors.iter_mut().for_each(|e| *e /= placement.scale);
-        scan.rescale(scan.scale / placement.scale);
-    }
-    scan.say_unit(
-        Unit::Own(scan.scale),
-        "because there then is a face of average size",
-    );
+    let Some(placement) = Placement::of(&placed, template, false) else {
+        return found;
+    };
+    let average = scan.scale / placement.scale;
+    let nearest = Unit::nearest(average);
+    let unit = match (average / nearest.millimetres()).ln().abs() < f64::ln(ADULT) {
+        true => nearest,
+        false => Unit::Own(average),
+    };
+    let by = unit.millimetres() / scan.scale;
+    found.points.iter_mut().for_each(|p| *p *= by);
+    let lengths = found.errors.iter_mut().chain(&mut found.others);
+    lengths.for_each(|length| *length *= by);
+    scan.rescale(unit.millimetres());
+    let why = match unit {
+        Unit::Own(_) => "because there then is a face of average size",
+        _ => "because there then is a face",
+    };
+    scan.say_unit(unit, why);
     found
 }

@@ -42,11 +42,12 @@ pub fn write_mesh(path: &Path, positions: &[DVec3], triangles: &[[u32; 3]]) -> F
 /// What a PLY file says of a mesh; other elements and properties are passed over.
 #[derive(Debug, Clone, Default)]
 pub struct PlyMesh {
-    /// Vertices in the file's units, all finite.
+    /// Vertices in the file's units. Those of faces are finite: where depth cameras see nothing, some
+    /// programs write vertices of NaN that no face has.
     pub positions: Vec<DVec3>,
     /// Texture coordinates of the vertices (`s t`, `u v` or `texture_u texture_v`), or none.
     pub uvs: Vec<DVec2>,
-    /// sRGB colours of the vertices (`red green blue`), or none.
+    /// sRGB colours of the vertices (`red green blue`, `diffuse_red` ... or `r g b`), or none.
     pub colours: Vec<[u8; 3]>,
     /// Polygons (`face`) and what strips (`tristrips`) consist of; their vertices exist.
     pub faces: Vec<Face>,
@@ -126,11 +127,12 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
             if let Some(axis) = ["x", "y", "z"].iter().find(|axis| !has(axis)) {
                 return Err(fail(format!("no property `{axis}`")));
             }
-            if let Some(bad) = vertices.iter().position(|v| !v.position.is_finite()) {
+            let bad = vertices.iter().position(|v| !v.position.is_finite());
+            if let Some(bad) = bad.filter(|_| !faces) {
                 return Err(fail(format!("vertex {bad} is not finite")));
             }
             let textured = vertices.iter().all(|v| v.uv.is_finite());
-            let coloured = ["red", "green", "blue"].iter().all(|c| has(c));
+            let coloured = CHANNELS.iter().all(|names| names.iter().any(|c| has(c)));
             if textured {
                 mesh.uvs = vertices.iter().map(|v| v.uv).collect();
             }
@@ -152,6 +154,11 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
         if let Some(&bad) = face.vertices.iter().find(|&&v| v as usize >= count) {
             // A negative index reads as one beyond all that a file can hold.
             let cause = format!("face {index} has vertex {}, of {count}", bad as i32);
+            return Err(FitError::file(path, cause));
+        }
+        let at = |v: u32| mesh.positions[v as usize];
+        if let Some(bad) = face.vertices.iter().find(|&&v| !at(v).is_finite()) {
+            let cause = format!("element `vertex`: vertex {bad} is not finite");
             return Err(FitError::file(path, cause));
         }
     }
@@ -249,10 +256,11 @@ impl PropertyAccess for Vertex {
             "z" => &mut self.position.z,
             "s" | "u" | "texture_u" => &mut self.uv.x,
             "t" | "v" | "texture_v" => &mut self.uv.y,
-            "red" | "green" | "blue" => {
-                let channel = ["red", "green", "blue"].iter().position(|c| *c == name);
+            _ if CHANNELS.as_flattened().contains(&name) => {
+                let channel = CHANNELS.iter().position(|names| names.contains(&name));
                 let value = match property {
                     Property::UChar(value) => value,
+                    Property::UShort(value) => (f64::from(value) / 257.0).round() as u8,
                     // Floats are 0 to 1.
                     _ => scalar(&property).map_or(0, |value| (value * 255.0).round() as u8),
                 };
@@ -268,6 +276,13 @@ impl PropertyAccess for Vertex {
         PropertyAccessResult::Set
     }
 }
+
+/// What programs call the channels of a colour.
+const CHANNELS: [[&str; 3]; 3] = [
+    ["red", "diffuse_red", "r"],
+    ["green", "diffuse_green", "g"],
+    ["blue", "diffuse_blue", "b"],
+];
 
 /// Ends a strip of triangles in a list of them: -1.
 const NO_VERTEX: u32 = u32::MAX;

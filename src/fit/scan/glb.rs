@@ -9,10 +9,10 @@ use gltf::accessor::{DataType, Dimensions, Item, Iter};
 use gltf::mesh::Mode;
 use gltf::texture::TextureTransform;
 
-use super::Texture;
 use super::mesh_file::MeshFile;
 use crate::fit::format::text::{named, plain};
 use crate::fit::{FitError, FitResult};
+use crate::srgb;
 
 /// Deeper trees of nodes are taken for cycles.
 const DEEPEST: usize = 64;
@@ -43,14 +43,10 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
         buffers,
         folder,
         file: MeshFile::default(),
-        image: None,
-        others: 0,
+        images: Vec::new(),
     };
     for node in scene.nodes() {
         reader.node(&node, DMat4::IDENTITY, 0).map_err(fail)?;
-    }
-    if let Some((_, name)) = &reader.image {
-        reader.file.say_others(reader.others, Path::new(name));
     }
     if reader.file.triangles.is_empty() {
         return Err(fail("no mesh in its scene".into()));
@@ -190,10 +186,8 @@ struct Reader<'a> {
     buffers: Vec<Cow<'a, [u8]>>,
     folder: &'a Path,
     file: MeshFile,
-    /// The image in use, and its name.
-    image: Option<(usize, String)>,
-    /// Triangles with another image.
-    others: usize,
+    /// The images that were met, with their places in the file where they could be read.
+    images: Vec<(usize, Option<usize>)>,
 }
 
 impl Reader<'_> {
@@ -277,15 +271,17 @@ impl Reader<'_> {
         }
         let uvs = self.uvs(primitive, count)?;
         let first_uv = self.file.uvs.len() as u32;
-        let textured = !uvs.is_empty() && self.takes_image(primitive, triangles.len());
+        let picture = match uvs.is_empty() {
+            true => None,
+            false => self.picture(primitive),
+        };
+        let colours = self.colours(primitive, count)?;
+        self.file.colours.extend(colours);
         self.file.positions.extend(positions);
         self.file.uvs.extend(uvs);
         for triangle in triangles {
-            self.file.triangles.push(triangle.map(|v| first + v));
-            self.file.uv_triangles.push(match textured {
-                true => triangle.map(|v| first_uv + v),
-                false => Texture::BARE,
-            });
+            let uvs = picture.map(|picture| (picture, triangle.map(|v| first_uv + v)));
+            self.file.push(triangle.map(|v| first + v), uvs);
         }
         Ok(())
     }
@@ -318,13 +314,36 @@ impl Reader<'_> {
         }
     }
 
-    /// Whether the primitive has the image in use; the first there is comes into use.
-    fn takes_image(&mut self, primitive: &gltf::Primitive, triangles: usize) -> bool {
+    /// The colours of the vertices; none where there are none.
+    fn colours(&self, primitive: &gltf::Primitive, count: u32) -> Result<Vec<[u8; 3]>, String> {
+        let Some(accessor) = primitive.get(&gltf::Semantic::Colors(0)) else {
+            return Ok(Vec::new());
+        };
+        let types = [DataType::F32, DataType::U8, DataType::U16];
+        let colours = match accessor.dimensions() {
+            Dimensions::Vec4 => {
+                self.readable(&accessor, Dimensions::Vec4, &types)?;
+                let colours = self.numbers::<4>(&accessor);
+                colours.map(|all| all.into_iter().map(|[r, g, b, _]| [r, g, b]).collect())
+            }
+            _ => {
+                self.readable(&accessor, Dimensions::Vec3, &types)?;
+                self.numbers::<3>(&accessor)
+            }
+        };
+        let colours: Vec<[f64; 3]> = colours.ok_or("colours are missing")?;
+        match colours.len() == count as usize {
+            // As light, where files of other kinds have sRGB (glTF 2.0, 3.7.2.1).
+            true => Ok((colours.into_iter()).map(|c| c.map(srgb::byte)).collect()),
+            false => Err(format!("{} colours, {count} vertices", colours.len())),
+        }
+    }
+
+    /// The primitive's image, among those of the file; the bytes are decoded when it is met first.
+    fn picture(&mut self, primitive: &gltf::Primitive) -> Option<usize> {
         let material = primitive.material();
         let colour = material.pbr_metallic_roughness().base_color_texture();
-        let Some(texture) = colour.map(|info| info.texture()) else {
-            return false;
-        };
+        let texture = colour?.texture();
         let Some(image) = texture.source() else {
             let name = texture.index();
             let note =
@@ -332,15 +351,17 @@ impl Reader<'_> {
             if !self.file.notes.contains(&note) {
                 self.file.notes.push(note);
             }
-            return false;
+            return None;
         };
-        if let Some((used, _)) = self.image {
-            let same = used == image.index();
-            self.others += if same { 0 } else { triangles };
-            return same;
+        let known = self
+            .images
+            .iter()
+            .find(|(index, _)| *index == image.index());
+        if let Some((_, picture)) = known {
+            return *picture;
         }
         let name = format!("image {}", image.index());
-        match image.source() {
+        let picture = match image.source() {
             gltf::image::Source::View { view, .. } => {
                 let range = view.offset()..view.offset().saturating_add(view.length());
                 let buffer = self.buffers.get(view.buffer().index());
@@ -349,17 +370,21 @@ impl Reader<'_> {
                     None => {
                         let note = format!("no texture: {name} reaches beyond its buffer");
                         self.file.notes.push(note);
+                        None
                     }
                 }
             }
             gltf::image::Source::Uri { uri, .. } => match load(self.folder, uri) {
                 Ok(bytes) if uri.starts_with("data:") => self.file.decode_image(&bytes, &name),
                 Ok(bytes) => self.file.decode_image(&bytes, uri),
-                Err(cause) => self.file.notes.push(format!("no texture: {cause}")),
+                Err(cause) => {
+                    self.file.notes.push(format!("no texture: {cause}"));
+                    None
+                }
             },
-        }
-        self.image = Some((image.index(), name));
-        true
+        };
+        self.images.push((image.index(), picture));
+        picture
     }
 
     /// Whether an accessor has elements of a kind and lies within its buffer. The crate's readers

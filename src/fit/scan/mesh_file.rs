@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
+use image::{ImageFormat, RgbImage, imageops};
 
 use super::polygon::triangulate;
 use super::{Scan, Texture};
@@ -20,9 +21,11 @@ pub(super) struct MeshFile {
     pub colours: Vec<[u8; 3]>,
     pub triangles: Vec<[u32; 3]>,
     pub uvs: Vec<DVec2>,
-    /// One a triangle, [`Texture::BARE`] where the image is not on it.
+    /// One a triangle, [`Texture::BARE`] where no image is on it.
     pub uv_triangles: Vec<[u32; 3]>,
-    pub image: Option<image::RgbImage>,
+    pub images: Vec<RgbImage>,
+    /// Which of the images is on each triangle; any where none is.
+    pub image_of: Vec<usize>,
     pub notes: Vec<String>,
 }
 
@@ -45,9 +48,8 @@ pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
             .map(|m| ((*m).to_owned(), image.clone()))
             .collect();
     }
-    // The first image on any polygon is the scan's; polygons with another are bare.
-    let mut chosen: Option<&PathBuf> = None;
-    let mut others = 0;
+    // An image is opened when a polygon has it.
+    let mut opened: Vec<(&PathBuf, Option<usize>)> = Vec::new();
     let mut cut = 0;
     let mut lines = 0;
     let mut points = Vec::new();
@@ -56,14 +58,21 @@ pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
             .runs
             .get(r + 1)
             .map_or(obj.polygons(), |next| next.first);
-        let image = images
+        let named = images
             .iter()
-            .find(|(material, _)| *material == run.material)
-            .map(|(_, file)| file);
-        if run.first < end && image.is_some() {
-            chosen = chosen.or(image);
+            .find(|(material, _)| *material == run.material);
+        let mut image = None;
+        if let Some((_, name)) = named.filter(|_| run.first < end) {
+            let known = opened.iter().find(|(other, _)| *other == name);
+            image = match known {
+                Some(&(_, image)) => image,
+                None => {
+                    let image = file.open_image(name);
+                    opened.push((name, image));
+                    image
+                }
+            };
         }
-        let covered = image.is_some() && image == chosen;
         for index in run.first..end {
             let polygon = obj.polygon(index);
             lines += usize::from(polygon.len() < 3);
@@ -72,20 +81,13 @@ pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
             points.extend(polygon.iter().map(|c| obj.positions[c[0] as usize]));
             for triangle in triangulate(&points) {
                 let corners = triangle.map(|i| polygon[i]);
-                file.triangles.push(corners.map(|c| c[0]));
                 let uvs = corners.map(|c| c[1]);
-                let textured = covered && !uvs.contains(&obj::NONE);
-                others += usize::from(image.is_some() && !covered);
-                file.uv_triangles
-                    .push(if textured { uvs } else { Texture::BARE });
+                let textured = image.filter(|_| !uvs.contains(&obj::NONE));
+                file.push(corners.map(|c| c[0]), textured.map(|image| (image, uvs)));
             }
         }
     }
     file.say_polygons(cut, lines);
-    if let Some(name) = chosen {
-        file.open_image(name);
-        file.say_others(others, name);
-    }
     file.colours = obj.colours.iter().map(|c| rgb(*c)).collect();
     file.positions = obj.positions;
     file.uvs = obj.uvs;
@@ -111,10 +113,24 @@ pub(super) fn ply(path: &Path) -> FitResult<MeshFile> {
     let ply = ply::read_mesh(path)?;
     let mut file = MeshFile::default();
     let by_vertex = ply.uvs.len() == ply.positions.len();
-    let (mut cut, mut lines, mut others) = (0, 0, 0);
+    let (mut cut, mut lines) = (0, 0);
     let mut points = Vec::new();
+    let has_uvs = by_vertex || ply.faces.iter().any(|face| !face.uvs.is_empty());
     file.uvs = ply.uvs;
     file.triangles.reserve(ply.faces.len());
+    let names: Vec<PathBuf> = match ply.images.is_empty() {
+        true => has_uvs
+            .then(|| file.image_beside(path))
+            .flatten()
+            .into_iter()
+            .collect(),
+        false => {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            ply.images.iter().map(|name| named(folder, name)).collect()
+        }
+    };
+    // An image is opened when a face has it.
+    let mut opened: Vec<Option<Option<usize>>> = vec![None; names.len()];
     for face in &ply.faces {
         lines += usize::from(face.vertices.len() < 3);
         cut += usize::from(face.vertices.len() > 3);
@@ -126,28 +142,21 @@ pub(super) fn ply(path: &Path) -> FitResult<MeshFile> {
             let uvs = face.uvs.chunks_exact(2).map(DVec2::from_slice);
             file.uvs.extend(uvs);
         }
+        let number = usize::try_from(face.image.max(0)).unwrap_or(usize::MAX);
+        let image = match names.get(number).filter(|_| own || by_vertex) {
+            Some(name) => *opened[number].get_or_insert_with(|| file.open_image(name)),
+            None => None,
+        };
         for triangle in triangulate(&points) {
             let corners = triangle.map(|i| face.vertices[i]);
-            file.triangles.push(corners);
-            others += usize::from(face.image > 0);
-            file.uv_triangles.push(match () {
-                () if face.image > 0 => Texture::BARE,
-                () if own => triangle.map(|i| first + i as u32),
-                () if by_vertex => corners,
-                () => Texture::BARE,
-            });
+            let uvs = match own {
+                true => triangle.map(|i| first + i as u32),
+                false => corners,
+            };
+            file.push(corners, image.map(|image| (image, uvs)));
         }
     }
     file.say_polygons(cut, lines);
-    let name = match ply.images.first() {
-        Some(name) => Some(named(path.parent().unwrap_or(Path::new("")), name)),
-        None if !file.uvs.is_empty() => file.image_beside(path),
-        None => None,
-    };
-    if let Some(name) = name {
-        file.open_image(&name);
-        file.say_others(others, &name);
-    }
     file.positions = ply.positions;
     file.colours = ply.colours;
     Ok(file)
@@ -156,19 +165,53 @@ pub(super) fn ply(path: &Path) -> FitResult<MeshFile> {
 /// Reads an STL file.
 pub(super) fn stl(path: &Path) -> FitResult<MeshFile> {
     let triangles = stl::read(path)?;
-    let corners = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
-    Ok(MeshFile {
-        triangles: corners.collect(),
-        uv_triangles: vec![Texture::BARE; triangles.len()],
-        positions: triangles.into_iter().flatten().collect(),
-        ..MeshFile::default()
-    })
+    let mut file = MeshFile::default();
+    for first in (0..triangles.len() as u32).map(|t| 3 * t) {
+        file.push([first, first + 1, first + 2], None);
+    }
+    file.positions = triangles.into_iter().flatten().collect();
+    Ok(file)
 }
 
 fn rgb(colour: DVec3) -> [u8; 3] {
     (colour * 255.0)
         .to_array()
         .map(|c| c.clamp(0.0, 255.0).round() as u8)
+}
+
+/// Of a surface with two sides, which faces nowhere, keeps the first of the triangles that have the same corners, in
+/// whatever order. How many went: none where it is not most of the surface that has two sides.
+fn one_sided(triangles: &mut Vec<[u32; 3]>, uv_triangles: &mut Vec<[u32; 3]>) -> usize {
+    let mut order: Vec<([u32; 3], u32)> = (triangles.iter().zip(0..))
+        .map(|(&triangle, at)| {
+            let mut corners = triangle;
+            corners.sort_unstable();
+            (corners, at)
+        })
+        .collect();
+    order.sort_unstable();
+    let mut again = vec![false; triangles.len()];
+    for pair in order.windows(2) {
+        again[pair[1].1 as usize] = pair[0].0 == pair[1].0;
+    }
+    let doubled = again.iter().filter(|&&again| again).count();
+    if 4 * doubled < 3 * (triangles.len() - doubled) {
+        return 0;
+    }
+    for list in [&mut *triangles, uv_triangles] {
+        let mut again = again.iter();
+        list.retain(|_| again.next() == Some(&false));
+    }
+    doubled
+}
+
+/// Images that are one together have at most so many pixels (400 MB); they are halved until they do.
+const MOST_PIXELS: u64 = 1 << 27;
+
+/// The size of images above each other, pixels.
+fn column(images: &[RgbImage]) -> (u32, u32) {
+    let width = images.iter().map(RgbImage::width).max().unwrap_or(0);
+    (width, images.iter().map(RgbImage::height).sum())
 }
 
 impl MeshFile {
@@ -183,20 +226,19 @@ impl MeshFile {
         }
     }
 
-    pub fn say_others(&mut self, others: usize, name: &Path) {
-        if others > 0 && self.image.is_some() {
-            let note = format!(
-                "texture: only {} is used; {others} triangles have another image",
-                name.display()
-            );
-            self.notes.push(note);
-        }
+    /// Adds a triangle, with one of the images and its corners' texture coordinates where it has them.
+    pub fn push(&mut self, triangle: [u32; 3], textured: Option<(usize, [u32; 3])>) {
+        self.triangles.push(triangle);
+        let (image, uvs) = textured.unwrap_or((0, Texture::BARE));
+        self.image_of.push(image);
+        self.uv_triangles.push(uvs);
     }
 
     /// The image beside a scan that has the scan's name, which is said.
     fn image_beside(&mut self, path: &Path) -> Option<PathBuf> {
-        let found = ["jpg", "jpeg", "png", "JPG", "JPEG", "PNG"]
+        let found = ["jpg", "jpeg", "png", "bmp", "tga"]
             .iter()
+            .flat_map(|ending| [(*ending).to_owned(), ending.to_uppercase()])
             .map(|ending| path.with_extension(ending))
             .find(|image| image.is_file())?;
         let note = format!(
@@ -207,29 +249,95 @@ impl MeshFile {
         Some(found)
     }
 
-    /// Opens the image; where that fails the scan has none and says so.
-    fn open_image(&mut self, name: &Path) {
+    /// Opens an image: its place among the scan's. Where that fails it has none and says so.
+    fn open_image(&mut self, name: &Path) -> Option<usize> {
         match std::fs::read(name) {
             Ok(bytes) => self.decode_image(&bytes, &name.display().to_string()),
-            Err(e) => self
-                .notes
-                .push(format!("no texture: {}: {e}", name.display())),
+            Err(e) => {
+                let note = format!("no texture: {}: {e}", name.display());
+                self.notes.push(note);
+                None
+            }
         }
     }
 
-    /// Decodes a PNG or JPEG image.
-    pub fn decode_image(&mut self, bytes: &[u8], name: &str) {
-        match image::load_from_memory(bytes) {
-            Ok(image) => self.image = Some(image.into_rgb8()),
-            Err(e) => self.notes.push(format!("no texture: {name}: {e}")),
+    /// Decodes an image, PNG, JPEG or BMP, or TGA by the ending of its name: its place among the scan's.
+    pub fn decode_image(&mut self, bytes: &[u8], name: &str) -> Option<usize> {
+        let kind = image::guess_format(bytes).or_else(|e| {
+            // A TGA file does not say that it is one.
+            let tga = Path::new(name).extension();
+            let tga = tga.is_some_and(|ending| ending.eq_ignore_ascii_case("tga"));
+            tga.then_some(ImageFormat::Tga).ok_or(e)
+        });
+        match kind.and_then(|kind| image::load_from_memory_with_format(bytes, kind)) {
+            Ok(image) => {
+                self.images.push(image.into_rgb8());
+                Some(self.images.len() - 1)
+            }
+            Err(e) => {
+                self.notes.push(format!("no texture: {name}: {e}"));
+                None
+            }
         }
     }
 
-    /// A scan in the file's units: vertices at the same place are one, all of them are used, and
-    /// every triangle has an area.
+    /// Puts several images above each other into one. What repeats an image within a triangle ends at
+    /// its edge.
+    fn join_images(&mut self) {
+        if self.images.len() < 2 {
+            return;
+        }
+        let note = format!("texture: {} images as one", self.images.len());
+        self.notes.push(note);
+        let pixels = |images: &[RgbImage]| -> u64 {
+            let (width, height) = column(images);
+            u64::from(width) * u64::from(height)
+        };
+        while pixels(&self.images) > MOST_PIXELS {
+            for image in &mut self.images {
+                let half = |side: u32| side.div_ceil(2);
+                let (width, height) = (half(image.width()), half(image.height()));
+                *image = imageops::thumbnail(image, width, height);
+            }
+        }
+        let (width, height) = column(&self.images);
+        let mut joined = RgbImage::new(width, height);
+        let mut tops = Vec::with_capacity(self.images.len());
+        let mut top = 0;
+        for image in &self.images {
+            tops.push(top);
+            imageops::replace(&mut joined, image, 0, i64::from(top));
+            top += image.height();
+        }
+        let all = DVec2::new(width.into(), height.into());
+        for (uvs, &image) in self.uv_triangles.iter_mut().zip(&self.image_of) {
+            let corners = uvs.map(|uv| self.uvs.get(uv as usize).copied());
+            let [Some(a), Some(b), Some(c)] = corners else {
+                *uvs = Texture::BARE;
+                continue;
+            };
+            // Images repeat, and numbers of some images begin at others than 0.
+            let tile = a.min(b).min(c).floor();
+            let size = DVec2::new(
+                self.images[image].width().into(),
+                self.images[image].height().into(),
+            );
+            let lowest = all.y - f64::from(tops[image]) - size.y;
+            let first = self.uvs.len() as u32;
+            self.uvs.extend([a, b, c].map(|uv| {
+                let own = (uv - tile).clamp(DVec2::ZERO, DVec2::ONE);
+                (own * size + DVec2::new(0.0, lowest)) / all
+            }));
+            *uvs = [first, first + 1, first + 2];
+        }
+        self.images = vec![joined];
+    }
+
+    /// A scan in the file's units: vertices at the same place are one, all of them are used, every
+    /// triangle has an area, a surface has one side, and there is one image at most.
     ///
     /// # Errors
-    /// When there are no vertices or no triangles with an area, or a vertex is not finite.
+    /// When there are no vertices or no triangles with an area, or a triangle has a vertex that is not finite.
     pub fn weld(mut self, path: &Path) -> FitResult<Scan> {
         let fail = |cause: &str| Err(FitError::file(path, cause));
         if self.positions.is_empty() {
@@ -238,9 +346,12 @@ impl MeshFile {
         if self.triangles.is_empty() {
             return fail("no faces: a cloud of points is no scan");
         }
-        if let Some(bad) = self.positions.iter().position(|p| !p.is_finite()) {
+        let corners = || self.triangles.iter().flatten();
+        let broken = |v: &&u32| !self.positions[**v as usize].is_finite();
+        if let Some(bad) = corners().find(broken) {
             return fail(&format!("vertex {bad} is not finite"));
         }
+        self.join_images();
         let mut scan = Scan {
             path: path.to_owned(),
             scale: 1.0,
@@ -291,8 +402,13 @@ impl MeshFile {
         for triangle in &mut scan.triangles {
             *triangle = triangle.map(|v| taken[v as usize]);
         }
+        let doubled = one_sided(&mut scan.triangles, &mut uv_triangles);
         for (count, what) in [
             (flat, "triangles without area left out"),
+            (
+                doubled,
+                "triangles left out that were there twice, or as their other side",
+            ),
             (unused, "vertices without triangles left out"),
             (merged, "vertices merged with another at the same place"),
         ] {
@@ -308,7 +424,8 @@ impl MeshFile {
             }
         }
         let covered = uv_triangles.iter().any(|uvs| *uvs != Texture::BARE);
-        scan.texture = self.image.filter(|_| covered).map(|image| Texture {
+        let image = self.images.into_iter().next();
+        scan.texture = image.filter(|_| covered).map(|image| Texture {
             uvs: self.uvs,
             triangles: uv_triangles,
             width: image.width() as usize,

@@ -82,7 +82,8 @@ impl Scan {
     /// Reads a scan by its ending, one of [`ENDINGS`]; an OBJ with its MTL file and image.
     ///
     /// Polygons are cut into triangles, vertices at the same place become one, triangles without
-    /// area and vertices without triangles go, and a surface that is inside out is turned. A unit
+    /// area and vertices without triangles go, a surface with two sides keeps one,
+    /// several images become one, and a surface that is inside out is turned. A unit
     /// that is not given is guessed by the size of the mesh. All of this is said in
     /// [`Scan::notes`], as is an image that is missing or broken.
     ///

@@ -49,7 +49,7 @@ impl Unit {
     }
 
     /// That of [`Unit::ALL`] which is nearest to so many millimetres.
-    pub(super) fn nearest(millimetres: f64) -> Unit {
+    pub(in crate::fit) fn nearest(millimetres: f64) -> Unit {
         nearest(Self::ALL, millimetres)
     }
 
