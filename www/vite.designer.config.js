@@ -1,4 +1,4 @@
-import { cpSync } from 'node:fs';
+import { cpSync, readFileSync, writeFileSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 import { defineConfig } from 'vite';
 import { packageAlias } from './vite.config.js';
@@ -33,8 +33,12 @@ export default defineConfig({
   },
   plugins: [
     {
-      name: 'plain-examples',
+      name: 'types-and-plain-examples',
       closeBundle() {
+        // Who copies the folder has no package of that name.
+        const types = readFileSync(here('designer/types.d.ts'), 'utf8').replace("'phiz'", "'./phiz.js'");
+        writeFileSync(here('dist/designer/phiz-designer.d.ts'), types);
+        cpSync(here('phiz/index.d.ts'), here('dist/designer/phiz.d.ts'));
         for (const name of ['examples/plain', 'examples/contact-sheet', 'examples/index.html', 'examples/examples.css']) {
           cpSync(here(name), here(`dist/${name}`), { recursive: true });
         }

@@ -117,6 +117,70 @@ describe('<phiz-designer> in any page', () => {
     assert.deepEqual(auto, { auto: 480, frame: 480 });
   });
 
+  test('a row and a dialog leave it a width, and it leaves others theirs', async () => {
+    const widths = await page.evaluate(() => {
+      const { hidden } = window.all;
+      const main = document.querySelector('main');
+      const within = (/** @type {HTMLElement} */ box, /** @type {string} */ css, /** @type {Node[]} */ ...beside) => {
+        box.style.cssText = css;
+        hidden.style.cssText = '';
+        main.append(box);
+        box.append(...beside, hidden);
+        if (box instanceof HTMLDialogElement) box.showModal();
+        const { offsetWidth } = hidden;
+        const spills = box.scrollWidth > box.clientWidth;
+        main.append(hidden);
+        box.remove();
+        return { offsetWidth, spills };
+      };
+      const aside = document.createElement('aside');
+      aside.style.cssText = 'flex: none; width: 200px';
+      return [
+        within(document.createElement('div'), 'display: flex; width: 880px', aside),
+        within(document.createElement('div'), 'display: flex; width: 400px', aside),
+        within(document.createElement('div'), 'display: grid; width: 300px; grid-template-columns: 1fr 2fr', document.createElement('p')),
+        within(document.createElement('dialog'), ''),
+      ];
+    });
+    assert.deepEqual(widths, [640, 200, 200, 640].map((offsetWidth) => ({ offsetWidth, spills: false })));
+  });
+
+  test('a long beard is in view, keys come closer, and what the canvas says of itself is true', async () => {
+    const found = await page.evaluate(async () => {
+      const { hidden } = window.all;
+      hidden.style.cssText = 'width: 320px; height: 320px';
+      const canvas = hidden.shadowRoot.querySelector('canvas');
+      /** How much of the lowest row of a picture is covered, of a picture that is as high as the canvas. */
+      const below = async () => {
+        const bitmap = await createImageBitmap(await hidden.toPng({ width: 160, transparent: true }));
+        const context = new OffscreenCanvas(160, 160).getContext('2d');
+        context.drawImage(bitmap, 0, 0);
+        return context.getImageData(0, 155, 160, 1).data.filter((alpha, i) => i % 4 === 3 && alpha > 200).length;
+      };
+      const frames = async () => {
+        for (let i = 0; i < 4; i++) await new Promise((done) => requestAnimationFrame(() => done(undefined)));
+      };
+      const before = hidden.colours;
+      hidden.colours = { beard: 1, beardLength: 1, crop: 1 };
+      await hidden.toPng({ width: 16 });
+      await frames();
+      const bearded = await below();
+      const press = (/** @type {string} */ key) => canvas.dispatchEvent(new KeyboardEvent('keydown', { key, cancelable: true }));
+      for (let i = 0; i < 4; i++) press('+');
+      await frames();
+      const closer = await below();
+      hidden.view('front');
+      hidden.colours = before;
+      await frames();
+      return { bearded, closer, taken: !press('-'), left: press('h'), label: canvas.getAttribute('aria-label') };
+    });
+    assert.equal(found.bearded, 0, 'no part of the beard reaches the edge');
+    assert.ok(found.closer > 5, `${found.closer} pixels of beard at the edge once it is closer`);
+    assert.ok(found.taken && found.left);
+    assert.match(found.label, /plus and minus zoom/);
+    assert.doesNotMatch(found.label, /\bH hides|click a feature/);
+  });
+
   test('one that is put back shows who was there', async () => {
     const found = await page.evaluate(async () => {
       const { hidden } = window.all;

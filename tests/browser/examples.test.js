@@ -1,9 +1,15 @@
 // <phiz-designer> and the examples, as the built site has them, used as a person would.
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { cp, mkdtemp, rm, writeFile } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
 
-import { SCREENSHOTS, complaintsOf, decodePng, differing, launch, serve } from './site.js';
+import { DIST, SCREENSHOTS, complaintsOf, decodePng, differing, launch, serve } from './site.js';
+
+const TSC = fileURLToPath(new URL('../../www/node_modules/typescript/bin/tsc', import.meta.url));
 
 /** @type {Awaited<ReturnType<typeof serve>>} */
 let site;
@@ -54,6 +60,33 @@ async function slide(slider, value) {
   await slider.fill(String(value));
   await slider.dispatchEvent('change');
 }
+
+test('the types beside the element are whole, and true of what a page writes', async () => {
+  const folder = await mkdtemp(join(tmpdir(), 'phiz-'));
+  try {
+    await cp(join(DIST, 'designer'), join(folder, 'designer'), { recursive: true });
+    await writeFile(
+      join(folder, 'page.ts'),
+      `import './designer/phiz-designer.js';
+      const designer = document.querySelector('phiz-designer')!;
+      designer.addEventListener('change', ({ detail }) => detail.code.slice());
+      designer.addEventListener('error', ({ detail }) => detail.message.slice());
+      designer.colours = 'skin: 0.8';
+      designer.code = null;
+      const known: number | undefined = designer.face?.measure('nose width');
+      const picture: Promise<Blob> = designer.toPng({ width: known ?? 300, transparent: true });
+      // @ts-expect-error there is no such format
+      designer.toMesh('fbx');
+      // @ts-expect-error it may be null
+      picture.then(() => designer.model.face());`,
+    );
+    const flags = '--strict --exactOptionalPropertyTypes --noEmit --target es2022 --module esnext --moduleResolution bundler'.split(' ');
+    const { status, stdout } = spawnSync(process.execPath, [TSC, ...flags, 'page.ts'], { cwd: folder, encoding: 'utf8' });
+    assert.equal(status, 0, stdout);
+  } finally {
+    await rm(folder, { recursive: true });
+  }
+});
 
 describe('<phiz-designer>', () => {
   test('in a plain page: sliders, events, methods', async () => {

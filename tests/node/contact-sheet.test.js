@@ -21,6 +21,7 @@ test('a contact sheet of six people', async () => {
     const run = (...rest) => spawnSync(process.execPath, ['contact-sheet.mjs', ...rest], { cwd: folder, encoding: 'utf8' });
     const { status, stdout, stderr } = run(here('www/public/model.phiz'), 'sheet.png', '3', '2', '7');
     assert.equal(status, 0, stderr);
+    assert.match(run(here('www/public/model.phiz'), 'sheet.png', 'x', '2').stderr, /^usage: /, 'what is no number is told');
     const codes = stdout.trim().split('\n').map((line) => line.split('\t')[1]);
     assert.equal(new Set(codes).size, 6, 'six people, each with a code');
 

@@ -220,6 +220,9 @@ for (const name of ['model', 'synthetic']) {
       const gone = model.face();
       gone.free();
       for (const write of [toObj, toPly, toStl, toGlb]) assert.throws(() => write(gone), /freed/);
+      for (const none of [undefined, null, {}, model]) {
+        for (const write of [toObj, toPly, toStl, toGlb]) assert.throws(() => write(none), /must be a Face/);
+      }
     });
   });
 }

@@ -1,7 +1,11 @@
 // The npm package as `./build.sh build` leaves it in pkg, on the committed model.
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
 import { readFile } from 'node:fs/promises';
 import { after, before, describe, test } from 'node:test';
+import { setImmediate } from 'node:timers/promises';
+import { setFlagsFromString } from 'node:v8';
+import { runInNewContext } from 'node:vm';
 import { gunzipSync, gzipSync } from 'node:zlib';
 
 import { fastestBuild, load } from '../../pkg/index.js';
@@ -170,7 +174,15 @@ for (const build of ['simd', 'scalar']) {
       assert.deepEqual(mine.expressions, []);
       assert.throws(() => own.express('jawOpen', 1), /loadExpressions/);
       await assert.rejects(mine.loadExpressions(bytes), /expressions/);
-      await mine.loadExpressions(expressionBytes);
+      for (const [given, reason] of [
+        [undefined, /a file of expressions must be given as bytes/],
+        ['expressions.phiz', /a file of expressions must be given as bytes/],
+        [new Response('not here', { status: 404, statusText: 'Not Found' }), /404 Not Found/],
+        [new Response('<!doctype html><title>Nothing here</title>'), /a page: is its address right/],
+      ]) {
+        await assert.rejects(mine.loadExpressions(given), reason);
+      }
+      await mine.loadExpressions(new Response(expressionBytes));
       await mine.loadExpressions(expressionBytes);
       assert.equal(mine.expressions.length, 51);
       const rest = { positions: own.positions.slice(), code: own.code, width: own.measure('mouth width') };
@@ -213,7 +225,7 @@ for (const build of ['simd', 'scalar']) {
       assert.deepEqual(own.positions, rest.positions);
       // What is refused leaves what was shown.
       own.expression = { jawOpen: 0.75 };
-      for (const wrong of [{ jawOpen: 2 }, { noSuch: 0.5 }, { jawOpen: Number.NaN }]) {
+      for (const wrong of [{ jawOpen: 2 }, { noSuch: 0.5 }, { jawOpen: Number.NaN }, null, 5]) {
         assert.throws(() => (own.expression = wrong));
         assert.deepEqual(own.expression, { jawOpen: 0.75 });
       }
@@ -359,6 +371,7 @@ for (const build of ['simd', 'scalar']) {
       face.alpha = least;
       assert.equal(face.alpha, Math.fround(least));
       assert.ok(farthest(face.positions, kept) > 0.01);
+      assert.throws(() => (face.alpha = '5'), /a number, not "5"/);
       face.alpha = alpha;
       assert.deepEqual(face.positions, kept);
     });
@@ -576,6 +589,51 @@ test('the module may be given', async () => {
   await assert.rejects(other.prepare({ build: 'nope' }), /no build "nope"/);
   await assert.rejects(other.load(bytes, { build: 'nope' }), /no build "nope"/);
   await assert.rejects(other.prepare({ biuld: 'simd' }), /no option "biuld"/);
+  // As servers answer who asks for a file that a bundler did not copy; in a process that has none yet.
+  const script = `
+    const { prepare } = await import(${JSON.stringify(new URL('../../pkg/index.js', import.meta.url))});
+    for (const wasm of [new TextEncoder().encode('<!doctype html>'), new URL('file:///nowhere.wasm')]) {
+      await prepare({ build: 'scalar', wasm }).catch(({ message, cause }) => console.log(message, cause instanceof Error));
+    }
+    await prepare({ build: 'scalar' });`;
+  const { stdout, status } = spawnSync(process.execPath, ['--input-type=module', '-e', script], { encoding: 'utf8' });
+  assert.match(stdout, /no wasm file \(see Bundlers.*magic.* true\n.*no wasm file.*nowhere.* true\n$/);
+  assert.equal(status, 0, 'a right one may follow');
+});
+
+test('what is imported, and all that it imports, is packed', async () => {
+  const { files } = JSON.parse(await readFile(new URL('../../pkg/package.json', import.meta.url), 'utf8'));
+  const packed = (name) => files.some((file) => file === name || name.startsWith(`${file}/`));
+  const seen = new Set(['index.js', 'index.d.ts', 'export/index.js']);
+  for (const name of seen) {
+    const at = new URL(`../../pkg/${name}`, import.meta.url);
+    assert.ok(packed(name), name);
+    if (!name.endsWith('.js')) continue;
+    // Comments name types, which stay.
+    const code = (await readFile(at, 'utf8')).replace(/\/\*[^]*?\*\//g, '');
+    for (const [, other] of code.matchAll(/(?:from |import\(|new URL\()'(\.[^']+)'/g)) {
+      seen.add(new URL(other, at).pathname.split('/pkg/').at(-1));
+    }
+  }
+  assert.ok(seen.has('photoedit.js') && seen.has('simd/phiz_bg.wasm'));
+});
+
+test('faces that nobody has are given back, whenever memory is collected', async () => {
+  setFlagsFromString('--expose-gc');
+  const collect = runInNewContext('gc');
+  const model = await load(bytes);
+  const { byteLength } = model.face().positions.buffer;
+  // Each is 0.4 MB: without an end they would need a larger memory.
+  const room = Math.ceil(byteLength / 400_000);
+  for (let turn = 0; turn < 3 * room; turn += 10) {
+    for (let i = 0; i < 10; i++) model.face();
+    // Where a browser or Node would, while there is work: what was made before goes all the same.
+    collect();
+    await setImmediate();
+  }
+  const most = model.face().positions.buffer.byteLength;
+  assert.ok(most <= 2 * byteLength + 8e6, `${most} bytes, ${byteLength} before`);
+  model.free();
 });
 
 test('both builds give the same faces', async () => {

@@ -8,8 +8,9 @@ import { element } from '../src/frame/element.js';
 import { measureTurns } from '../src/head/eyeturns.js';
 import { portrait } from '../src/stage/portrait.js';
 import { measureShifts } from '../src/head/shifts.js';
-import { ordinal, spoken, text } from '../src/text.js';
+import { elementStage, ordinal, spoken, text } from '../src/text.js';
 import { createView } from '../src/stage/view.js';
+import { listenToKeys } from '../src/stage/viewpoint.js';
 import css from './phiz-designer.css?inline';
 
 // Sheets that are made here pass a content security policy that forbids inline styles.
@@ -67,6 +68,7 @@ const painted = () =>
 const sentence = (error) => (error instanceof Error ? error.message : String(error));
 
 /** @typedef {ReturnType<typeof createView>} View */
+/** @typedef {import('./types.js').PhizDesignerMembers} PhizDesignerMembers */
 
 /**
  * Everything that exists once a model is there.
@@ -107,6 +109,7 @@ function coloursOf(asked) {
 
 /**
  * `<phiz-designer src head code colours controls theme>`; see designer/README.md.
+ * @implements {PhizDesignerMembers}
  */
 export class PhizDesigner extends HTMLElement {
   static observedAttributes = ['src', 'head', 'code', 'colours', 'controls', 'theme'];
@@ -199,7 +202,7 @@ export class PhizDesigner extends HTMLElement {
   get face() {
     return this.#live?.face ?? null;
   }
-  /** The whole face as a short string; may be assigned at any time. The empty string is the median face. */
+  /** The whole face as a short string; may be assigned at any time. The empty string is the median face. @returns {string} */
   get code() {
     return this.#live?.face.code ?? this.#kept.code ?? this.#asked.code;
   }
@@ -208,7 +211,7 @@ export class PhizDesigner extends HTMLElement {
     this.#askCode(code);
   }
 
-  /** The colours that are not the model's own; may be assigned at any time, also as the attribute has them. */
+  /** The colours that are not the model's own; may be assigned at any time, also as the attribute has them. @returns {Readonly<Record<string, number>>} */
   get colours() {
     if (this.#live) return this.#live.head.colouring;
     try {
@@ -240,6 +243,7 @@ export class PhizDesigner extends HTMLElement {
     if (!this.#live) return;
     this.#live.head.paint(coloursOf(colours));
     this.#live.scene.shapeChanged();
+    this.#reframe();
     this.#tell('change');
   }
 
@@ -298,8 +302,14 @@ export class PhizDesigner extends HTMLElement {
     }
     head.update(face);
     scene.shapeChanged();
+    this.#reframe();
     this.#readSliders();
     this.#tell('change');
+  }
+
+  /** Once hair and beard have grown, the view that was chosen is on all of them. */
+  #reframe() {
+    requestAnimationFrame(() => this.#live && !this.#live.head.isUnfinished && this.#live.scene.reframe());
   }
 
   #need() {
@@ -382,8 +392,16 @@ export class PhizDesigner extends HTMLElement {
       // The head shows without, and the model takes the line.
       const [{ growHair }, { layFinework }] = await Promise.all([import('../src/hair/onhead.js'), import('../src/head/finework.js')]);
       if (isStale() || !this.#head || !this.#scene) return model.free();
-      this.#head.adorn(growHair, layFinework, this.#scene.shapeChanged);
-      const wrong = this.#show(model, this.#head, this.#scene);
+      const [head, scene] = [this.#head, this.#scene];
+      scene.contain((...from) => {
+        const each = head.tresses.map((one) => one.reach(...from));
+        return [Math.min(...each.map(([low]) => low)), Math.max(...each.map(([, high]) => high))];
+      });
+      head.adorn(growHair, layFinework, () => {
+        scene.shapeChanged();
+        this.#reframe();
+      });
+      const wrong = this.#show(model, head, scene);
       for (const error of wrong) this.#complain(error);
       // Who hears of it may begin anew.
       if (isStale()) return;
@@ -399,7 +417,7 @@ export class PhizDesigner extends HTMLElement {
 
   /** The canvas, in its place. */
   #stage() {
-    const canvas = element('canvas', { tabindex: 0, role: 'img', part: 'canvas', 'aria-label': text.stage });
+    const canvas = element('canvas', { tabindex: 0, role: 'img', part: 'canvas', 'aria-label': elementStage });
     this.#frame.replaceChildren(canvas, this.#panel);
     return canvas;
   }
@@ -411,16 +429,7 @@ export class PhizDesigner extends HTMLElement {
     const { signal } = this.#listening;
     scene.beforeFrame.add(() => this.#ownBackdrop(scene));
     canvas.addEventListener('dblclick', () => scene.view('front'), { signal });
-    canvas.addEventListener(
-      'keydown',
-      (event) => {
-        const turn = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.08], ArrowDown: [0, 0.08] }[event.key];
-        if (!turn) return;
-        event.preventDefault();
-        scene.turn(turn[0], turn[1]);
-      },
-      { signal },
-    );
+    listenToKeys(canvas, scene, { signal });
     canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged(), { signal });
   }
 

@@ -344,11 +344,11 @@ export class FaceModel implements ModelInfo {
   fromCode(code: string): Face;
 
   /**
-   * Reads the model's expressions, a file beside it, packed or not. Faces that there are can show
+   * Reads the model's expressions, a file beside it, given as `load` takes one. Faces that there are can show
    * them from then on. A model takes one such file; later ones are read and left.
    * @throws Error with the reason when the bytes are not usable, or of another model.
    */
-  loadExpressions(bytes: Uint8Array | ArrayBuffer): Promise<void>;
+  loadExpressions(file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>): Promise<void>;
   /** The names of the expressions: ARKit's, such as `jawOpen`; none before `loadExpressions`. */
   readonly expressions: readonly string[];
 

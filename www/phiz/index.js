@@ -37,8 +37,7 @@ async function instantiate(build, wasm) {
     build === 'simd'
       ? new URL('./simd/phiz_bg.wasm', import.meta.url)
       : new URL('./scalar/phiz_bg.wasm', import.meta.url);
-  const { memory } = await glue.default({ module_or_path: await wasmSource(wasm ?? own()) });
-  return { glue, memory };
+  return { glue, memory: (await started(glue, () => wasm ?? own())).memory };
 }
 
 /**
@@ -54,6 +53,21 @@ async function wasmSource(wasm) {
 }
 
 /**
+ * Starts a module. What the engine says of a page in its place names neither phiz nor a way out.
+ * @template T
+ * @param {{ default: (from: { module_or_path: Wasm }) => Promise<T> }} glue
+ * @param {() => Wasm} source throws where a bundler has left no address
+ */
+async function started(glue, source) {
+  try {
+    return await glue.default({ module_or_path: await wasmSource(source()) });
+  } catch (why) {
+    const cause = /** @type {Error} */ (why);
+    throw new Error(`phiz has no wasm file (see Bundlers in its README): ${cause.message}`, { cause });
+  }
+}
+
+/**
  * The module that fits photos, which is loaded when the first photo is there.
  * @type {Promise<typeof import('./raw-photo.js')> | null}
  */
@@ -62,7 +76,7 @@ let photoModule = null;
 /** @param {Wasm} [wasm] */
 async function loadPhotoModule(wasm) {
   const glue = await import('./photo/photo.js');
-  await glue.default({ module_or_path: await wasmSource(wasm ?? new URL('./photo/photo_bg.wasm', import.meta.url)) });
+  await started(glue, () => wasm ?? new URL('./photo/photo_bg.wasm', import.meta.url));
   return glue;
 }
 
@@ -192,14 +206,6 @@ async function unpackTo(file, take, seen = () => {}) {
   }
 }
 
-/**
- * A copy: of a typed array its constructor makes one, of a buffer it looks at that.
- * @param {Uint8Array | ArrayBuffer} bytes
- */
-function copy(bytes) {
-  return ArrayBuffer.isView(bytes) ? new Uint8Array(bytes) : new Uint8Array(bytes.slice(0));
-}
-
 /** The blob in a file's bytes. @param {Uint8Array} bytes */
 async function unpack(bytes) {
   if (!isPacked(bytes)) return bytes;
@@ -211,6 +217,19 @@ async function unpack(bytes) {
 
 /** A copy comes out of it, whatever becomes of the bytes. @param {Uint8Array} bytes */
 const streamOf = (bytes) => new Blob([/** @type {BlobPart} */ (bytes)]).stream();
+
+/** What brings a file. @param {string} what @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>} file */
+function opened(what, file) {
+  if (file instanceof ArrayBuffer || ArrayBuffer.isView(file)) return streamOf(/** @type {Uint8Array} */ (file));
+  if (file instanceof Blob) return file.stream();
+  if (file instanceof Response) {
+    if (!file.ok) throw new Error(`${file.url || 'the response'}: ${file.status} ${file.statusText}`.trim());
+    if (!file.body) throw new Error('the response has no body');
+    return file.body;
+  }
+  if (typeof file?.getReader !== 'function') wrong(what, 'given as bytes, or as a response or stream that brings them (`await load(await fetch(url))`)', file);
+  return file;
+}
 
 /** @param {'simd' | 'scalar'} build @param {Wasm} [wasm] */
 function instance(build, wasm) {
@@ -239,10 +258,7 @@ export async function prepare({ build = fastestBuild(), wasm, ...others } = {}) 
  */
 export async function load(file, { build = fastestBuild(), ...others } = {}) {
   noMore('load', others);
-  const given = file instanceof ArrayBuffer ? new Uint8Array(file) : file instanceof Blob ? file.stream() : file;
-  if (!ArrayBuffer.isView(given) && !(given instanceof Response) && typeof given?.getReader !== 'function') {
-    wrong('a model', 'given as bytes, or as a response or stream that brings them (`await load(await fetch(url))`)', given);
-  }
+  const given = file instanceof ArrayBuffer ? new Uint8Array(file) : file;
   const there = ready.get(build);
   // A blob has far more bytes than a file: where nothing has to be waited for, the module's copy is the
   // only one.
@@ -255,12 +271,10 @@ export async function load(file, { build = fastestBuild(), ...others } = {}) {
       incoming.free();
     }
   }
-  if (given instanceof Response && !given.ok) throw new Error(`${given.url || 'the response'}: ${given.status} ${given.statusText}`.trim());
+  const stream = opened('a model', given);
   // The file is kept as it was given, for the module that fits photos: should it come, it reads its own.
   /** @type {Uint8Array[]} */
   const kept = [];
-  const stream = given instanceof Response ? given.body : ArrayBuffer.isView(given) ? streamOf(given) : given;
-  if (!stream) throw new Error('the response has no body');
   // The module may come while the file does. What is there of both is read.
   /** @type {import('./raw.js').IncomingModel | null} */
   let incoming = null;
@@ -299,6 +313,8 @@ export class FaceModel {
   #known = null;
   /** @type {Set<WeakRef<Face>>} */
   #faces = new Set();
+  /** Asking each of them would take longer with every face, and keep it until the caller's turn ends. @type {FinalizationRegistry<WeakRef<Face>>} */
+  #gone = new FinalizationRegistry((entry) => this.#faces.delete(entry));
   /** @type {Map<string, any>} */
   #topology = new Map();
   #glue;
@@ -340,7 +356,7 @@ export class FaceModel {
       expressions: () => this.#expressions,
     });
     const entry = new WeakRef(face);
-    for (const known of this.#faces) if (!known.deref()) this.#faces.delete(known);
+    this.#gone.register(face, entry);
     this.#faces.add(entry);
     return face;
   }
@@ -354,14 +370,17 @@ export class FaceModel {
     return this.#adopt(this.#live.from_code(string('a code', code)));
   }
 
-  /** @param {Uint8Array | ArrayBuffer} bytes */
-  async loadExpressions(bytes) {
-    const packed = copy(bytes);
-    const blob = await unpack(packed);
-    const raw = this.#glue.Expressions.parse(blob, this.#live);
+  /** @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>} file */
+  async loadExpressions(file) {
+    /** @type {Uint8Array[]} */
+    const blob = [];
+    /** @type {Uint8Array[]} */
+    const kept = [];
+    await unpackTo(opened('a file of expressions', file), (bytes) => blob.push(bytes), (bytes) => kept.push(bytes));
+    const raw = this.#glue.Expressions.parse(joined(blob), this.#live);
     // Faces may show those that are there.
     if (this.#expressions) raw.free();
-    else this.#expressions = { raw, names: raw.names(), packed };
+    else this.#expressions = { raw, names: raw.names(), packed: joined(kept) };
   }
   get expressions() {
     return this.#expressions?.names ?? [];
@@ -397,7 +416,7 @@ export class FaceModel {
       if (unknown !== undefined) throw new Error(`the model has no expression "${unknown}"`);
       return Float64Array.from(names, (name) => shown[name] ?? 0);
     };
-    const glue = await loadedPhotoModule();
+    const [glue, { PhotoEdit }] = await Promise.all([loadedPhotoModule(), import('./photoedit.js')]);
     const raw = glue.PhotoEdit.open(
       fitter,
       size,
@@ -412,7 +431,7 @@ export class FaceModel {
       raw.free();
       throw error;
     }
-    return new PhotoEdit(raw, weigh);
+    return new PhotoEdit(raw, weigh, { pixels, string });
   }
 
   /** Prepared for the expressions that there are; a failed download may be tried again. */
@@ -515,50 +534,6 @@ export class FaceModel {
     this.#photos?.fitter.then((fitter) => fitter.free(), () => {});
     this.#photos = null;
     this.#raw.free();
-    this.#raw = null;
-  }
-}
-
-/** A photo whose face can be changed. */
-class PhotoEdit {
-  /** @type {import('./raw-photo.js').PhotoEdit | null} */
-  #raw;
-  #weigh;
-
-  /**
-   * @param {import('./raw-photo.js').PhotoEdit} raw
-   * @param {(expression: Readonly<Record<string, number>>) => Float64Array} weigh
-   */
-  constructor(raw, weigh) {
-    this.#raw = raw;
-    this.#weigh = weigh;
-  }
-
-  get #live() {
-    if (!this.#raw) throw new Error('this PhotoEdit was freed and cannot be used any more');
-    return this.#raw;
-  }
-
-  /** @param {import('phiz').PhotoShape} shape */
-  field({ code, expression }) {
-    return this.#live.field(string('a code', code), this.#weigh(expression));
-  }
-  /** @param {import('phiz').PhotoShape} shape @param {Uint8Array | Uint8ClampedArray} rgba */
-  render({ code, expression }, rgba) {
-    return new Uint8ClampedArray(this.#live.render(rgba, string('a code', code), this.#weigh(expression)).buffer);
-  }
-  /** @param {Uint8Array | Uint8ClampedArray} rgba @param {number} [size] @param {import('phiz').PhotoDetail} [detail] */
-  texture(rgba, size = 1024, detail) {
-    const place = detail ? [pixels('width', detail.width), pixels('height', detail.height), detail.left, detail.top, detail.scale] : [];
-    const finer = detail && new Uint8Array(detail.rgba.buffer, detail.rgba.byteOffset, detail.rgba.byteLength);
-    return new Uint8ClampedArray(this.#live.texture(rgba, pixels('texture', size), finer, Float64Array.from(place)).buffer);
-  }
-  /** @param {Uint8Array | Uint8ClampedArray} rgba */
-  looks(rgba) {
-    return this.#live.looks(rgba);
-  }
-  free() {
-    this.#raw?.free();
     this.#raw = null;
   }
 }
@@ -708,6 +683,7 @@ export class Face {
     this.#live.relax();
   }
   set expression(shown) {
+    if (typeof shown !== 'object' || !shown) wrong('an expression', 'an object', shown);
     const before = this.expression;
     this.#relax();
     try {
@@ -735,7 +711,7 @@ export class Face {
     return this.#live.alpha();
   }
   set alpha(mm) {
-    this.#live.set_alpha(mm);
+    this.#live.set_alpha(number('alpha', mm));
   }
 
   // The heap may have grown, and then old views are detached: views are made again each time.

@@ -561,6 +561,10 @@ export const text = {
   facesLearned: (/** @type {number} */ n) => `Learned from ${n.toLocaleString('en-GB')} faces.`,
 };
 
+/** What `<phiz-designer>` says of its canvas, on which there is less to do than on the page's. */
+export const elementStage =
+  'The face. Drag to turn it, with Shift or two fingers to move it, scroll or pinch to come closer. The arrow keys turn it, with Shift they move it, plus and minus zoom.';
+
 /**
  * With one digit after the point, and a minus that is as wide as a plus.
  * @param {number} value

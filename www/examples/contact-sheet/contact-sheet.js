@@ -13,19 +13,19 @@ const SCALE = 0.78;
 const LIGHT = [-0.4, 0.45, 0.8];
 
 const [file, output, columns = '6', rows = '4', seed = '1'] = process.argv.slice(2);
-if (!file || !output) {
+const [across, down, first] = [columns, rows, seed].map(Number);
+if (!file || !output || !(across >= 1 && down >= 1 && [across, down, first].every(Number.isInteger))) {
   console.error('usage: node contact-sheet.js model.phiz sheet.png [columns rows seed]');
   process.exit(2);
 }
 const model = await load(await readFile(file));
-const [across, down] = [Number(columns), Number(rows)];
 const sheet = new PNG({ width: across * SIZE, height: down * SIZE });
 sheet.data.fill(0xee);
 
 const face = model.face();
 for (let i = 0; i < across * down; i++) {
   face.reset();
-  face.randomize({ seed: Number(seed) + i });
+  face.randomize({ seed: first + i });
   draw(face, (i % across) * SIZE, Math.floor(i / across) * SIZE);
   console.log(`${i + 1}\t${face.code}`);
 }

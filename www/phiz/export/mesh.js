@@ -16,6 +16,7 @@
  * @returns {Mesh}
  */
 export function meshOf(face) {
+  needFace(face);
   const { model } = face;
   return {
     positions: face.positions.slice(),
@@ -26,6 +27,14 @@ export function meshOf(face) {
     triangles: model.triangles,
     parts: model.parts,
   };
+}
+
+/**
+ * Faces come from another module, of which a page may have two: one is known by what it has.
+ * @param {import('phiz').Face} face
+ */
+export function needFace(face) {
+  if (typeof face !== 'object' || !face || !('positions' in face && 'model' in face)) throw new TypeError('what is exported must be a Face of phiz: `model.face()` makes one');
 }
 
 /** What a file says of where it comes from, a line each. @param {import('phiz').FaceModel} model */

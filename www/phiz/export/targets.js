@@ -1,3 +1,5 @@
+import { needFace } from './mesh.js';
+
 /**
  * What an expression does to a face at weight 1.
  *
@@ -53,6 +55,7 @@ function directionOf(median, control) {
 
 /** A copy of a face, without its expression. @param {import('phiz').Face} face */
 export function atRest(face) {
+  needFace(face);
   const rest = face.clone();
   rest.expression = {};
   return rest;
@@ -87,8 +90,8 @@ export function expressionTargets(face) {
  * @returns {MorphTarget[]}
  */
 export function morphTargets(face) {
-  const median = face.model.face();
   const probe = atRest(face);
+  const median = face.model.face();
   try {
     const base = face.coefficients;
     return face.controls.map((control) => {

@@ -15,13 +15,14 @@ const TURNS = {
 };
 
 /**
- * From where the head is seen: buttons, and keys on the canvas.
+ * The keys on a canvas that turn, move and zoom what it shows.
  * @param {HTMLCanvasElement} canvas
  * @param {ReturnType<typeof import('./scene.js').createScene>} scene
- * @param {HTMLElement[]} more buttons beside them
+ * @param {AddEventListenerOptions} [options]
  */
-export function createViewpoint(canvas, scene, ...more) {
-  canvas.addEventListener('keydown', (event) => {
+export function listenToKeys(canvas, scene, options) {
+  /** @param {KeyboardEvent} event */
+  function press(event) {
     const turn = TURNS[event.key];
     if (!turn || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
@@ -29,7 +30,18 @@ export function createViewpoint(canvas, scene, ...more) {
     // A plus may take Shift.
     if (event.shiftKey && !closer) scene.pan(-300 * theta, -300 * phi);
     else scene.turn(...turn);
-  });
+  }
+  canvas.addEventListener('keydown', press, options);
+}
+
+/**
+ * From where the head is seen: buttons, and keys on the canvas.
+ * @param {HTMLCanvasElement} canvas
+ * @param {ReturnType<typeof import('./scene.js').createScene>} scene
+ * @param {HTMLElement[]} more buttons beside them
+ */
+export function createViewpoint(canvas, scene, ...more) {
+  listenToKeys(canvas, scene);
   canvas.addEventListener('dblclick', () => scene.view('front'));
   return element(
     'div',

@@ -1,0 +1,47 @@
+// The types of phiz-designer.js, beside which the built site has them as phiz-designer.d.ts.
+
+import type { Face, FaceModel } from 'phiz';
+
+export interface PhizDesignerEventMap {
+  face: CustomEvent<{ code: string }>;
+  ready: CustomEvent<{ code: string }>;
+  input: CustomEvent<{ code: string }>;
+  change: CustomEvent<{ code: string }>;
+  error: CustomEvent<{ message: string }>;
+}
+
+/** What the element has beside others' members; what each does is told in README.md. */
+export interface PhizDesignerMembers {
+  readonly model: FaceModel | null;
+  readonly face: Face | null;
+  get code(): string;
+  set code(code: string | null | undefined);
+  get colours(): Readonly<Record<string, number>>;
+  set colours(colours: Readonly<Record<string, number>> | string | null | undefined);
+  set(control: string, value: number): void;
+  get(control: string): number;
+  reset(region?: string): void;
+  randomize(options?: Parameters<Face['randomize']>[0]): number;
+  view(name: 'front' | 'quarter' | 'profile'): void;
+  toPng(options?: { width?: number; height?: number; transparent?: boolean }): Promise<Blob>;
+  toMesh(format: 'glb' | 'obj' | 'ply' | 'stl', options?: { targets?: boolean }): Promise<Uint8Array<ArrayBuffer>>;
+  refresh(): void;
+}
+
+/** `<phiz-designer>` */
+export interface PhizDesignerElement extends HTMLElement, PhizDesignerMembers {
+  addEventListener<K extends keyof PhizDesignerEventMap>(
+    type: K,
+    listener: (this: PhizDesignerElement, event: PhizDesignerEventMap[K]) => unknown,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+  addEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions): void;
+}
+
+export const PhizDesigner: { new (): PhizDesignerElement; prototype: PhizDesignerElement };
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'phiz-designer': PhizDesignerElement;
+  }
+}
