@@ -66,14 +66,14 @@ describe('exports', () => {
 describe('taking a face along as a PNG', () => {
   // Opening a page takes longer than all that is done on it.
   /** @type {Awaited<ReturnType<typeof open>>} */
-  let opened;
+  let visit;
   /** @type {import('playwright-core').Page} */
   let page;
   before(async () => {
-    opened = await open(browser, site);
-    ({ page } = opened);
+    visit = await open(browser, site);
+    ({ page } = visit);
   });
-  after(() => opened.context.close());
+  after(() => visit.context.close());
 
   test('a size that the graphics card does not have is said, and the page goes on', async () => {
     await page.getByRole('button', { name: 'Take the face with you' }).click();
@@ -128,21 +128,21 @@ describe('taking a face along as a PNG', () => {
       for (let x = 200; x < 280; x++, all++) if (long.alpha?.[y * width + x] === 255 && long.rgb[3 * (y * width + x)] < 120) hair++;
     }
     assert.ok(hair > 0.5 * all, `where the neck ends it hides the hair behind it: ${hair} of ${all} pixels are hair`);
-    assert.deepEqual(opened.complaints, []);
+    assert.deepEqual(visit.complaints, []);
   });
 });
 
 describe('what is taken along leaves the page as it was', () => {
   // Opening a page takes longer than all that is done on it.
   /** @type {Awaited<ReturnType<typeof open>>} */
-  let opened;
+  let visit;
   /** @type {import('playwright-core').Page} */
   let page;
   before(async () => {
-    opened = await open(browser, site, { sharp: true });
-    ({ page } = opened);
+    visit = await open(browser, site, { sharp: true });
+    ({ page } = visit);
   });
-  after(() => opened.context.close());
+  after(() => visit.context.close());
 
   test('the PNG has the size that was asked for, and leaves the page as it was', async () => {
     const shown = await picture(page, 'exports-before');
@@ -160,7 +160,7 @@ describe('what is taken along leaves the page as it was', () => {
     await settled(page);
     const again = await picture(page, 'exports-after');
     assert.equal(differing(shown, again), 0);
-    assert.deepEqual(opened.complaints, []);
+    assert.deepEqual(visit.complaints, []);
   });
 
   test('a GLB looks like the page: skin, eyes, teeth that open with the jaw, and nothing of the page changes', async () => {
@@ -321,6 +321,6 @@ describe('what is taken along leaves the page as it was', () => {
     await page.getByRole('dialog').getByRole('button', { name: 'Close' }).click();
     await page.mouse.move(300, 20);
     assert.equal(differing(shown, await picture(page, 'exports-glb-after')), 0);
-    assert.deepEqual(opened.complaints, []);
+    assert.deepEqual(visit.complaints, []);
   });
 });

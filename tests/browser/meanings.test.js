@@ -162,14 +162,14 @@ test('lengths without a control are set, too: a long narrow face', async () => {
 describe('the lengths of one page', () => {
   // Opening a page takes longer than all that is done on it.
   /** @type {Awaited<ReturnType<typeof open>>} */
-  let opened;
+  let visit;
   /** @type {import('playwright-core').Page} */
   let page;
   before(async () => {
-    opened = await open(browser, site);
-    ({ page } = opened);
+    visit = await open(browser, site);
+    ({ page } = visit);
   });
-  after(() => opened.context.close());
+  after(() => visit.context.close());
 
   test('what lies to a side is said of the subject’s', async () => {
     // Rows come while the page is never idle, and not all at once: first those that can be seen.
@@ -233,7 +233,7 @@ describe('the lengths of one page', () => {
     await page.keyboard.type('52.5');
     await page.keyboard.press('Enter');
     assert.ok(Math.abs((await length('mouth vertical position')) + 52.5) <= 0.011, `${await length('mouth vertical position')} mm`);
-    assert.deepEqual(opened.complaints, []);
+    assert.deepEqual(visit.complaints, []);
   });
 
   test('a length stops where its part has no room, and goes on once that is unlocked', async () => {
@@ -259,6 +259,6 @@ describe('the lengths of one page', () => {
     await slider.press('ArrowRight');
     await slider.press('PageUp');
     assert.ok((await stands()) > limits[1] + 0.02, `${name} is at ${await stands()} once unlocked`);
-    assert.deepEqual(opened.complaints, []);
+    assert.deepEqual(visit.complaints, []);
   });
 });

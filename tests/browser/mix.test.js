@@ -341,14 +341,14 @@ describe('comparing', () => {
 describe('between faces, on one page', () => {
   // Opening a page takes longer than all that is done on it.
   /** @type {Awaited<ReturnType<typeof open>>} */
-  let opened;
+  let visit;
   /** @type {import('playwright-core').Page} */
   let page;
   before(async () => {
-    opened = await open(browser, site, { sharp: true });
-    ({ page } = opened);
+    visit = await open(browser, site, { sharp: true });
+    ({ page } = visit);
   });
-  after(() => opened.context.close());
+  after(() => visit.context.close());
 
   test('the way between two faces is shown, not taken, until it is kept', async () => {
     await page.getByRole('tab', { name: 'Mix' }).click();
@@ -378,7 +378,7 @@ describe('between faces, on one page', () => {
     assert.equal(await codeOf(page), four);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.equal(await codeOf(page), mine);
-    assert.deepEqual(opened.complaints, []);
+    assert.deepEqual(visit.complaints, []);
   });
 
   test('a caricature of the face: less is the average, more ends where sliders do, and what is locked stays', async () => {
@@ -424,6 +424,6 @@ describe('between faces, on one page', () => {
     await slider.focus();
     await page.keyboard.press('Home');
     (await coefficients(page)).forEach((v, i) => assert.equal(v, nose.includes(i) ? start[i] : 0));
-    assert.deepEqual(opened.complaints, []);
+    assert.deepEqual(visit.complaints, []);
   });
 });

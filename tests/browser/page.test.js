@@ -300,14 +300,14 @@ describe('the page', () => {
 describe('one page after another of these', () => {
   // Opening one takes longer than all that is done on it.
   /** @type {Awaited<ReturnType<typeof open>>} */
-  let opened;
+  let visit;
   /** @type {import('playwright-core').Page} */
   let page;
   before(async () => {
-    opened = await open(browser, site);
-    ({ page } = opened);
+    visit = await open(browser, site);
+    ({ page } = visit);
   });
-  after(() => opened.context.close());
+  after(() => visit.context.close());
 
   test('one gesture is one step of undo; a double click goes back to the median', async () => {
     const slider = page.getByRole('slider', { name: 'nose 1', exact: true });

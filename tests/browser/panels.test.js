@@ -8,14 +8,14 @@ const { browser, site } = await siteAndBrowser();
 describe('the panels of one page', () => {
   // Opening a page takes longer than all that is done on it.
   /** @type {Awaited<ReturnType<typeof open>>} */
-  let opened;
+  let visit;
   /** @type {import('playwright-core').Page} */
   let page;
   before(async () => {
-    opened = await open(browser, site);
-    ({ page } = opened);
+    visit = await open(browser, site);
+    ({ page } = visit);
   });
-  after(() => opened.context.close());
+  after(() => visit.context.close());
 
   test('without a connection a part that never came says that it needs one, once', async () => {
     await page.route(/\/(room|export|gif)-[^/]*\.(js|css)$/, (route) => route.abort());

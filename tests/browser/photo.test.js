@@ -605,14 +605,14 @@ describe('a face in a photo', () => {
 describe('one photo after another', () => {
   // Opening a page takes longer than all that is done on it.
   /** @type {Awaited<ReturnType<typeof open>>} */
-  let opened;
+  let visit;
   /** @type {import('playwright-core').Page} */
   let page;
   before(async () => {
-    opened = await open(browser, site);
-    ({ page } = opened);
+    visit = await open(browser, site);
+    ({ page } = visit);
   });
-  after(() => opened.context.close());
+  after(() => visit.context.close());
 
   test('what is no photo, or no face, is a sentence; whatever the browser decodes is taken', async () => {
     await page.getByRole('tab', { name: 'Photo' }).click();
@@ -672,7 +672,7 @@ describe('one photo after another', () => {
     const silent = await choose(page, await drawn(page, [['fill', '#567', 0, 0, 768, 512], ['draw', 120, 0]], 768, 512));
     const guess = silent.fit.camera.focal / known;
     assert.ok(Math.abs(guess - 1) > 0.05, `without EXIF it is ${guess} times that`);
-    assert.deepEqual(opened.complaints, []);
+    assert.deepEqual(visit.complaints, []);
   });
 
   test('whatever was shown before, the points are the same; five faces: one is chosen', async () => {
@@ -699,6 +699,6 @@ describe('one photo after another', () => {
 
     const again = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');
     assert.deepEqual(again.points, first);
-    assert.deepEqual(opened.complaints, []);
+    assert.deepEqual(visit.complaints, []);
   });
 });
