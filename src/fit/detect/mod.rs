@@ -58,7 +58,7 @@ pub struct Detection {
     /// The evidence for a face, 0 to 1; below [`LEAST_EVIDENCE`] there is none.
     pub evidence: f64,
     /// How far the tips of the noses of other faces on the scan are from this one's, mm: of those that are
-    /// among its [`FINALISTS`] likeliest places.
+    /// among its few likeliest places.
     pub others: Vec<f64>,
 }
 
