@@ -2,25 +2,14 @@
 import assert from 'node:assert/strict';
 import { writeFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
-import { after, before, describe, test } from 'node:test';
+import { describe, test } from 'node:test';
 
 import { glbJson, readPicture, readVectors } from './glb.js';
-import { SCREENSHOTS, decodePng, differing, download, launch, moveSlider, open, picture, serve, settled } from './site.js';
+import { decodePng, differing, download, moveSlider, onePage, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const validator = createRequire(new URL('../../www/package.json', import.meta.url))('gltf-validator');
 
-/** @type {Awaited<ReturnType<typeof serve>>} */
-let site;
-/** @type {import('playwright-core').Browser} */
-let browser;
-before(async () => {
-  site = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await site?.close();
-});
+const { browser, site } = await siteAndBrowser();
 
 /** @param {import('playwright-core').Page} page @param {number} width @param {number} height */
 async function ask(page, width, height) {
@@ -64,18 +53,10 @@ describe('exports', () => {
 });
 
 describe('taking a face along as a PNG', () => {
-  // Opening a page takes longer than all that is done on it.
-  /** @type {Awaited<ReturnType<typeof open>>} */
-  let visit;
-  /** @type {import('playwright-core').Page} */
-  let page;
-  before(async () => {
-    visit = await open(browser, site);
-    ({ page } = visit);
-  });
-  after(() => visit.context.close());
+  const visit = onePage(browser, site);
 
   test('a size that the graphics card does not have is said, and the page goes on', async () => {
+    const { page } = visit;
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     const most = await page.evaluate(() => {
       const gl = document.createElement('canvas').getContext('webgl2');
@@ -98,6 +79,7 @@ describe('taking a face along as a PNG', () => {
   });
 
   test('a transparent PNG is the head alone, with soft edges at the neck', async () => {
+    const { page } = visit;
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     await ask(page, 480, 600);
     await page.getByRole('dialog').getByLabel('Transparent behind the head').check();
@@ -133,18 +115,10 @@ describe('taking a face along as a PNG', () => {
 });
 
 describe('what is taken along leaves the page as it was', () => {
-  // Opening a page takes longer than all that is done on it.
-  /** @type {Awaited<ReturnType<typeof open>>} */
-  let visit;
-  /** @type {import('playwright-core').Page} */
-  let page;
-  before(async () => {
-    visit = await open(browser, site, { sharp: true });
-    ({ page } = visit);
-  });
-  after(() => visit.context.close());
+  const visit = onePage(browser, site, { sharp: true });
 
   test('the PNG has the size that was asked for, and leaves the page as it was', async () => {
+    const { page } = visit;
     const shown = await picture(page, 'exports-before');
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     await ask(page, 500, 640);
@@ -164,6 +138,7 @@ describe('what is taken along leaves the page as it was', () => {
   });
 
   test('a GLB looks like the page: skin, eyes, teeth that open with the jaw, and nothing of the page changes', async () => {
+    const { page } = visit;
     // Lips that are open at rest, by 2 mm: what is between them follows lips, and not all that a face does.
     await page.getByRole('tab', { name: 'Lengths' }).click();
     await moveSlider(page, 'mouth vertical position', 0.01);

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { after, before, describe, test } from 'node:test';
-import { moveSlider, open, SCREENSHOTS, siteAndBrowser } from './site.js';
+import { describe, test } from 'node:test';
+import { moveSlider, onePage, open, SCREENSHOTS, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -160,18 +160,10 @@ test('lengths without a control are set, too: a long narrow face', async () => {
 });
 
 describe('the lengths of one page', () => {
-  // Opening a page takes longer than all that is done on it.
-  /** @type {Awaited<ReturnType<typeof open>>} */
-  let visit;
-  /** @type {import('playwright-core').Page} */
-  let page;
-  before(async () => {
-    visit = await open(browser, site);
-    ({ page } = visit);
-  });
-  after(() => visit.context.close());
+  const visit = onePage(browser, site);
 
   test('what lies to a side is said of the subject’s', async () => {
+    const { page } = visit;
     // Rows come while the page is never idle, and not all at once: first those that can be seen.
     const { atOnce, order } = await page.evaluate(async () => {
       const { requestIdleCallback } = window;
@@ -196,6 +188,7 @@ describe('the lengths of one page', () => {
   });
 
   test('a decimal comma is a point, and what is typed keeps to the slider', async () => {
+    const { page } = visit;
     await page.getByRole('tab', { name: 'Lengths' }).click();
     const length = (/** @type {string} */ name) => page.evaluate((m) => window.designer.face.measure(m), name);
     const typed = page.getByRole('spinbutton', { name: 'mouth width in mm', exact: true });
@@ -237,6 +230,7 @@ describe('the lengths of one page', () => {
   });
 
   test('a length stops where its part has no room, and goes on once that is unlocked', async () => {
+    const { page } = visit;
     await page.getByRole('button', { name: 'Reset all' }).click();
     const [name, limits] = await page.evaluate(() => {
       const controls = window.designer.model.controls.filter(({ measure }) => measure);

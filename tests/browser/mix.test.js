@@ -1,8 +1,8 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
-import { after, before, describe, test } from 'node:test';
-import { differing, fingerOn, landmarkOnScreen, later, moveSlider, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { describe, test } from 'node:test';
+import { differing, fingerOn, landmarkOnScreen, later, moveSlider, onePage, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -339,18 +339,10 @@ describe('comparing', () => {
 });
 
 describe('between faces, on one page', () => {
-  // Opening a page takes longer than all that is done on it.
-  /** @type {Awaited<ReturnType<typeof open>>} */
-  let visit;
-  /** @type {import('playwright-core').Page} */
-  let page;
-  before(async () => {
-    visit = await open(browser, site, { sharp: true });
-    ({ page } = visit);
-  });
-  after(() => visit.context.close());
+  const visit = onePage(browser, site, { sharp: true });
 
   test('the way between two faces is shown, not taken, until it is kept', async () => {
+    const { page } = visit;
     await page.getByRole('tab', { name: 'Mix' }).click();
     const mine = await codeOf(page);
     const four = await codeOfPreset(page, 'Preset 4');
@@ -382,6 +374,7 @@ describe('between faces, on one page', () => {
   });
 
   test('a caricature of the face: less is the average, more ends where sliders do, and what is locked stays', async () => {
+    const { page } = visit;
     await page.getByRole('tab', { name: 'Features' }).click();
     await moveSlider(page, 'nose 1', 0.99);
     await moveSlider(page, 'nose 2', 0.3);

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { after, before, describe, test } from 'node:test';
-import { decodePng, differing, download, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, serve, settled, siteAndBrowser } from './site.js';
+import { describe, test } from 'node:test';
+import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, picture, SCREENSHOTS, serve, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -298,18 +298,10 @@ describe('the page', () => {
 });
 
 describe('one page after another of these', () => {
-  // Opening one takes longer than all that is done on it.
-  /** @type {Awaited<ReturnType<typeof open>>} */
-  let visit;
-  /** @type {import('playwright-core').Page} */
-  let page;
-  before(async () => {
-    visit = await open(browser, site);
-    ({ page } = visit);
-  });
-  after(() => visit.context.close());
+  const visit = onePage(browser, site);
 
   test('one gesture is one step of undo; a double click goes back to the median', async () => {
+    const { page } = visit;
     const slider = page.getByRole('slider', { name: 'nose 1', exact: true });
     const value = () => page.evaluate(() => window.designer.face.get('nose 1'));
     const median = await value();
@@ -333,6 +325,7 @@ describe('one page after another of these', () => {
   });
 
   test('a locked feature stays as it is when the rest is random', async () => {
+    const { page } = visit;
     await moveSlider(page, 'nose 1', 0.9);
     const nose = () => page.evaluate(() => window.designer.face.get('nose 1'));
     const kept = await nose();
@@ -345,6 +338,7 @@ describe('one page after another of these', () => {
   });
 
   test('every slider has the name of its control, a value in words and a description', async () => {
+    const { page } = visit;
     // Those that set lengths have a section of their own, and a test.
     const groups = await page.evaluate(() => [...new Set(window.designer.model.controls.filter((c) => !c.measure).map((c) => c.group))]);
     assert.ok(groups.length >= 5, groups.join());
@@ -366,6 +360,7 @@ describe('one page after another of these', () => {
   });
 
   test('clicking a feature on the face opens its sliders', async () => {
+    const { page } = visit;
     for (const [landmark, group] of [
       ['ibug_57', 'mouth'],
       ['ibug_30', 'nose'],
@@ -387,6 +382,7 @@ describe('one page after another of these', () => {
   });
 
   test('explains itself', async () => {
+    const { page } = visit;
     await page.getByRole('button', { name: 'What is this?' }).click();
     const dialog = page.getByRole('dialog');
     for (const word of ['eigenmode', 'percentile', 'population']) {

@@ -1,23 +1,15 @@
 // Small things that a panel owes to who uses it.
 import assert from 'node:assert/strict';
-import { after, before, describe, test } from 'node:test';
-import { open, siteAndBrowser } from './site.js';
+import { describe, test } from 'node:test';
+import { onePage, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
 describe('the panels of one page', () => {
-  // Opening a page takes longer than all that is done on it.
-  /** @type {Awaited<ReturnType<typeof open>>} */
-  let visit;
-  /** @type {import('playwright-core').Page} */
-  let page;
-  before(async () => {
-    visit = await open(browser, site);
-    ({ page } = visit);
-  });
-  after(() => visit.context.close());
+  const visit = onePage(browser, site);
 
   test('without a connection a part that never came says that it needs one, once', async () => {
+    const { page } = visit;
     await page.route(/\/(room|export|gif)-[^/]*\.(js|css)$/, (route) => route.abort());
     await page.getByRole('tab', { name: 'Photo' }).click();
     const said = page.locator('.photo-panel [role=status]');
@@ -34,6 +26,7 @@ describe('the panels of one page', () => {
   });
 
   test('what is dropped and is neither a face nor a photo is told what is', async () => {
+    const { page } = visit;
     await page.evaluate(() => {
       const files = new DataTransfer();
       files.items.add(new File(['dear diary'], 'notes.txt', { type: 'text/plain' }));
@@ -43,6 +36,7 @@ describe('the panels of one page', () => {
   });
 
   test('the key that hides hair is the stage’s alone, and its button says so', async () => {
+    const { page } = visit;
     await page.getByRole('tab', { name: 'Looks' }).click();
     await page.getByRole('button', { name: 'Bob', exact: true }).click();
     const hide = page.getByRole('button', { name: 'Hide the hair' });

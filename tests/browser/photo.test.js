@@ -3,12 +3,12 @@ import { readFileSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
-import { after, before, describe, test } from 'node:test';
+import { describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
 import { readPicture } from './glb.js';
-import { decodePng, differing, download, landmarkOnScreen, moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
@@ -603,18 +603,10 @@ describe('a face in a photo', () => {
 });
 
 describe('one photo after another', () => {
-  // Opening a page takes longer than all that is done on it.
-  /** @type {Awaited<ReturnType<typeof open>>} */
-  let visit;
-  /** @type {import('playwright-core').Page} */
-  let page;
-  before(async () => {
-    visit = await open(browser, site);
-    ({ page } = visit);
-  });
-  after(() => visit.context.close());
+  const visit = onePage(browser, site);
 
   test('what is no photo, or no face, is a sentence; whatever the browser decodes is taken', async () => {
+    const { page } = visit;
     await page.getByRole('tab', { name: 'Photo' }).click();
     await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
     /** Without a photo before, nothing that is refused leaves anything. */
@@ -676,6 +668,7 @@ describe('one photo after another', () => {
   });
 
   test('whatever was shown before, the points are the same; five faces: one is chosen', async () => {
+    const { page } = visit;
     await page.getByRole('tab', { name: 'Photo' }).click();
     await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
     // Five in a row, the second smaller.

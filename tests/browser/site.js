@@ -6,7 +6,7 @@ import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
 import { extname, join, normalize, sep } from 'node:path';
-import { after } from 'node:test';
+import { after, before } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { inflateSync } from 'node:zlib';
 
@@ -182,6 +182,29 @@ export async function open(browser, site, { hash = '', prepare, sharp = false, f
   );
   if (!fine) await page.evaluate(() => window.designer?.refine(false));
   return { context, page, complaints, requests };
+}
+
+/**
+ * One page for all tests of a `describe`, which leave it as the next can use it: opening one takes longer than all that is
+ * done on it.
+ * @param {Parameters<typeof open>} asked as of `open`
+ */
+export function onePage(...asked) {
+  /** @type {Awaited<ReturnType<typeof open>>} */
+  let opened;
+  before(async () => void (opened = await open(...asked)));
+  after(() => opened.context.close());
+  return {
+    get page() {
+      return opened.page;
+    },
+    get context() {
+      return opened.context;
+    },
+    get complaints() {
+      return opened.complaints;
+    },
+  };
 }
 
 /** Waits until the page has drawn what it had to draw. */
