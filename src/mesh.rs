@@ -75,7 +75,8 @@ impl Topology {
             residuals.extend(further.iter().zip(own).map(|(a, b)| a.wrapping_sub(*b)));
         }
         blob.planes("uvs", &residuals);
-        blob.indices("seams", &self.uv_vertices[n..]);
+        let seams = self.uv_vertices[n..].iter().map(|&v| v as i32);
+        blob.planes("seams", &seams.collect::<Vec<_>>());
         // The second of two mirror images says nothing new.
         let ahead = self.mirror.iter().zip(0..);
         let ahead: Vec<i32> = ahead.map(|(&m, v)| m.saturating_sub(v) as i32).collect();
@@ -98,12 +99,10 @@ impl Topology {
             return bad("fewer texture coordinates than vertices");
         }
         let mut uv_vertices: Vec<u32> = (0..n as u32).collect();
-        uv_vertices.extend(blob.indices("seams", n)?);
+        let seams = blob.planes("seams", corners - n)?;
+        uv_vertices.extend(seams.into_iter().map(|v| v as u32));
         let regions = blob.bytes("regions", n)?.to_vec();
         let colours = blob.bytes("colours", 3 * n)?;
-        if uv_vertices.len() != corners {
-            return bad("its topology has sections of wrong lengths");
-        }
         let steps = blob.planes("triangles", 3 * triangles)?;
         let mut uv_triangles: Vec<[u32; 3]> = Vec::with_capacity(triangles);
         let mut before = 0_u32;
@@ -117,18 +116,15 @@ impl Topology {
             ]);
             before = first;
         }
-        if uv_triangles
-            .as_flattened()
-            .iter()
-            .any(|&c| c as usize >= corners)
-        {
+        let there = |numbers: &[u32], end: usize| numbers.iter().all(|&i| (i as usize) < end);
+        if !there(&uv_vertices, n) || !there(uv_triangles.as_flattened(), corners) {
             return bad("a triangle has a corner that is not there");
         }
         let vertex_of = |c: u32| uv_vertices[c as usize];
         let on_vertices: Vec<[u32; 3]> = uv_triangles.iter().map(|t| t.map(vertex_of)).collect();
         let around = Around::new(n, &on_vertices);
         let walk = Walk::new(&around);
-        let own = walk.restore(blob.in_planes("uvs", 2 * corners)?, 2, 1);
+        let own = walk.restore(blob.in_planes("uvs", 2 * corners)?, 2, 1, &[]);
         let mut uvs: Vec<[i32; 2]> = (own.iter().map(|four| four.to_array()))
             .map(|[u, v, ..]| [u, v])
             .collect();
@@ -147,12 +143,9 @@ impl Topology {
         let mut next = 0_u32;
         for part in &parts {
             if part.first != next {
-                return bad("its parts do not follow each other");
+                next = u32::MAX;
             }
-            match next.checked_add(part.count) {
-                Some(end) => next = end,
-                None => return bad("its parts are larger than the mesh"),
-            }
+            next = next.saturating_add(part.count);
         }
         if next as usize != triangles {
             return bad("its parts do not cover the mesh");

@@ -29,6 +29,10 @@ pub(crate) struct Walk {
     /// `[a, b, c]`: a + b - c. A vertex has 1, 2, 4 or 8 of them, so that the mean is a shift, but
     /// the first, which has none.
     predictors: Vec<[u32; 3]>,
+    /// How many vertices it is of, with those that are the images of others.
+    places: usize,
+    /// Of each of these its own place, and that of the vertex whose image it is.
+    images: Vec<[u32; 2]>,
 }
 
 impl Walk {
@@ -91,6 +95,8 @@ impl Walk {
             order: Vec::with_capacity(count),
             starts,
             predictors: Vec::with_capacity(2 * count),
+            places: count,
+            images: Vec::new(),
         }
     }
 
@@ -110,12 +116,21 @@ impl Walk {
     /// The part of the walk on some vertices (increasing), which get their places among these for
     /// numbers: the order stays, and predictors that lie wholly on them; a vertex that loses all
     /// is predicted from those corners that are left.
+    ///
+    /// By a `mirror` map one whose image is an earlier one of them is left out, too, unless they are taken `whole`:
+    /// its numbers are its image's, but for their signs.
     #[inline(never)]
-    pub fn on(&self, vertices: &[u32]) -> Self {
+    pub fn on(&self, vertices: &[u32], mirror: &[u32], whole: bool) -> Self {
         const OUTSIDE: u32 = u32::MAX;
         let mut place = vec![OUTSIDE; self.order.len()];
+        let mut images = Vec::new();
         for (&vertex, at) in vertices.iter().zip(0..) {
-            place[vertex as usize] = at;
+            let image = place[mirror[vertex as usize] as usize];
+            if image == OUTSIDE || whole {
+                place[vertex as usize] = at;
+            } else {
+                images.push([at, image]);
+            }
         }
         let mut walk = Self::with_capacity(vertices.len());
         for (&vertex, row) in self.order.iter().zip(self.starts.windows(2)) {
@@ -134,7 +149,13 @@ impl Walk {
             }
             walk.close(first);
         }
+        walk.images = images;
         walk
+    }
+
+    /// How many vertices there are numbers of.
+    pub fn count(&self) -> usize {
+        self.order.len()
     }
 
     /// The predictors of the vertex at place `at` of the order.
@@ -143,9 +164,9 @@ impl Walk {
     }
 
     /// What prediction misses, in the order of the walk, all of axis 0, then all of axis 1 ...
-    /// `values` are `axes` numbers a vertex.
+    /// `values` are `axes` numbers a vertex, images included.
     pub fn residuals(&self, values: &[i32], axes: usize) -> Vec<i32> {
-        let mut residuals = vec![0; values.len()];
+        let mut residuals = vec![0; self.order.len() * axes];
         for (at, &vertex) in self.order.iter().enumerate() {
             let own = self.predictors(at);
             let value = |v: u32, axis: usize| values[v as usize * axes + axis];
@@ -166,10 +187,19 @@ impl Walk {
     ///
     /// They come in fours ([`fours`] a number of a vertex), the last filled up with zeros, so that all
     /// arithmetic is on four at a time.
+    ///
+    /// Where there are images, `odd` says for each mode in these fours which numbers have the other sign on them:
+    /// the first, where it is 0, and all others, where it is -1.
     #[inline(never)]
-    pub fn restore(&self, residuals: Planes, modes: usize, numbers: usize) -> Vec<i32x4> {
+    pub fn restore(
+        &self,
+        residuals: Planes,
+        modes: usize,
+        numbers: usize,
+        odd: &[[i32; 4]],
+    ) -> Vec<i32x4> {
         let width = numbers * fours(modes);
-        let mut values = vec![i32x4::ZERO; self.order.len() * width];
+        let mut values = vec![i32x4::ZERO; self.places * width];
         // A row is read while another is written.
         let cells = Cell::from_mut(&mut values[..]).as_slice_of_cells();
         let mut missed = vec![i32x4::ZERO; ROWS * width];
@@ -188,6 +218,14 @@ impl Walk {
             let each = (first..self.order.len()).zip(missed.chunks_exact(width.max(1)));
             for (at, missed) in each {
                 self.restore_one(at, missed, cells);
+            }
+        }
+        for &[own, image] in &self.images {
+            let numbers = row(cells, width, own).iter().zip(row(cells, width, image));
+            for (i, (own, image)) in numbers.enumerate() {
+                let first = i32x4::splat(-i32::from(i < odd.len()));
+                let negative = i32x4::new(odd[i % odd.len()]) ^ first;
+                own.set((image.get() ^ negative) - negative);
             }
         }
         values
@@ -311,7 +349,7 @@ mod tests {
     fn restored(walk: &Walk, residuals: &[i32], modes: usize, numbers: usize) -> Vec<i32> {
         let planes = in_planes(residuals);
         let planes = Planes::new(&planes, residuals.len()).unwrap();
-        let fours = walk.restore(planes, modes, numbers);
+        let fours = walk.restore(planes, modes, numbers, &[]);
         let rows = bytemuck::cast_slice::<_, i32>(&fours).chunks_exact(4 * super::fours(modes));
         let rows: Vec<&[i32]> = rows.collect();
         let vertices = rows.chunks_exact(numbers);
@@ -368,12 +406,51 @@ mod tests {
         }
     }
 
+    /// A grid of which columns are mirror images; one vertex has its image outside of what is kept.
+    #[test]
+    fn what_one_side_says_of_the_other_is_restored() {
+        let walk = Walk::new(&Around::new(81, &grid(9)));
+        let mirror: Vec<u32> = (0..81).map(|v| v / 9 * 9 + (8 - v % 9)).collect();
+        let vertices: Vec<u32> = (9..81).filter(|v| *v != 20).collect();
+        let half = walk.on(&vertices, &mirror, false);
+        assert_eq!(half.count(), 8 * 5);
+        assert_eq!(walk.on(&vertices, &mirror, true).count(), vertices.len());
+        let mut random = crate::Random::new(3);
+        // Of two modes the first is even and the second odd, in x, y, z a vertex.
+        let negative = |mode: usize, axis: usize| (axis == 0) == (mode == 0);
+        let mut values = vec![0; 81 * 6];
+        for v in 0..81 {
+            for i in 0..6 {
+                let image = values[mirror[v] as usize * 6 + i];
+                values[v * 6 + i] = match mirror[v].cmp(&(v as u32)) {
+                    std::cmp::Ordering::Less if negative(i / 3, i % 3) => -image,
+                    std::cmp::Ordering::Less => image,
+                    _ => (random.normal() * 100.0) as i32,
+                };
+            }
+        }
+        let of = |some: &[u32]| -> Vec<i32> {
+            let rows = some.iter().map(|&v| &values[v as usize * 6..][..6]);
+            rows.flatten().copied().collect()
+        };
+        let residuals = half.residuals(&of(&vertices), 6);
+        let planes = in_planes(&residuals);
+        let planes = Planes::new(&planes, residuals.len()).unwrap();
+        let rows = half.restore(planes, 2, 3, &[[0, -1, 0, 0]]);
+        let all = of(&vertices);
+        for (found, expected) in rows.chunks_exact(3).zip(all.chunks_exact(6)) {
+            let modes = [0, 1].map(|mode| [0, 1, 2].map(|axis| found[axis].to_array()[mode]));
+            assert_eq!(modes.as_flattened(), expected);
+        }
+    }
+
     #[test]
     fn a_part_of_a_walk_predicts_and_restores_numbers_of_its_vertices() {
         let walk = Walk::new(&Around::new(81, &grid(9)));
         let inside = |v: &u32| (2..8).contains(&(v % 9)) && v / 9 > 2;
         let vertices: Vec<u32> = (0..81).filter(inside).collect();
-        let part = walk.on(&vertices);
+        let all: Vec<u32> = (0..81).collect();
+        let part = walk.on(&vertices, &all, true);
         let linear = |&v: &u32| 7 * (v as i32 % 9) - 300 * (v as i32 / 9) + 40;
         let values: Vec<i32> = vertices.iter().map(linear).collect();
         let residuals = part.residuals(&values, 1);
@@ -381,6 +458,6 @@ mod tests {
         // All but the borders along which the walk comes in.
         let missed = residuals.iter().filter(|r| **r != 0).count();
         assert!(missed < 3 * 6, "{missed} of 36: {residuals:?}");
-        assert!(walk.on(&[]).order.is_empty());
+        assert!(walk.on(&[], &all, true).order.is_empty());
     }
 }

@@ -513,14 +513,8 @@ impl<'a> Blob<'a> {
     /// # Errors
     /// When it is missing, of another type or of another length.
     pub fn section<T: Element>(&self, name: &str, length: usize) -> Result<Vec<T>> {
-        let section = self.sized::<T>(name)?;
-        if section.len() != length {
-            return Err(Error::Blob(format!(
-                "section \"{name}\" has {} elements, not {length}",
-                section.len()
-            )));
-        }
-        Ok(section)
+        let bytes = self.exactly(name, T::CODE, length, T::SIZE)?;
+        Ok(bytes.chunks_exact(T::SIZE).map(T::read).collect())
     }
 
     /// A section of exactly `length` bytes, where it lies.
@@ -528,11 +522,15 @@ impl<'a> Blob<'a> {
     /// # Errors
     /// As [`Blob::section`].
     pub fn bytes(&self, name: &str, length: usize) -> Result<&'a [u8]> {
+        self.exactly(name, u8::CODE, length, 1)
+    }
+
+    fn exactly(&self, name: &str, code: u32, length: usize, size: usize) -> Result<&'a [u8]> {
         let row = self.row(name)?;
-        match row.code == u8::CODE && row.bytes.len() == length {
+        match row.code == code && row.bytes.len() == length.saturating_mul(size) {
             true => Ok(row.bytes),
             false => Err(Error::Blob(format!(
-                "section \"{name}\" is not {length} bytes"
+                "section \"{name}\" is not {length} numbers of its type"
             ))),
         }
     }

@@ -191,7 +191,7 @@ pub fn write(model: &FaceModel, expressions: &[Expression]) -> Result<Vec<u8>> {
         );
         blob.planes(
             &format!("moves.{i}"),
-            &walk.on(&support).residuals(&steps, 3),
+            &walk.on(&support, mirror, true).residuals(&steps, 3),
         );
     }
     Ok(blob.finish())
@@ -318,7 +318,9 @@ fn read(blob: &Blob, model: &FaceModel) -> Result<Vec<Expression>> {
         }
         let support = crate::model::vertices(blob, &format!("support.{i}"), own.support, n)?;
         let residuals = blob.in_planes(&format!("moves.{i}"), 3 * support.len())?;
-        let steps = walk.on(&support).restore(residuals, 3, 1);
+        let steps = walk
+            .on(&support, mirror, true)
+            .restore(residuals, 3, 1, &[]);
         let displacements = (steps.iter())
             .map(|d| Vec4::from(d.to_array().map(|x| x as f32)).truncate() * header.step);
         let mut moved: Vec<(u32, Vec3)> = support.into_iter().zip(displacements).collect();

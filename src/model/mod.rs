@@ -9,16 +9,17 @@
 //! | section | type | length | what |
 //! |---|---|---|---|
 //! | `triangles` | planes | 3 T | corners, counter-clockwise seen from outside, part by part: all first ones, each as its difference from the one before; all second ones and all third ones, each as its difference from the triangle's first |
-//! | `seams` | index | M - N | the vertex of each corner from N on; the first N belong to the vertices in order |
+//! | `seams` | planes | M - N | the vertex of each corner from N on; the first N belong to the vertices in order |
 //! | `uvs` | planes | 2 M | texture coordinates in units of [`TEXTURE`](crate::quantise::TEXTURE): of the first N corners, predicted over the vertices, all u, all v; then of each further corner u and v as differences from those of its vertex |
 //! | `mirror` | planes | N | how many vertices ahead the one on the other side is; 0 when it is the same or an earlier one |
 //! | `regions` | u8 | N | index into the header's `regions` |
 //! | `colours` | u8 | 3 N | sRGB |
-//! | `mean` | planes | 3 N | mean face, predicted over the vertices: all x, all y, all z, in units of [`COORDINATES`] |
+//! | `sides` | planes | 4 + all modes | how the mean, then each mode looks in the mirror: 0 as it is, -1 its opposite, 1 neither; then three 0 |
+//! | `mean` | planes | 3 N | mean face, predicted over the vertices: all x, all y, all z, in units of [`COORDINATES`]; where its side is 0, of one side |
 //! | `correlation` | planes | C (C - 1) / 2 | their correlation in the population, in units of [`CORRELATIONS`]: row by row, up to the diagonal |
 //! | `quantiles` | f32 | P (2 + Q) | a control after another: the percentiles at which its slider ends, then the read-out at equally spaced percentiles |
 //! | `support.b` | planes | S | vertices, increasing, each as its difference from the one before; absent for a block without surround that is not local (all N) |
-//! | `modes.b` | planes | 3 S K | displacement for one sigma in units of the header's `step`, predicted over the support: a mode after another, of each all x, all y, all z |
+//! | `modes.b` | planes | 3 S K | displacement for one sigma in units of the header's `step`, predicted over the support: a mode after another, of each all x, all y, all z; where none of the block's `sides` is 1, of one side |
 //! | `sigmas.b` | f32 | K | standard deviations, mm |
 //! | `targets.b` | planes | R | surround vertices, as `support.b` |
 //! | `distances.b` | planes | R | distance from the region, predicted over the targets, in units of [`DISTANCES`] |
@@ -28,8 +29,7 @@
 //!
 //! A model without blocks is a head: one face, which a page shows while the rest loads.
 //!
-//! An index section is u16 or u32, as its row in the table says; planes are described in
-//! [`crate::blob`]. The units are in [`crate::quantise`].
+//! Planes are described in [`crate::blob`]. The units are in [`crate::quantise`].
 //!
 //! *Predicted* numbers of vertices are what is left of them after a guess from their neighbours.
 //! The vertices are walked breadth first: from the lowest that was not met, over the triangles
@@ -42,6 +42,10 @@
 //! the support or the targets of a block the walk passes over all others; parallelograms with a
 //! corner among these do not count, and a vertex that loses all of them is guessed from the mean of
 //! their other corners. All is modulo 2^32, and numbers are kept in the order of the walk.
+//!
+//! *Of one side* are all but the vertices whose mirror image (the vertex of the other side) is an earlier one of
+//! them: in the length N or S is how many these are. The others have the numbers of their images, x with the other
+//! sign; in a mode with the side -1, y and z.
 //!
 //! What other targets follow is not kept: [`Surround::new`] finds it again.
 //!
@@ -84,7 +88,12 @@ pub(crate) use reach::Reach;
 pub use read::IncomingModel;
 pub(crate) use read::vertices;
 
-/// Coordinates of a head in mm stay far below this.
+/// A mode that is its own mirror image, in `sides`.
+const EVEN: i32 = 0;
+/// One that is the opposite of it.
+const ODD: i32 = -1;
+const NEITHER: i32 = 1;
+
 /// Limits of a control in sigmas (region morphing, section 5).
 pub const LIMIT: f32 = 3.0;
 
@@ -284,7 +293,18 @@ impl ModelParts {
         let mean: Vec<i32> = (self.mean.iter().flat_map(|p| p.to_array()))
             .map(|x| COORDINATES.index(x.into()))
             .collect();
-        blob.planes("mean", &walk.residuals(&mean, 3));
+        let all: Vec<u32> = (0..self.mean.len() as u32).collect();
+        let sides = self.sides(&mean);
+        // Who reads takes them four at a time.
+        blob.planes("sides", &[&sides[..], &[0; 3]].concat());
+        let (of_mean, sides) = (sides[0], &sides[1..]);
+        // What one side says of the other is written once.
+        let mirror = &topology.mirror;
+        let residuals = |vertices: &[u32], numbers: &[i32], whole: bool| {
+            let width = numbers.len() / vertices.len().max(1);
+            walk.on(vertices, mirror, whole).residuals(numbers, width)
+        };
+        blob.planes("mean", &residuals(&all, &mean, of_mean == NEITHER));
         let total = self.population();
         let below = (0..total).flat_map(|i| &self.correlation[i * total..i * total + i]);
         let below: Vec<i32> = below.map(|&r| CORRELATIONS.index(r.into())).collect();
@@ -296,15 +316,13 @@ impl ModelParts {
             .collect();
         blob.section("quantiles", &quantiles);
         for (b, block) in self.blocks.iter().enumerate() {
-            let own = walk.on(&block.support);
             // All numbers of a vertex together: its predictors are looked up once.
             let modes: Vec<i32> = (block.modes.by_vertex().into_iter())
                 .map(i32::from)
                 .collect();
-            blob.planes(
-                &format!("modes.{b}"),
-                &own.residuals(&modes, 3 * block.sigmas.len()),
-            );
+            let whole = sides[block.coefficients()].contains(&NEITHER);
+            let name = format!("modes.{b}");
+            blob.planes(&name, &residuals(&block.support, &modes, whole));
             blob.section(&format!("sigmas.{b}"), &block.sigmas);
             if block.surround.is_some() || block.local_to.is_some() {
                 blob.planes(&format!("support.{b}"), &differences(&block.support));
@@ -313,7 +331,9 @@ impl ModelParts {
                 blob.planes(&format!("targets.{b}"), &differences(&surround.targets));
                 let distances = surround.distances.iter();
                 let distances: Vec<i32> = distances.map(|&d| DISTANCES.index(d.into())).collect();
-                let residuals = walk.on(&surround.targets).residuals(&distances, 1);
+                let residuals = walk
+                    .on(&surround.targets, mirror, true)
+                    .residuals(&distances, 1);
                 blob.planes(&format!("distances.{b}"), &residuals);
                 let rigid = surround.rigid.iter().flat_map(|r| {
                     let weights = r.weights.map(u32::from);
@@ -336,6 +356,57 @@ impl ModelParts {
             blob.section("read-outs", &numbers.collect::<Vec<_>>());
         }
         Ok(blob.finish())
+    }
+
+    /// Which modes are the opposite of their mirror image, one a coefficient: a nose to the left, whose opposite is
+    /// as much to the right. All but the local ones are that or their own image where a model was learned from
+    /// people and their mirror images.
+    pub fn odd(&self) -> Vec<bool> {
+        self.sides(&[])
+            .iter()
+            .skip(1)
+            .map(|&side| side == ODD)
+            .collect()
+    }
+
+    /// How the mean (in steps of its grid) and then each mode looks in the mirror: [`EVEN`], [`ODD`] or
+    /// [`NEITHER`]. The mean is not odd.
+    fn sides(&self, mean: &[i32]) -> Vec<i32> {
+        let mirror = &self.topology.mirror;
+        let side = |vertices: &[u32], number: &dyn Fn(usize, usize) -> i32| {
+            let image = |v: u32| vertices.binary_search(&mirror[v as usize]).ok();
+            let images: Option<Vec<usize>> = vertices.iter().map(|&v| image(v)).collect();
+            let is = |odd: bool| {
+                images.iter().flatten().enumerate().all(|(at, &image)| {
+                    (0..3).all(|axis| match (axis == 0) != odd {
+                        true => number(at, axis) == -number(image, axis),
+                        false => number(at, axis) == number(image, axis),
+                    })
+                })
+            };
+            match (images.is_some(), is(false), is(true)) {
+                (true, true, _) => EVEN,
+                (true, _, true) => ODD,
+                _ => NEITHER,
+            }
+        };
+        // One a coefficient, also of a block that is none: its reader says so.
+        let of_block = |block: &Block| {
+            let Block { modes, support, .. } = block;
+            let is_whole = modes.numbers() == 3 * support.len();
+            let each = (0..block.sigmas.len()).map(|k| match is_whole && k < modes.count() {
+                true => side(support, &|v, axis| modes.get(k, 3 * v + axis).into()),
+                false => NEITHER,
+            });
+            each.collect::<Vec<_>>()
+        };
+        let all: Vec<u32> = (0..mean.len() as u32 / 3).collect();
+        let of_mean = match side(&all, &|v, axis| mean[3 * v + axis]) {
+            EVEN => EVEN,
+            _ => NEITHER,
+        };
+        let of_modes = self.blocks.iter().flat_map(of_block);
+        [of_mean].into_iter().chain(of_modes).collect()
     }
 
     fn can_be_written(&self) -> Result<()> {

@@ -16,7 +16,7 @@ use crate::blob::{Blob, Kind};
 use crate::error::Number;
 use crate::kernel::Patch;
 use crate::mesh::Topology;
-use crate::predict::Walk;
+use crate::predict::{Walk, fours};
 use crate::quantise::{COORDINATES, CORRELATIONS, DISTANCES, sound_step};
 use crate::{Error, Result};
 
@@ -190,7 +190,6 @@ impl Reading {
             std::mem::take(&mut header.regions),
             std::mem::take(&mut header.parts),
         )?;
-        let mean = read_mean(blob, &walk, n)?;
         let total: u64 = header.blocks.iter().map(|b| u64::from(b.modes)).sum();
         let empty = header.blocks.iter().any(|b| b.modes == 0);
         if empty || total > MAX_COEFFICIENTS as u64 || header.blocks.len() > MAX_BLOCKS {
@@ -199,6 +198,8 @@ impl Reading {
                 header.blocks.len()
             ));
         }
+        let whole = sides(blob, &header)?[0] > 0;
+        let mean = read_mean(blob, &walk, &topology.mirror, whole)?;
         Ok(Self {
             blocks: Vec::new(),
             whole: Patch::new(&around),
@@ -316,8 +317,18 @@ pub(crate) fn vertices(blob: &Blob, name: &str, length: u32, n: usize) -> Result
     }
 }
 
-fn read_mean(blob: &Blob, walk: &Walk, n: usize) -> Result<Vec<Vec3>> {
-    let mean = walk.restore(blob.in_planes("mean", 3 * n)?, 3, 1);
+/// How the mean looks in the mirror, and each mode, and three numbers more.
+#[inline(never)]
+fn sides(blob: &Blob, header: &Header) -> Result<Vec<i32>> {
+    let modes: u32 = header.blocks.iter().map(|b| b.modes).sum();
+    blob.planes("sides", 4 + modes as usize)
+}
+
+fn read_mean(blob: &Blob, walk: &Walk, mirror: &[u32], whole: bool) -> Result<Vec<Vec3>> {
+    let all: Vec<u32> = (0..mirror.len() as u32).collect();
+    let odd = [0, -1, -1, 0]; // of x, y, z
+    let walk = walk.on(&all, mirror, whole);
+    let mean = walk.restore(blob.in_planes("mean", 3 * walk.count())?, 3, 1, &[odd]);
     let most = COORDINATES.index(LARGEST_COORDINATE.into()).unsigned_abs();
     let numbers = mean
         .iter()
@@ -361,7 +372,7 @@ fn read_block(blob: &Blob, header: &BlockHeader, before: &Reading) -> Result<Blo
         ..
     } = before;
     let b = blocks.len();
-    let first_coefficient = blocks.iter().map(|b| b.sigmas.len()).sum();
+    let first_coefficient: usize = blocks.iter().map(|b| b.sigmas.len()).sum();
     let bad = |why: String| Err(Error::Blob(format!("block \"{}\": {why}", header.name)));
     let n = mean.len();
     let mut regions = Vec::new();
@@ -382,11 +393,14 @@ fn read_block(blob: &Blob, header: &BlockHeader, before: &Reading) -> Result<Blo
         return bad(format!("a support of {} vertices", header.support));
     }
     let modes = header.modes as usize;
-    let residuals = blob.in_planes(&format!("modes.{b}"), 3 * support.len() * modes)?;
-    let rows = match support.len() == n {
-        true => walk.restore(residuals, modes, 3),
-        false => walk.on(&support).restore(residuals, modes, 3),
-    };
+    let all = sides(blob, &before.header)?;
+    let own = &all[1 + first_coefficient..];
+    let whole = own[..modes].iter().any(|&side| side > 0);
+    // In fours, of which the last may have what is another block's: there it has no mode.
+    let odd = &own.as_chunks().0[..fours(modes)];
+    let walk_on = walk.on(&support, &topology.mirror, whole);
+    let residuals = blob.in_planes(&format!("modes.{b}"), 3 * walk_on.count() * modes)?;
+    let rows = walk_on.restore(residuals, modes, 3, odd);
     let (modes, fit) = Modes::of_rows(sound_step(header.step)?, modes, &rows);
     if !fit {
         return bad("a mode of more steps than 16 bits hold".into());
@@ -399,7 +413,9 @@ fn read_block(blob: &Blob, header: &BlockHeader, before: &Reading) -> Result<Blo
         Some(SurroundHeader { targets, rigid }) => {
             let targets = vertices(blob, &format!("targets.{b}"), targets, n)?;
             let distances = blob.in_planes(&format!("distances.{b}"), targets.len())?;
-            let distances: Vec<f32> = (walk.on(&targets).restore(distances, 1, 1).iter())
+            let distances: Vec<f32> = (walk.on(&targets, &topology.mirror, true))
+                .restore(distances, 1, 1, &[])
+                .iter()
                 .map(|d| DISTANCES.point(d.to_array()[0]) as f32)
                 .collect();
             if distances.iter().any(|&d| d > LARGEST_COORDINATE) {

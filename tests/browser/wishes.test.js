@@ -120,6 +120,58 @@ describe('a person', () => {
   });
 });
 
+describe('the two sides', () => {
+  test('become alike, differ by what is typed, and change places; each is a step, and what is locked stays', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true, viewport: TALL });
+    await page.getByRole('button', { name: 'Person', exact: true }).click();
+    const slider = page.getByRole('slider', { name: 'Asymmetry', exact: true });
+    await slider.waitFor();
+    /** How far spots are from where the other side's image has them, of all vertices at the most, mm. */
+    const apart = () =>
+      page.evaluate(() => {
+        const { model, face } = window.designer;
+        const { positions } = face;
+        const off = Array.from(model.mirror, (other, v) => Math.hypot(...[0, 1, 2].map((axis) => positions[3 * v + axis] - (axis === 0 ? -1 : 1) * positions[3 * other + axis])));
+        return Math.max(...off);
+      });
+    const said = () => slider.getAttribute('aria-valuetext');
+    assert.match(await said(), /^0\.0 mm, less than anybody’s$/);
+
+    // Of a face whose sides are alike they become somebody's.
+    await moveSlider(page, 'Asymmetry', 0.5);
+    assert.match(await said(), /^\d\.\d mm, \d+(st|nd|rd|th)$/);
+    assert.ok((await apart()) > 0.5);
+    await page.keyboard.press('Control+z');
+    assert.ok((await apart()) < 0.01);
+
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    const random = { code: await code(page), picture: await picture(page, 'sides-random') };
+    await page.getByRole('button', { name: 'Mirror image' }).click();
+    assert.notEqual(await code(page), random.code);
+    assert.ok(differing(random.picture, await picture(page, 'sides-mirrored')) > 5000);
+    await page.getByRole('button', { name: 'Mirror image' }).click();
+    assert.equal(await code(page), random.code);
+    assert.equal(differing(random.picture, await picture(page, 'sides-random-again')), 0);
+
+    await slider.focus();
+    await page.keyboard.press('Enter');
+    const field = page.getByRole('spinbutton', { name: 'Asymmetry, in mm' });
+    await field.fill('2.5 mm');
+    await field.press('Enter');
+    assert.match(await said(), /^2\.5 mm, /);
+    await page.evaluate(() => window.designer.face.lock('nose'));
+    const nose = await places(page, 'nose');
+    await slider.focus();
+    await page.keyboard.press('Delete');
+    assert.ok((await places(page, 'nose')).every((x, i) => Math.abs(x - nose[i]) <= 1e-4));
+    await page.evaluate(() => window.designer.face.unlock('nose'));
+    await slider.press('Delete');
+    assert.ok((await apart()) < 0.05, `${await apart()} mm`);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+});
+
 describe('what random faces should be like', () => {
   test('is not asked of a model without labels, whose faces are drawn all the same', async () => {
     const body = unlabelled(await readFile(new URL('../../www/public/model.phiz', import.meta.url)));
@@ -129,7 +181,9 @@ describe('what random faces should be like', () => {
     assert.deepEqual(await page.evaluate(() => window.designer.model.attributes), []);
     assert.equal(await group(page).count(), 0);
     assert.equal(await draw(page).count(), 0);
-    assert.equal(await page.getByRole('button', { name: 'Person', exact: true }).count(), 0);
+    await page.getByRole('button', { name: 'Person', exact: true }).click();
+    await page.getByRole('slider', { name: 'Asymmetry', exact: true }).waitFor();
+    assert.equal(await page.locator('.person input[type=range]').count(), 1, 'its sides are all that is known of the person');
     const before = await code(page);
     await page.getByRole('button', { name: 'Random face', exact: true }).click();
     assert.notEqual(await code(page), before);

@@ -142,12 +142,8 @@ fn rounding_moves_random_faces_by_the_stated_error() {
     let model = FaceModel::parse(&file).unwrap();
     let took = start.elapsed();
     let n = model.parts().mean.len();
-    let faces = learned.aligned.len() as f64;
-    let mean: Vec<DVec3> = (0..n)
-        .map(|v| learned.aligned.iter().map(|f| f[v]).sum::<DVec3>() / faces)
-        .collect();
     let rms = rounding(learned, &model).unwrap();
-    let still = model.parts().mean.iter().zip(&mean);
+    let still = model.parts().mean.iter().zip(&learned.mean);
     let still: f64 = still.map(|(p, q)| p.as_dvec3().distance_squared(*q)).sum();
     let still = (still / n as f64).sqrt();
     println!(

@@ -4,9 +4,7 @@ use glam::DVec3;
 use phiz::Random;
 use phiz::fit::mesh::geodesic::Geodesic;
 use phiz::fit::sparse::compare::error;
-use phiz::fit::sparse::{
-    Kind, Region, Settings, SparseBasis, learn, principal, with_mirror_images,
-};
+use phiz::fit::sparse::{Kind, Region, Settings, SparseBasis, learn, principal};
 
 /// Vertices a side of the sheet, 2 mm apart.
 const SIDE: u32 = 21;
@@ -286,17 +284,6 @@ fn principal_components_explain_the_most_and_local_ones_generalise() {
     // that go their own ways.
     assert!(error(&whole, &train).unwrap() < 1e-5);
     assert!(error(&local, &test).unwrap() < 0.3 * error(&whole, &test).unwrap());
-}
-
-#[test]
-fn mirror_images_are_on_the_other_side() {
-    let faces = vec![vec![DVec3::new(1.0, 2.0, 3.0), DVec3::new(-4.0, 5.0, 6.0)]];
-    let both = with_mirror_images(&faces, &[1, 0]);
-    assert_eq!(both[0], faces[0]);
-    assert_eq!(
-        both[1],
-        [DVec3::new(4.0, 5.0, 6.0), DVec3::new(-1.0, 2.0, 3.0)]
-    );
 }
 
 #[test]

@@ -10,10 +10,9 @@ use phiz::fit::format::files::write_atomically;
 use phiz::fit::format::ply;
 use phiz::fit::head::template::Template;
 use phiz::fit::mesh::align::{procrustes, vertex_areas};
+use phiz::fit::mesh::mirror::with_mirror_images;
 use phiz::fit::sparse::compare::{BASES, Curve, Trial};
-use phiz::fit::sparse::{
-    self, Kind, Problem, Settings, SparseBasis, face_parts, head_parts, with_mirror_images,
-};
+use phiz::fit::sparse::{self, Kind, Problem, Settings, SparseBasis, face_parts, head_parts};
 use phiz::fit::validate::bases::COMPONENTS;
 use phiz::fit::{FitError, FitResult};
 
@@ -114,7 +113,7 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     let mut face: Vec<u32> = parts.iter().flat_map(|p| &p.vertices).copied().collect();
     face.sort_unstable();
     let areas = vertex_areas(&template.positions, &triangles);
-    procrustes(&mut faces, &template.positions, &face, &areas);
+    procrustes(&mut faces, &template.positions, &face, &areas, None);
     let regions = match args.area {
         Area::Face => parts,
         Area::Head => head_parts(&template)?,

@@ -144,6 +144,9 @@ struct TrainArgs {
     /// How the directions of semantic controls are found.
     #[arg(long, value_enum, default_value_t = Directions::Constrained)]
     semantic: Directions,
+    /// Learn from the faces as they are, without the mirror image of each: for people who differ on one side only.
+    #[arg(long)]
+    one_sided: bool,
     /// The model to write.
     #[arg(short, value_name = "FILE")]
     output: PathBuf,
@@ -325,6 +328,7 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     let settings = Settings {
         tau: args.tau,
         semantic: args.semantic.into(),
+        both_sides: !args.one_sided,
         ..Settings::default()
     };
     let learned = step("learning", || learn(&template, faces, about, &settings))?;

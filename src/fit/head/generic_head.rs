@@ -4,6 +4,7 @@
 //! a linear operator on the base mesh's vertices), given eyeballs, split into triangles, coloured,
 //! divided into regions and numbered region by region. The rest pose is the average adult.
 
+use crate::fit::mesh::mirror::{even, flip};
 use crate::fit::mesh::surface::closest_on_triangle;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::path::Path;
@@ -84,9 +85,7 @@ pub fn build(data_dir: &Path) -> FitResult<Template> {
     for position in &mut positions {
         *position -= origin;
     }
-    let positions = (0..positions.len())
-        .map(|v| (positions[v] + flip(positions[mirror[v] as usize])) / 2.0)
-        .collect();
+    let positions = even(&positions, &mirror);
 
     let draft = Draft {
         positions,
@@ -117,11 +116,6 @@ const EYE_CAVITIES: u8 = 2;
 /// target of the base mesh flattens the eyeball.
 const EYE_CAVITY_RINGS: usize = 6;
 
-/// The mirror image of a point.
-pub fn flip(p: DVec3) -> DVec3 {
-    DVec3::new(-p.x, p.y, p.z)
-}
-
 /// The base mesh's vertices in the rest pose: an equal mix of the sexes and the three ethnicities
 /// of the macro targets, young (25 years), of average muscle, weight and proportions; made
 /// exactly symmetric.
@@ -135,9 +129,7 @@ pub fn average_adult(base: &BaseMesh) -> FitResult<Vec<DVec3>> {
             }
         }
     }
-    Ok((0..rest.len())
-        .map(|v| (rest[v] + flip(rest[base.mirror[v] as usize])) / 2.0)
-        .collect())
+    Ok(even(&rest, &base.mirror))
 }
 
 /// The quads of the body above the neck's edge loop, with mouth and eye cavities.

@@ -10,13 +10,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cage::Cage;
-use super::generic_head::{flip, mirror_name};
+use super::generic_head::mirror_name;
 use super::prior::ShapePrior;
 use super::template::{Landmark, Template};
 use crate::Error;
 use crate::blob::record::record;
 use crate::blob::{Blob, BlobWriter, Kind, pack, unpack};
 use crate::fit::mesh::align::mean_of;
+use crate::fit::mesh::mirror::{even, flip};
 use crate::fit::mesh::surface::Surface;
 use crate::fit::{FitError, FitResult};
 use crate::quantise::Quantised;
@@ -124,12 +125,8 @@ impl People {
         for (p, d) in template.positions.iter_mut().zip(cage.apply(&self.rest)) {
             *p += d;
         }
-        let positions = &template.positions;
-        let mirror = &template.topology.mirror;
         // The base mesh's own asymmetry is rounding; the template has none.
-        template.positions = (0..positions.len())
-            .map(|v| (positions[v] + flip(positions[mirror[v] as usize])) / 2.0)
-            .collect();
+        template.positions = even(&template.positions, &template.topology.mirror);
         let origin = eyes_middle(&template)?;
         template.positions.iter_mut().for_each(|p| *p -= origin);
         let step = f64::from(self.modes.step);

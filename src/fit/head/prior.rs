@@ -7,9 +7,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::fit::FitResult;
-use crate::fit::head::generic_head::flip;
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::procrustes;
+use crate::fit::mesh::mirror::{even, with_mirror_images};
 use crate::fit::statistics::pca::Pca;
 
 /// The most modes that are kept: more than people's heads are known to need at the noise of a
@@ -34,20 +34,13 @@ impl ShapePrior {
     /// When there are too few faces, or they do not vary.
     pub fn learn(template: &Template, faces: &[Vec<DVec3>]) -> FitResult<(Vec<DVec3>, Self)> {
         let mirror = &template.topology.mirror;
-        let mut both: Vec<Vec<DVec3>> = faces.to_vec();
-        both.extend(faces.iter().map(|face| {
-            (0..face.len())
-                .map(|v| flip(face[mirror[v] as usize]))
-                .collect::<Vec<_>>()
-        }));
+        let mut both = with_mirror_images(faces, mirror);
         let skin = template.part_vertices("skin")?;
         let areas =
             crate::fit::mesh::align::vertex_areas(&template.positions, &template.triangles());
-        let mean = procrustes(&mut both, &template.positions, &skin, &areas);
+        let mean = procrustes(&mut both, &template.positions, &skin, &areas, None);
         // Numbers far below a micrometre must not tell left from right.
-        let mean: Vec<DVec3> = (0..mean.len())
-            .map(|v| (mean[v] + flip(mean[mirror[v] as usize])) / 2.0)
-            .collect();
+        let mean = even(&mean, mirror);
         let prior = Self::of(&both, &mean, TAU, MODES)?;
         Ok((mean, prior))
     }

@@ -19,6 +19,8 @@ const NEARLY: f64 = 0.6;
 /// And which moves by at least this for one sigma, mm: less is not seen.
 const VISIBLE: f64 = 0.25;
 const MOST_WORDS: usize = 3;
+/// What is said of a control that moves its two sides in opposite ways, and nothing by much.
+const UNLIKE: &str = "left and right differ";
 
 /// The skull is looked at from so far over the ears on, and the neck so far over where it ends and so thick, mm.
 const CLEAR: f32 = 5.0;
@@ -29,6 +31,8 @@ const THICK: f32 = 10.0;
 enum Seen {
     /// How far landmarks lie along an axis, on average.
     Place(&'static [&'static str], Vec3),
+    /// How much farther along an axis the left one of two landmarks (right, left) lies.
+    Askew([&'static str; 2], Vec3),
     /// The distance of two landmarks.
     Apart([&'static str; 2]),
     /// By how much two landmarks are farther from each other than two others.
@@ -38,7 +42,7 @@ enum Seen {
     /// Where the middle between these lies.
     Middle(Slice, Vec3),
 }
-use Seen::{Across, Apart, Beyond, Middle, Place};
+use Seen::{Across, Apart, Askew, Beyond, Middle, Place};
 
 /// Vertices of the mean head, by their height.
 #[derive(Clone, Copy)]
@@ -62,9 +66,11 @@ const ALAE: [&str; 2] = ["alare right", "alare left"];
 const OUTER: [&str; 2] = ["ibug_36", "ibug_45"];
 const INNER: [&str; 2] = ["ibug_39", "ibug_42"];
 const CORNERS: [&str; 2] = ["ibug_48", "ibug_54"];
+const LIDS: [&str; 2] = ["ibug_38", "ibug_43"];
+const BROWS: [&str; 2] = ["ibug_19", "ibug_24"];
 
 #[rustfmt::skip]
-const SIGHTS: [Sight; 53] = [
+const SIGHTS: [Sight; 72] = [
     ("nose", Place(&["ibug_30"], Vec3::Z), ["tip forward", "tip back"]),
     ("nose", Place(&["ibug_30"], Vec3::Y), ["tip up", "tip down"]),
     ("nose", Place(&["ibug_28"], Vec3::Z), ["high bridge", "flat bridge"]),
@@ -88,14 +94,14 @@ const SIGHTS: [Sight; 53] = [
     ("chin", Place(&["supramentale"], Vec3::Z), ["shallow groove", "deep groove"]),
     ("chin", Apart(["ibug_06", "ibug_10"]), ["broader chin", "narrower chin"]),
     ("chin", Place(&["ibug_07", "ibug_09"], Vec3::Y), ["sides up", "sides down"]),
-    ("eyes", Place(&["ibug_19", "ibug_24"], Vec3::Z), ["strong brows", "flat brows"]),
-    ("eyes", Place(&["ibug_19", "ibug_24"], Vec3::Y), ["brows up", "brows down"]),
+    ("eyes", Place(&BROWS, Vec3::Z), ["strong brows", "flat brows"]),
+    ("eyes", Place(&BROWS, Vec3::Y), ["brows up", "brows down"]),
     ("eyes", Place(&["ibug_21", "ibug_22"], Vec3::Y), ["inner brows up", "inner brows down"]),
     ("eyes", Place(&["ibug_17", "ibug_26"], Vec3::Y), ["outer brows up", "outer brows down"]),
     ("eyes", Place(&OUTER, Vec3::Y), ["outer corners up", "outer corners down"]),
     ("eyes", Place(&OUTER, Vec3::Z), ["outer corners forward", "outer corners back"]),
     ("eyes", Place(&INNER, Vec3::Y), ["inner corners up", "inner corners down"]),
-    ("eyes", Place(&["ibug_38", "ibug_43"], Vec3::Z), ["eyes forward", "deep-set eyes"]),
+    ("eyes", Place(&LIDS, Vec3::Z), ["eyes forward", "deep-set eyes"]),
     ("forehead", Place(&["glabella"], Vec3::Z), ["base forward", "base back"]),
     ("forehead", Place(&["trichion"], Vec3::Z), ["top forward", "top back"]),
     ("head", Place(&GONIA, Vec3::Y), ["jaw corners up", "jaw corners down"]),
@@ -118,6 +124,26 @@ const SIGHTS: [Sight; 53] = [
     ("head", Place(&["vertex"], Vec3::Y), ["higher skull", "lower skull"]),
     ("head", Across(Slice::Neck, Vec3::Z), ["deeper neck", "flatter neck"]),
     ("head", Place(&["trichion"], Vec3::Z), ["hairline forward", "hairline back"]),
+    // What is on one side and not on the other.
+    ("nose", Askew(ALAE, Vec3::Y), ["left wing higher", "right wing higher"]),
+    ("nose", Askew(ALAE, Vec3::Z), ["left wing forward", "right wing forward"]),
+    ("mouth", Askew(CORNERS, Vec3::Y), ["left corner higher", "right corner higher"]),
+    ("mouth", Askew(CORNERS, Vec3::Z), ["left corner forward", "right corner forward"]),
+    ("chin", Askew(["ibug_07", "ibug_09"], Vec3::Y), ["right side lower", "left side lower"]),
+    ("eyes", Askew(BROWS, Vec3::Y), ["left brow higher", "right brow higher"]),
+    ("eyes", Askew(BROWS, Vec3::Z), ["left brow forward", "right brow forward"]),
+    ("eyes", Askew(OUTER, Vec3::Y), ["left outer corner higher", "right outer corner higher"]),
+    ("eyes", Askew(OUTER, Vec3::Z), ["left outer corner forward", "right outer corner forward"]),
+    ("eyes", Askew(INNER, Vec3::Y), ["left inner corner higher", "right inner corner higher"]),
+    ("eyes", Askew(LIDS, Vec3::Z), ["left eye forward", "right eye forward"]),
+    ("head", Askew(GONIA, Vec3::Y), ["left jaw corner higher", "right jaw corner higher"]),
+    ("head", Askew(GONIA, Vec3::Z), ["left jaw corner forward", "right jaw corner forward"]),
+    ("head", Askew(CHEEKS, Vec3::Z), ["left cheek forward", "right cheek forward"]),
+    ("head", Askew(OUTER, Vec3::Y), ["left eye higher", "right eye higher"]),
+    ("head", Askew(TRAGIA, Vec3::Y), ["left ear higher", "right ear higher"]),
+    ("head", Askew(TRAGIA, Vec3::Z), ["left ear forward", "right ear forward"]),
+    ("head", Place(&UPPER_EARS, Vec3::X), ["left ear stands out", "right ear stands out"]),
+    ("head", Middle(Slice::Neck, Vec3::X), ["neck to its left", "neck to its right"]),
 ];
 
 /// What a [`Seen`] reads off a head's vertices, mm.
@@ -150,6 +176,10 @@ impl Seen {
                     let places = found.iter().map(|l| l.place(head));
                     places.sum::<DVec3>().dot(axis.as_dvec3()) / found.len() as f64
                 })
+            }
+            Askew([right, left], axis) => {
+                let (right, left) = (find(right)?, find(left)?);
+                Box::new(move |head| (left.place(head) - right.place(head)).dot(axis.as_dvec3()))
             }
             Apart(ends) => Box::new(apart(ends)?),
             Beyond(more, less) => {
@@ -205,7 +235,7 @@ impl Slice {
 /// Describes every control by the lengths and places that it changes most among the controls of
 /// its group, out of those of its own feature: what the face has when the slider is at its right end, strongest first. One that
 /// carries no large share of any is described by those that it carries most of, and without a
-/// description if it hardly moves them.
+/// description if it hardly moves them, unless its sides differ.
 ///
 /// # Errors
 /// When the parts are not a sound model, or lack a landmark.
@@ -250,6 +280,7 @@ pub fn describe(parts: &mut ModelParts) -> FitResult<()> {
             Ok(more.iter().zip(&less).map(|(m, l)| (m - l) / 4.0).collect())
         })
         .collect::<FitResult<Vec<Vec<f64>>>>()?;
+    let odd = parts.odd();
     let descriptions: Vec<String> = (parts.controls.iter().filter(modes))
         .zip(&effects)
         .map(|(control, own)| {
@@ -265,7 +296,11 @@ pub fn describe(parts: &mut ModelParts) -> FitResult<()> {
                     (own[i].abs() / all, words[i][usize::from(own[i] < 0.0)])
                 })
                 .collect();
-            sentence(&telling(carried))
+            let said = sentence(&telling(carried));
+            match said.is_empty() && control.direction.iter().all(|&(i, _)| odd[i as usize]) {
+                true => UNLIKE.into(),
+                false => said,
+            }
         })
         .collect();
     let controls = parts.controls.iter_mut().filter(|c| c.measure.is_none());

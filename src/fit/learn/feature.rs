@@ -9,6 +9,7 @@ use super::{flat, region_numbers};
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::Rigid;
 use crate::fit::mesh::geodesic::Geodesic;
+use crate::fit::mesh::mirror::among;
 use crate::fit::statistics::pca::{Pca, Spectrum};
 use crate::fit::{FitError, FitResult};
 use crate::model::{Blending, FALLOFF_REACH, Surround};
@@ -76,6 +77,8 @@ pub(super) struct Ground<'a> {
     pub graph: Geodesic<'a>,
     pub loose: Vec<Loose>,
     pub blending: Blending,
+    /// The mirror map, where mirror images count.
+    pub mirror: Option<&'a [u32]>,
 }
 
 /// A feature's population, whatever part of it is then kept.
@@ -111,8 +114,8 @@ impl Feature {
     ) -> FitResult<Self> {
         let n = ground.mean.len();
         let regions = region_numbers(ground.template, rule.regions)?;
-        let spectrum = Spectrum::of(samples)
-            .map_err(|e| FitError::Input(format!("region {:?}: {e}", rule.name)))?;
+        let in_region = |e| FitError::Input(format!("region {:?}: {e}", rule.name));
+        let spectrum = spectrum(samples, &support, ground.mirror).map_err(in_region)?;
 
         let mut inside = vec![false; n];
         support.iter().for_each(|&v| inside[v as usize] = true);
@@ -170,7 +173,12 @@ impl Feature {
         let smooth: Vec<Vec<f64>> = pca
             .modes
             .par_iter()
-            .map(|mode| self.smoother.smooth(mode))
+            .zip(&pca.odd)
+            .map(|(mode, &odd)| {
+                let mut smooth = self.smoother.smooth(mode);
+                self.spectrum.symmetrise(&mut smooth, odd);
+                smooth
+            })
             .collect();
         let whole = smooth
             .par_iter()
@@ -188,6 +196,23 @@ impl Feature {
             .collect();
         Kept { pca, smooth, whole }
     }
+}
+
+/// How samples vary on some vertices (increasing; x, y, z each): with their mirror images, where these count.
+///
+/// # Errors
+/// As [`Spectrum::of`], and when vertices have their images outside.
+pub(crate) fn spectrum(
+    samples: Vec<Vec<f64>>,
+    vertices: &[u32],
+    mirror: Option<&[u32]>,
+) -> FitResult<Spectrum> {
+    let Some(mirror) = mirror else {
+        return Spectrum::of(samples);
+    };
+    let among = among(vertices, mirror)
+        .ok_or_else(|| FitError::Input("what is on its one side is not on the other".into()))?;
+    Spectrum::of_both_sides(samples, among)
 }
 
 /// The vertices of a feature, increasing.

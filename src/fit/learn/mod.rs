@@ -30,6 +30,7 @@ use crate::model::{About, Blending, Block, Control, ModelParts, Modes};
 use crate::quantise::{BLOCK_ERROR, COORDINATES, Quantised};
 pub(crate) use distribution::quantiles;
 use distribution::{controls, correlation};
+pub(crate) use feature::spectrum;
 use feature::{Feature, Ground, loose_parts};
 
 pub use feature::{FEATURES, FeatureRule};
@@ -48,6 +49,9 @@ pub struct Settings {
     pub tau: f64,
     /// Blending distance and its limits.
     pub blending: Blending,
+    /// The mirror image of each face counts as one more: what one person has on the left another has on the right.
+    /// Each mode is then the same on both sides or the opposite. (A sparse basis of them does so anyway.)
+    pub both_sides: bool,
     /// How semantic controls are found.
     pub semantic: Method,
 }
@@ -60,6 +64,7 @@ impl Default for Settings {
                 alpha: 10.0,
                 limits: [3.0, 15.0],
             },
+            both_sides: true,
             semantic: Method::Constrained,
         }
     }
@@ -74,6 +79,8 @@ pub struct Learned {
     pub blocks: Vec<BlockReport>,
     /// Root mean square distance that alignment left, mm.
     pub alignment: f64,
+    /// Their mean before it was rounded, mm.
+    pub mean: Vec<DVec3>,
     /// The training faces in the model's pose, mm.
     pub aligned: Vec<Vec<DVec3>>,
     /// Coefficients of the training faces, sigmas: those of the population, for they have no edits.
@@ -103,7 +110,7 @@ pub struct BlockReport {
 ///
 /// Steps: generalised Procrustes alignment of the whole skin; for each feature, of faces from which
 /// the proportions of the whole head are taken out, a second rigid alignment on its own region (a
-/// nose is not where it sits), PCA, smoothing folded into the modes
+/// nose is not where it sits), PCA of the faces and their mirror images, smoothing folded into the modes
 /// (section 6.1) and spreading to the surround (6.2); then PCA of what all features together leave
 /// of each face, over the whole head. `about` is put into the model as it is.
 ///
@@ -116,7 +123,7 @@ pub fn learn(
     about: About,
     settings: &Settings,
 ) -> FitResult<Learned> {
-    let learner = Learner::new(template, faces, settings.blending)?;
+    let learner = Learner::new(template, faces, settings)?;
     let bases = learner.bases(settings.tau)?;
     learner.model(bases, about, settings.semantic)
 }
@@ -139,10 +146,14 @@ pub fn doubled(faces: &[Vec<DVec3>]) -> Vec<(usize, usize)> {
 pub struct Learner<'a> {
     template: &'a Template,
     blending: Blending,
+    /// The template's mirror map, where mirror images count.
+    mirror: Option<&'a [u32]>,
     skin: Vec<u32>,
     areas: Vec<f64>,
     /// The mean face as a model file holds it, mm.
     pub mean: Vec<DVec3>,
+    /// The mean face before it was rounded, mm.
+    exact: Vec<DVec3>,
     stored: Vec<Vec3>,
     /// The faces in the model's pose, mm.
     pub aligned: Vec<Vec<DVec3>>,
@@ -159,6 +170,9 @@ pub struct Bases {
     pub modes: Vec<Vec<DVec3>>,
     /// Coefficients of the training faces, sigmas.
     pub coefficients: Vec<Vec<f64>>,
+    /// Which modes are the opposite of their mirror image: of a training face's image the coefficients have the
+    /// other sign. None where images do not count.
+    pub odd: Vec<bool>,
     blocks: Vec<Block>,
 }
 
@@ -170,8 +184,10 @@ impl<'a> Learner<'a> {
     pub fn new(
         template: &'a Template,
         faces: Vec<Vec<DVec3>>,
-        blending: Blending,
+        settings: &Settings,
     ) -> FitResult<Self> {
+        let blending = settings.blending;
+        let mirror = settings.both_sides.then_some(&template.topology.mirror[..]);
         let n = template.positions.len();
         if faces.len() < 3 {
             return Err(FitError::Input(format!(
@@ -189,10 +205,10 @@ impl<'a> Learner<'a> {
         let areas = vertex_areas(&template.positions, &triangles);
         let skin = template.part_vertices("skin")?;
         let mut aligned = faces;
-        let mean = procrustes(&mut aligned, &template.positions, &skin, &areas);
+        let exact = procrustes(&mut aligned, &template.positions, &skin, &areas, mirror);
         // From here on it is the mean that a model file holds: what surrounds follow is found on
         // it.
-        let mean: Vec<DVec3> = mean.iter().map(|&p| on_grid(p)).collect();
+        let mean: Vec<DVec3> = exact.iter().map(|&p| on_grid(p)).collect();
         let stored: Vec<Vec3> = mean.iter().map(|p| p.as_vec3()).collect();
         let ground = Ground {
             template,
@@ -204,6 +220,7 @@ impl<'a> Learner<'a> {
             mean: &mean,
             stored: &stored,
             blending,
+            mirror,
         };
         let supports = FEATURES
             .iter()
@@ -231,9 +248,11 @@ impl<'a> Learner<'a> {
         Ok(Self {
             template,
             blending,
+            mirror,
             skin,
             areas,
             mean,
+            exact,
             stored,
             aligned,
             features,
@@ -248,11 +267,13 @@ impl<'a> Learner<'a> {
     pub fn bases(&self, tau: f64) -> FitResult<Bases> {
         let n = self.mean.len();
         let mut coefficients: Vec<Vec<f64>> = vec![Vec::new(); self.aligned.len()];
-        let (mut blocks, mut reports, mut modes) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut blocks, mut reports) = (Vec::new(), Vec::new());
+        let (mut modes, mut odd) = (Vec::new(), Vec::new());
         for feature in &self.features {
             let count = feature.spectrum.modes_for(tau)?;
             let kept = feature.keep(count);
             append(&mut coefficients, &kept.pca.coefficients);
+            odd.extend(&kept.pca.odd);
             reports.push(BlockReport {
                 name: feature.rule.name.into(),
                 modes: count,
@@ -273,10 +294,12 @@ impl<'a> Learner<'a> {
         }
         let residual = self.residual(&modes, &coefficients);
         let in_block = |e| FitError::Input(format!("block {HEAD:?}: {e}"));
-        let spectrum = Spectrum::of(residual).map_err(in_block)?;
+        let all: Vec<u32> = (0..n as u32).collect();
+        let spectrum = spectrum(residual, &all, self.mirror).map_err(in_block)?;
         let count = spectrum.modes_for(1.0 - HEAD_LEAVES * (1.0 - tau))?;
         let head = spectrum.truncate(count);
         append(&mut coefficients, &head.coefficients);
+        odd.extend(&head.odd);
         reports.push(BlockReport {
             name: HEAD.into(),
             modes: count,
@@ -286,7 +309,7 @@ impl<'a> Learner<'a> {
         blocks.push(Block {
             name: HEAD.into(),
             regions: region_numbers(self.template, &[HEAD])?,
-            support: (0..n as u32).collect(),
+            support: all,
             modes: quantise(&head.modes, &head.sigmas),
             sigmas: head.sigmas.iter().map(|&s| s as f32).collect(),
             first_coefficient: modes.len(),
@@ -301,6 +324,7 @@ impl<'a> Learner<'a> {
             reports,
             modes,
             coefficients,
+            odd,
             blocks,
         })
     }
@@ -334,8 +358,16 @@ impl<'a> Learner<'a> {
             reports,
             modes,
             coefficients,
+            odd,
             blocks,
         } = bases;
+        let mut population = coefficients.clone();
+        if self.mirror.is_some() {
+            population.extend(coefficients.iter().map(|row| {
+                let own = row.iter().zip(&odd);
+                own.map(|(&c, &odd)| if odd { -c } else { c }).collect()
+            }));
+        }
         // The features' coefficients have mean zero, so their part of the mean face is none.
         let (landmarks, measures) = measures(self.template)?;
         let mut parts = ModelParts {
@@ -345,9 +377,9 @@ impl<'a> Learner<'a> {
             },
             mean: self.stored,
             topology: self.template.topology.clone(),
-            controls: controls(&blocks, &coefficients),
+            controls: controls(&blocks, &population),
             blocks,
-            correlation: correlation(&coefficients),
+            correlation: correlation(&population),
             attributes: Vec::new(),
             landmarks,
             measures,
@@ -373,6 +405,7 @@ impl<'a> Learner<'a> {
             parts,
             blocks: reports,
             alignment,
+            mean: self.exact,
             aligned: self.aligned,
             coefficients,
             tables: found.tables,

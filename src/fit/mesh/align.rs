@@ -3,6 +3,8 @@
 use glam::{DMat3, DVec3};
 use nalgebra::Matrix3;
 
+use super::mirror::even;
+
 /// A rotation followed by a translation.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Rigid {
@@ -113,12 +115,14 @@ pub fn vertex_areas(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<f64> {
 /// Generalised Procrustes alignment over some vertices: every face is moved rigidly onto the mean
 /// of the moved faces, until the mean stands still. Returns the mean.
 ///
-/// The first mean is `reference`, which therefore sets the pose of the result.
+/// The first mean is `reference`, which therefore sets the pose of the result. With a `mirror` map the mirror
+/// image of each face counts as one more, and the mean is its own.
 pub fn procrustes(
     faces: &mut [Vec<DVec3>],
     reference: &[DVec3],
     vertices: &[u32],
     weights: &[f64],
+    mirror: Option<&[u32]>,
 ) -> Vec<DVec3> {
     use rayon::prelude::*;
     let mut mean = reference.to_vec();
@@ -133,6 +137,8 @@ pub fn procrustes(
         // The mean of rotated faces shrinks slightly and may turn; hold its pose to the reference.
         let hold = Rigid::fit(&next, reference, vertices, weights);
         let next: Vec<DVec3> = next.iter().map(|&p| hold.apply(p)).collect();
+        // The image of a face is moved onto such a mean by the image of the motion.
+        let next = mirror.map(|mirror| even(&next, mirror)).unwrap_or(next);
         let moved = vertices
             .iter()
             .map(|&v| next[v as usize].distance(mean[v as usize]))
@@ -251,8 +257,8 @@ mod tests {
             };
             face.iter_mut().for_each(|p| *p = motion.apply(*p));
         }
-        let one = procrustes(&mut faces, &base, &vertices, &weights);
-        let two = procrustes(&mut posed, &base, &vertices, &weights);
+        let one = procrustes(&mut faces, &base, &vertices, &weights, None);
+        let two = procrustes(&mut posed, &base, &vertices, &weights, None);
         for (a, b) in one.iter().zip(&two) {
             // Both stop within 1e-7 mm of the fixed point.
             assert!(a.distance(*b) < 1e-6, "{}", a.distance(*b));

@@ -5,10 +5,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Kind, Settings, SparseBasis, face_parts, learn, principal, with_mirror_images};
+use super::{Kind, Settings, SparseBasis, face_parts, learn, principal};
 use crate::Random;
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::{Rigid, procrustes, vertex_areas};
+use crate::fit::mesh::mirror::with_mirror_images;
 use crate::fit::{FitError, FitResult};
 
 /// How the comparison is made.
@@ -114,7 +115,7 @@ pub fn compare(
     let mut skin: Vec<u32> = parts.iter().flat_map(|p| &p.vertices).copied().collect();
     skin.sort_unstable();
     let aligned = |mut train: Vec<Vec<DVec3>>| {
-        let mean = procrustes(&mut train, &template.positions, &skin, &areas);
+        let mean = procrustes(&mut train, &template.positions, &skin, &areas, None);
         let mut test = test.clone();
         test.par_iter_mut().for_each(|face| {
             let motion = Rigid::fit(face, &mean, &skin, &areas);

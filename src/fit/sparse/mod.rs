@@ -250,20 +250,6 @@ pub fn problem(
     Ok(Learner::new(faces.len(), face, triangles, regions, settings)?.problem())
 }
 
-/// The faces, followed by the mirror image of each (x is to the subject's left; `mirror` is the
-/// vertex on the other side). A basis learned from both knows no side: each of its components has
-/// its mirror image in the basis' span.
-pub fn with_mirror_images(faces: &[Vec<DVec3>], mirror: &[u32]) -> Vec<Vec<DVec3>> {
-    let images = faces.iter().map(|face| mirrored(face, mirror));
-    faces.iter().cloned().chain(images).collect()
-}
-
-/// The mirror image of a face, or of a field over one.
-pub(super) fn mirrored(face: &[DVec3], mirror: &[u32]) -> Vec<DVec3> {
-    let image = |&v: &u32| face[v as usize] * DVec3::new(-1.0, 1.0, 1.0);
-    mirror.iter().map(image).collect()
-}
-
 /// Principal components of the same vertices in the same form, to compare with: each moves
 /// everything. At most one less than there are faces.
 ///

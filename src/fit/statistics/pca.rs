@@ -3,7 +3,7 @@
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-use super::gram::{columns, gram, sums};
+use super::gram::{columns, gram, inner, sums};
 use crate::fit::{FitError, FitResult};
 
 /// A truncated PCA.
@@ -12,12 +12,15 @@ pub struct Pca {
     /// Unit-length modes, one a row of `dimension` numbers, by decreasing variance.
     pub modes: Vec<Vec<f64>>,
     /// The standard deviation of each mode's coefficient: the square root of the eigenvalue of
-    /// the covariance (divisor F - 1).
+    /// the covariance.
     pub sigmas: Vec<f64>,
     /// All eigenvalues of the covariance, decreasing, also those of modes that were left out.
     pub eigenvalues: Vec<f64>,
     /// Coefficients of the training samples in sigmas, one row a sample.
     pub coefficients: Vec<Vec<f64>>,
+    /// Which modes are the opposite of their mirror image; the others are their own, where the samples' images
+    /// counted too ([`Spectrum::of_both_sides`]), and of no symmetry elsewhere.
+    pub odd: Vec<bool>,
 }
 
 impl Pca {
@@ -36,7 +39,7 @@ impl Pca {
 
 /// All of a PCA, from which any number of modes can be taken.
 ///
-/// Eigenvectors come from the F x F Gram matrix in f64.
+/// Eigenvectors come from F x F Gram matrices in f64.
 pub struct Spectrum {
     /// Displacements from the samples' mean, one a row.
     samples: Vec<Vec<f64>>,
@@ -44,8 +47,13 @@ pub struct Spectrum {
     pub mean: Vec<f64>,
     /// Unit eigenvectors of the Gram matrix, a column each, by decreasing eigenvalue.
     vectors: Mat<f64>,
-    /// The eigenvalues of the covariance (divisor F - 1), decreasing.
+    /// The eigenvalues of the covariance, decreasing: its divisor is one less than the samples, with their mirror
+    /// images where these count.
     pub eigenvalues: Vec<f64>,
+    /// Which of the eigenvectors are of a mode that is the opposite of its mirror image.
+    odd: Vec<bool>,
+    /// The mirror map of the rows' vertices, where images count.
+    mirror: Option<Vec<u32>>,
 }
 
 impl Spectrum {
@@ -53,7 +61,23 @@ impl Spectrum {
     ///
     /// # Errors
     /// With fewer than 3 samples, or without variance.
-    pub fn of(mut samples: Vec<Vec<f64>>) -> FitResult<Self> {
+    pub fn of(samples: Vec<Vec<f64>>) -> FitResult<Self> {
+        Self::about(samples, None)
+    }
+
+    /// The spectrum of samples (rows of x, y, z a vertex, x to the subject's left) and as many more: the mirror
+    /// image of each, by the vertices' `mirror` map. Each mode is its own mirror image or the opposite of it.
+    ///
+    /// Of a sample and its image the even part is the same and the odd part the opposite, so the covariance falls
+    /// into that of the even parts and that of the odd ones, and images need not be kept.
+    ///
+    /// # Errors
+    /// As [`Spectrum::of`].
+    pub fn of_both_sides(samples: Vec<Vec<f64>>, mirror: Vec<u32>) -> FitResult<Self> {
+        Self::about(samples, Some(mirror))
+    }
+
+    fn about(mut samples: Vec<Vec<f64>>, mirror: Option<Vec<u32>>) -> FitResult<Self> {
         let f = samples.len();
         if f < 3 {
             return Err(FitError::Input(format!(
@@ -66,27 +90,53 @@ impl Spectrum {
             mean.iter_mut().zip(sample).for_each(|(m, x)| *m += x);
         }
         mean.iter_mut().for_each(|m| *m /= f as f64);
+        if let Some(mirror) = &mirror {
+            mean = part(&mean, mirror, 1.0);
+        }
         samples.par_iter_mut().for_each(|sample| {
             sample.iter_mut().zip(&mean).for_each(|(x, m)| *x -= m);
         });
         let gram = gram(dimension, |rows| columns(&samples, rows));
-        let eigen = gram
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|e| FitError::Input(format!("the eigenvalues did not converge: {e:?}")))?;
-        // faer gives them in increasing order.
-        let eigenvalues: Vec<f64> = (0..f)
-            .rev()
-            .map(|j| eigen.S()[j].max(0.0) / (f - 1) as f64)
-            .collect();
-        // A nanometre of standard deviation over the whole field is no variation.
-        if eigenvalues.iter().sum::<f64>() < 1e-12 {
+        let parts = match &mirror {
+            None => vec![(gram, false)],
+            Some(mirror) => {
+                let images: Vec<Vec<f64>> = samples.par_iter().map(|x| image(x, mirror)).collect();
+                let across = inner(&samples, &images);
+                // Inner products of the samples' even parts, and of their odd ones.
+                [(1.0, false), (-1.0, true)]
+                    .map(|(sign, odd)| {
+                        let of = |i, j| (gram[(i, j)] + sign * across[(i, j)]) / 2.0;
+                        (Mat::from_fn(f, f, of), odd)
+                    })
+                    .into()
+            }
+        };
+        let mut found = Vec::new();
+        for (gram, odd) in parts {
+            let eigen = gram
+                .self_adjoint_eigen(Side::Lower)
+                .map_err(|e| FitError::Input(format!("the eigenvalues did not converge: {e:?}")))?;
+            // faer gives them in increasing order.
+            found.extend((0..f).rev().map(|j| {
+                let vector: Vec<f64> = (0..f).map(|i| eigen.U()[(i, j)]).collect();
+                (eigen.S()[j].max(0.0), odd, vector)
+            }));
+        }
+        found.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
+        let freedom = freedom(f, mirror.is_some());
+        let eigenvalues: Vec<f64> = found.iter().map(|(value, ..)| value / freedom).collect();
+        // A nanometre of standard deviation over the whole field is no variation, nor is being unlike one's own image.
+        let even = found.iter().filter(|(_, odd, _)| !odd);
+        if even.map(|(value, ..)| value).sum::<f64>() / freedom < 1e-12 {
             return Err(FitError::Input("the faces do not vary here".into()));
         }
         Ok(Self {
-            vectors: Mat::from_fn(f, f, |i, j| eigen.U()[(i, f - 1 - j)]),
+            vectors: Mat::from_fn(f, found.len(), |i, j| found[j].2[i]),
+            odd: found.iter().map(|(_, odd, _)| *odd).collect(),
             eigenvalues,
             samples,
             mean,
+            mirror,
         })
     }
 
@@ -121,7 +171,16 @@ impl Spectrum {
     fn most(&self) -> usize {
         let total: f64 = self.eigenvalues.iter().sum();
         let real = self.eigenvalues.iter().take_while(|&&e| e > total * 1e-12);
-        real.count().min(self.samples.len() - 1)
+        let images = if self.mirror.is_some() { 2 } else { 1 };
+        real.count().min(images * self.samples.len() - 1)
+    }
+
+    /// Takes out of a field what a mode cannot have, whose mirror image is itself or the `odd` one's opposite:
+    /// exactly, so that what is rounded keeps it. Nothing where images do not count.
+    pub fn symmetrise(&self, field: &mut Vec<f64>, odd: bool) {
+        if let Some(mirror) = &self.mirror {
+            *field = part(field, mirror, if odd { -1.0 } else { 1.0 });
+        }
     }
 
     /// The PCA with the first `modes`, or all there are. Each mode's sign is chosen so that its
@@ -129,7 +188,7 @@ impl Spectrum {
     pub fn truncate(&self, modes: usize) -> Pca {
         let kept = modes.min(self.most());
         let f = self.samples.len();
-        let freedom = ((f - 1) as f64).sqrt();
+        let freedom = freedom(f, self.mirror.is_some()).sqrt();
         let sigmas: Vec<f64> = self.eigenvalues[..kept].iter().map(|e| e.sqrt()).collect();
         let turn = Mat::from_fn(f, kept, |i, k| self.vectors[(i, k)] / (sigmas[k] * freedom));
         let mut pca = Pca {
@@ -137,7 +196,11 @@ impl Spectrum {
             sigmas,
             eigenvalues: self.eigenvalues.clone(),
             coefficients: vec![Vec::with_capacity(kept); f],
+            odd: self.odd[..kept].to_vec(),
         };
+        // What the samples' other parts add up to in a mode is another's.
+        (pca.modes.par_iter_mut().zip(&pca.odd))
+            .for_each(|(mode, &odd)| self.symmetrise(mode, odd));
         for (k, mode) in pca.modes.iter_mut().enumerate() {
             let largest = mode
                 .iter()
@@ -150,6 +213,31 @@ impl Spectrum {
         }
         pca
     }
+}
+
+/// What the Gram matrix of F samples is divided by to be a covariance. With their mirror images they are twice as
+/// many, and the Gram matrix of their even or odd parts has half the squares.
+fn freedom(samples: usize, images: bool) -> f64 {
+    if images {
+        (2 * samples - 1) as f64 / 2.0
+    } else {
+        (samples - 1) as f64
+    }
+}
+
+/// The mirror image of a field, x, y, z a vertex.
+fn image(field: &[f64], mirror: &[u32]) -> Vec<f64> {
+    let other = |&v: &u32| {
+        let at = 3 * v as usize;
+        [-field[at], field[at + 1], field[at + 2]]
+    };
+    mirror.iter().flat_map(other).collect()
+}
+
+/// The part of a field that is its own mirror image (`sign` 1), or the opposite of it (-1).
+fn part(field: &[f64], mirror: &[u32], sign: f64) -> Vec<f64> {
+    let both = field.iter().zip(image(field, mirror));
+    both.map(|(x, image)| (x + sign * image) / 2.0).collect()
 }
 
 #[cfg(test)]
@@ -179,6 +267,34 @@ mod tests {
                 .sum::<f64>()
                 / 29.0;
             assert!((variance - 1.0).abs() < 1e-9);
+        }
+    }
+
+    /// The same modes, variances and coefficients as from twice as many samples, and each knows its side.
+    #[test]
+    fn mirror_images_count_as_samples() {
+        let mirror = [1, 0, 3, 2, 4]; // two pairs, and a vertex in the middle
+        let data = samples(7, 15);
+        let both: Vec<Vec<f64>> = (data.iter().cloned())
+            .chain(data.iter().map(|x| image(x, &mirror)))
+            .collect();
+        let plain = Spectrum::of(both).unwrap();
+        let found = Spectrum::of_both_sides(data.clone(), mirror.to_vec()).unwrap();
+        assert_eq!(image(&found.mean, &mirror), found.mean);
+        let (plain, found) = (plain.truncate(9), found.truncate(9));
+        assert!(found.odd.contains(&true) && found.odd.contains(&false));
+        for k in 0..9 {
+            let (mode, odd) = (&found.modes[k], found.odd[k]);
+            let sign = if odd { -1.0 } else { 1.0 };
+            let turned: Vec<f64> = image(mode, &mirror).iter().map(|x| sign * x).collect();
+            assert_eq!(*mode, turned);
+            assert!((found.sigmas[k] / plain.sigmas[k] - 1.0).abs() < 1e-9);
+            let dot: f64 = mode.iter().zip(&plain.modes[k]).map(|(a, b)| a * b).sum();
+            assert!((dot.abs() - 1.0).abs() < 1e-9, "{dot}");
+            for (f, row) in found.coefficients.iter().enumerate() {
+                assert!((row[k] - dot * plain.coefficients[f][k]).abs() < 1e-9);
+                assert!((sign * row[k] - dot * plain.coefficients[7 + f][k]).abs() < 1e-9);
+            }
         }
     }
 

@@ -10,10 +10,9 @@ use super::held_out::{less, shuffled, whole_faces};
 use super::wide;
 use crate::fit::FitResult;
 use crate::fit::head::template::Template;
-use crate::fit::learn::Learner;
+use crate::fit::learn::{Learner, Settings};
 use crate::fit::statistics::gram::inner;
 use crate::fit::statistics::subspace::Subspace;
-use crate::model::Blending;
 
 /// Errors of one basis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -67,14 +66,14 @@ pub fn curves(
     training: usize,
     test: usize,
     seed: u64,
-    blending: Blending,
+    settings: &Settings,
 ) -> FitResult<Curves> {
     let areas = Areas::new(template)?;
     let order = shuffled(faces.len(), seed);
     let (learned, rest) = order.split_at(training.min(order.len()));
     let rest = &rest[..test.min(rest.len())];
     let learned = wide(learned.iter().map(|&i| &faces[i]));
-    let learner = Learner::new(template, learned, blending)?;
+    let learner = Learner::new(template, learned, settings)?;
     let of_training: Vec<Vec<DVec3>> = (learner.aligned.iter())
         .map(|face| less(face, &learner.mean))
         .collect();
@@ -100,7 +99,7 @@ pub fn curves(
         ));
     }
 
-    let spectrum = whole_faces(learner.aligned, &learner.mean, &areas.skin)?;
+    let spectrum = whole_faces(learner.aligned, &learner.mean, &areas.skin, template)?;
     let pca = spectrum.truncate(spectrum.eigenvalues.len());
     let steps: Vec<usize> = (1..=pca.modes.len())
         .filter(|k| k % 5 == 0 || *k == pca.modes.len())

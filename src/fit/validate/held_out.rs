@@ -13,11 +13,10 @@ use super::wide;
 use crate::Random;
 use crate::fit::FitResult;
 use crate::fit::head::template::Template;
-use crate::fit::learn::Learner;
+use crate::fit::learn::{Learner, Settings, spectrum};
 use crate::fit::statistics::gram::{inner, sums};
 use crate::fit::statistics::pca::Spectrum;
 use crate::fit::statistics::subspace::Subspace;
-use crate::model::Blending;
 
 /// A mean over faces and its 95 % confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -161,7 +160,7 @@ pub fn cross_validate(
     faces: &[Vec<Vec3>],
     tests: &[Vec<usize>],
     taus: &[f64],
-    blending: Blending,
+    settings: &Settings,
     mut done: impl FnMut(),
 ) -> FitResult<(Vec<HeldOut>, Vec<Pair>)> {
     let areas = Areas::new(template)?;
@@ -169,7 +168,7 @@ pub fn cross_validate(
     let mut pairs = Vec::new();
     for test in tests {
         let others = (faces.iter().enumerate()).filter(|(i, _)| !test.contains(i));
-        let mut learner = Learner::new(template, wide(others.map(|(_, face)| face)), blending)?;
+        let mut learner = Learner::new(template, wide(others.map(|(_, face)| face)), settings)?;
         // Of all vertices; what is compared are displacements from the mean.
         let fields: Vec<Vec<DVec3>> = wide(test.iter().map(|&i| &faces[i]))
             .par_iter()
@@ -220,7 +219,7 @@ pub fn cross_validate(
             modes_of.push(bases.reports.iter().map(|r| r.modes).collect::<Vec<_>>());
         }
         let aligned = std::mem::take(&mut learner.aligned);
-        let whole = whole_faces(aligned, &learner.mean, &areas.skin)?;
+        let whole = whole_faces(aligned, &learner.mean, &areas.skin, template)?;
         let most = modes_of.iter().map(|modes| modes.iter().sum()).max();
         let whole = WholeFaces::new(&whole, most.unwrap_or_default(), &areas.skin, &fields);
         for (found, modes) in found.iter_mut().zip(modes_of) {
@@ -287,12 +286,13 @@ fn on_head(learner: &Learner, feature: usize, shape: &[f64]) -> Vec<DVec3> {
     whole
 }
 
-/// How whole faces vary on their skin: aligned ones, about a mean, all vertices, mm. Of faces that
-/// are given away none is kept longer than needed.
+/// How whole faces and their mirror images vary on their skin: aligned ones, about a mean, all vertices, mm. Of
+/// faces that are given away none is kept longer than needed.
 pub fn whole_faces<F: AsRef<[DVec3]>>(
     aligned: impl IntoParallelIterator<Item = F, Iter: IndexedParallelIterator>,
     mean: &[DVec3],
     skin: &[u32],
+    template: &Template,
 ) -> FitResult<Spectrum> {
     let rows = aligned.into_par_iter().map(|face| {
         let face = face.as_ref();
@@ -300,7 +300,7 @@ pub fn whole_faces<F: AsRef<[DVec3]>>(
             .flat_map(|&v| (face[v as usize] - mean[v as usize]).to_array())
             .collect()
     });
-    Spectrum::of(rows.collect())
+    spectrum(rows.collect(), skin, Some(&template.topology.mirror))
 }
 
 /// Displacement fields in a PCA of whole faces.

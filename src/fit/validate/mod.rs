@@ -234,7 +234,7 @@ pub fn validate<'a>(
     let areas = Areas::new(template)?;
 
     done("learning");
-    let learner = Learner::new(template, wide(&faces), settings.blending)?;
+    let learner = Learner::new(template, wide(&faces), &settings)?;
     let alignment = learner.alignment();
     let mut modes = (learner.features())
         .map(|(name, spectrum)| Modes::of(name, spectrum))
@@ -247,7 +247,7 @@ pub fn validate<'a>(
     let model = FaceModel::parse(&file)?;
 
     done("random faces");
-    let whole = whole_faces(&learned.aligned, &mean, &areas.skin)?;
+    let whole = whole_faces(&learned.aligned, &mean, &areas.skin, template)?;
     modes.push(Modes::of("whole face", &whole)?);
     let whole_modes = on_all_vertices(&whole.truncate(count), &areas.skin, template);
     let controls: Vec<String> = model
@@ -277,20 +277,17 @@ pub fn validate<'a>(
 
     done("holding out ten faces");
     let ten = shuffled(faces.len(), 10)[..PAPER.min(faces.len() / 2)].to_vec();
-    let (ten_held_out, pairs) =
-        cross_validate(template, &faces, &[ten], &TRIED, settings.blending, || ())?;
+    let (ten_held_out, pairs) = cross_validate(template, &faces, &[ten], &TRIED, &settings, || ())?;
     let parts_of = FOLDS.min(faces.len());
     let tests = folds(faces.len(), parts_of, 5);
-    let (held_out, _) =
-        cross_validate(template, &faces, &tests, &TRIED, settings.blending, || {
-            done("holding out every face");
-        })?;
+    let (held_out, _) = cross_validate(template, &faces, &tests, &TRIED, &settings, || {
+        done("holding out every face");
+    })?;
     let mut split = Vec::new();
     for [training, test] in SPLITS {
         done("error against the number of coefficients");
         if faces.len() >= training + FEWEST {
-            let blending = settings.blending;
-            split.push(curves(template, &faces, training, test, 100, blending)?);
+            split.push(curves(template, &faces, training, test, 100, &settings)?);
         }
     }
     Ok(Validated {
@@ -364,10 +361,6 @@ fn positions(face: &crate::Face) -> Vec<DVec3> {
 /// When the model has other coefficients than the bases.
 pub fn rounding(learned: &Learned, model: &FaceModel) -> FitResult<f64> {
     let n = learned.parts.mean.len();
-    let count = learned.aligned.len() as f64;
-    let mean: Vec<DVec3> = (0..n)
-        .map(|v| learned.aligned.iter().map(|f| f[v]).sum::<DVec3>() / count)
-        .collect();
     let random = (0..RANDOM_FACES)
         .into_par_iter()
         .map(|seed| random_face(model, seed))
@@ -377,7 +370,7 @@ pub fn rounding(learned: &Learned, model: &FaceModel) -> FitResult<f64> {
     let exact = fields(&learned.modes, &coefficients);
     let squares: Vec<f64> = (random.par_iter().zip(&exact))
         .map(|(face, exact)| {
-            let off = face.positions().iter().zip(mean.iter().zip(exact));
+            let off = face.positions().iter().zip(learned.mean.iter().zip(exact));
             off.map(|(p, (m, d))| p.as_dvec3().distance_squared(*m + *d))
                 .sum()
         })

@@ -37,10 +37,10 @@ export function createFeatures(editor, { distributions, limits, random, preview,
   /** @type {Set<string>} */
   const opened = new Set();
 
-  const person = createPerson(editor);
+  const person = createPerson(editor, limits);
   /** In the order in which they stand. @type {Map<string, HTMLElement>} */
   const tabs = new Map();
-  if (person.any) tabs.set(PERSON, element('button', { type: 'button', class: 'tab whole', onclick: () => pressed(PERSON) }, text.person.title));
+  tabs.set(PERSON, element('button', { type: 'button', class: 'tab whole', onclick: () => pressed(PERSON) }, text.person.title));
   for (const group of groups) {
     const lockSign = icon('lock');
     lockSign.classList.add('lock-sign');

@@ -2,6 +2,7 @@ import { element } from '../frame/element.js';
 import { coloursAlong, told } from '../head/someone.js';
 import { text } from '../text.js';
 import { createSlider } from './slider.js';
+import { createSymmetry } from './symmetry.js';
 import { numberAndRest } from './typed.js';
 import { ETHNICITY, ORDER } from './wishes.js';
 
@@ -32,9 +33,11 @@ function maleness(typed, present) {
 
 /**
  * @param {import('../editing/editor.js').Editor} editor
+ * @param {import('./limits.js').Limits} limits
  */
-export function createPerson(editor) {
+export function createPerson(editor, limits) {
   const { model, face } = editor;
+  const symmetry = createSymmetry(editor, limits);
   const median = model.face();
   const shares = model.attributes.filter(({ name }) => ETHNICITY.includes(name));
   const place = (/** @type {string} */ name) => ORDER.indexOf(ETHNICITY.includes(name) ? 'ethnicity' : name) + 1 || 99;
@@ -140,19 +143,24 @@ export function createPerson(editor) {
   editor.onStep(refresh);
 
   return {
-    /** Whether the model has labels. */
-    any: rows.length > 0,
     root: element(
       'div',
       { class: 'person', role: 'group', 'aria-label': text.person.title },
       element('h2', {}, text.person.title),
-      element('p', { class: 'note' }, text.person.about),
-      element('div', { class: 'sliders' }, ...rows.map(({ slider }) => slider.root)),
-      element('label', { class: 'check', for: along.id }, along, text.person.colours),
+      // Not every model has labels.
+      ...(rows.length === 0
+        ? []
+        : [
+            element('p', { class: 'note' }, text.person.about),
+            element('div', { class: 'sliders' }, ...rows.map(({ slider }) => slider.root)),
+            element('label', { class: 'check', for: along.id }, along, text.person.colours),
+          ]),
+      symmetry.root,
     ),
     /** @param {boolean} now */
     shown(now) {
       visible = now;
+      symmetry.shown(now);
       refresh();
     },
   };

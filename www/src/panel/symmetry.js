@@ -1,0 +1,167 @@
+import { mirroredColouring, mirroredExpression, mirrorOf } from '../editing/mirror.js';
+import { element } from '../frame/element.js';
+import { text } from '../text.js';
+import { sigmas } from './distribution.js';
+import { createSlider } from './slider.js';
+import { createTimeslices } from './timeslice.js';
+
+// How unlike each other the two sides of the face are: from a mask to more than anybody's.
+
+/** So many random faces tell a percentile to 2.5. */
+const PEOPLE = 400;
+const BARS = 61;
+/** The width of the density's smoothing, of the track. */
+const BANDWIDTH = 0.04;
+/** The track goes on for so many times what one of a hundred people has. */
+const ROOM = 1.6;
+/** Sides that differ by less are alike, mm: who has them differ more gets the sides of somebody else. */
+const ALIKE = 0.02;
+
+/**
+ * @param {import('../editing/editor.js').Editor} editor
+ * @param {import('./limits.js').Limits} limits
+ */
+export function createSymmetry(editor, limits) {
+  const { model, face } = editor;
+  const root = element('section', { class: 'part', 'aria-label': text.symmetry.title, hidden: true });
+  /** @type {ReturnType<typeof withMirror> | null} */
+  let part = null;
+  let asked = false;
+  let visible = false;
+
+  async function prepare() {
+    const pause = createTimeslices();
+    const mirror = await mirrorOf(model, pause);
+    if (!mirror) return; // one that knows sides apart was learned from people of one side
+    const somebody = model.face();
+    /** @type {number[]} */
+    const amounts = [];
+    for (let seed = 1; seed <= PEOPLE; seed++) {
+      await pause();
+      somebody.randomize({ seed });
+      amounts.push(mirror.differ(somebody.coefficients));
+    }
+    part = withMirror(mirror, somebody, amounts.sort((a, b) => a - b));
+    root.append(...part.rows);
+    root.hidden = false;
+    part.refresh();
+  }
+
+  /**
+   * @param {import('../editing/mirror.js').Mirror} mirror
+   * @param {import('phiz').Face} drawn a face to draw on
+   * @param {readonly number[]} amounts of people, increasing
+   */
+  function withMirror(mirror, drawn, amounts) {
+    const most = ROOM * amounts[Math.floor(0.99 * amounts.length)];
+    const rank = (/** @type {number} */ mm) => amounts.filter((one) => one < mm).length / amounts.length;
+    const bars = Array.from({ length: BARS }, (_, i) => amounts.reduce((sum, one) => sum + Math.exp(-0.5 * ((one / most - i / (BARS - 1)) / BANDWIDTH) ** 2), 0));
+    const highest = Math.max(...bars);
+
+    /** What the gesture counts from. @type {{ state: import('../editing/history.js').State, coefficients: Float32Array, differ: number } | null} */
+    let start = null;
+    function hold() {
+      if (start) return;
+      const { state } = editor;
+      drawn.code = state.code; // with its way of blending
+      let { coefficients } = drawn;
+      if (mirror.differ(coefficients) < ALIKE) coefficients = withSidesOf(coefficients);
+      start = { state, coefficients, differ: mirror.differ(coefficients) };
+    }
+    /** Whose sides are alike gets those of somebody, always the same. @param {Float32Array} coefficients */
+    function withSidesOf(coefficients) {
+      const somebody = model.face();
+      somebody.randomize({ seed: 1 });
+      const theirs = somebody.coefficients;
+      somebody.free();
+      const alike = mirror.withSides(theirs, 0);
+      return coefficients.map((own, k) => own + theirs[k] - alike[k]);
+    }
+    /** @param {number} mm */
+    function move(mm) {
+      hold();
+      if (!start) return;
+      const { state, coefficients, differ } = start;
+      const end = sigmas(limits.present[1]);
+      const moved = mirror.withSides(coefficients, mm / differ);
+      drawn.coefficients = moved.map((to, k) => {
+        const far = Math.max(end, Math.abs(coefficients[k]));
+        return Math.min(far, Math.max(-far, to));
+      });
+      editor.moveFrom(state, (present) => present.blend(drawn, 1), editor.colouring);
+    }
+    function finish() {
+      start = null;
+      editor.finish('asymmetry');
+    }
+    const slider = createSlider({
+      name: text.symmetry.slider,
+      label: text.symmetry.slider,
+      id: 'asymmetry',
+      about: text.symmetry.about,
+      title: text.symmetry.reset,
+      limits: [0, most],
+      step: 0.001,
+      key: most / 60,
+      neutral: 0,
+      distribution: { place: (mm) => mm / most, value: (at) => at * most, density: bars.map((bar) => bar / highest) },
+      words: (mm) => text.lengthAndRank(mm, text.symmetry.rank(rank(mm))),
+      typed: {
+        label: text.symmetry.typed,
+        unit: 'mm',
+        min: 0,
+        max: Math.floor(100 * most) / 100,
+        step: 0.1,
+        show: (mm) => Math.round(100 * mm) / 100,
+        take: (mm) => {
+          move(mm);
+          finish();
+        },
+        atRank: (percent) => amounts[Math.min(amounts.length - 1, Math.floor((percent / 100) * amounts.length))],
+      },
+      move,
+      hold,
+      finish,
+    });
+    function flip() {
+      const { state } = editor;
+      drawn.code = state.code;
+      drawn.coefficients = mirror.image(drawn.coefficients);
+      editor.part();
+      editor.moveFrom(
+        state,
+        (present) => {
+          present.blend(drawn, 1);
+          if (present.locked.length === 0) present.expression = mirroredExpression(present.expression);
+        },
+        mirroredColouring(editor.colouring),
+      );
+      editor.finish('mirror');
+    }
+    return {
+      rows: [
+        slider.root,
+        element('div', { class: 'row' }, element('button', { type: 'button', class: 'button', title: text.symmetry.flipAbout, onclick: flip }, text.symmetry.flip)),
+      ],
+      refresh: () => slider.show(mirror.differ(face.coefficients)),
+    };
+  }
+
+  function refresh() {
+    if (visible) part?.refresh();
+  }
+  editor.onShape(refresh);
+  editor.onStep(refresh);
+
+  return {
+    root,
+    /** @param {boolean} now */
+    shown(now) {
+      visible = now;
+      refresh();
+      if (!now || asked) return;
+      asked = true;
+      void prepare();
+    },
+  };
+}
