@@ -87,7 +87,7 @@ export const text = {
     about: 'How far spots of one side lie from where the other side’s mirror image has them. To the left both sides become alike.',
     reset: 'Double-click or press Delete to make both sides alike. Type a number for an exact value.',
     typed: 'Asymmetry, in mm',
-    rank: (/** @type {number} */ share) => (share === 0 ? 'less than anybody’s' : share === 1 ? 'more than anybody’s' : ordinal(share)),
+    rank: (/** @type {number} */ share) => (share < 0.005 ? 'less than anybody’s' : share > 0.995 ? 'as much as anybody’s' : ordinal(share)),
     flip: 'Mirror image',
     flipAbout: 'Left and right change places, in the expression and the hair, too; what is locked stays',
   },

@@ -60,7 +60,8 @@ export function partsOf(rest, at) {
     const moustache = smoothstep(corners - 3, corners + 3, y) * (1 - smoothstep(half, half + 6, aside));
     const onChin = (1 - smoothstep(corners - 3, corners + 3, y)) * (1 - smoothstep(half + 3, half + 12, aside)) * smoothstep(chin[2] - 24, chin[2] - 10, z);
     parts[4 * v] = Math.round(255 * moustache);
-    parts[4 * v + 1] = Math.round(255 * onChin);
+    // Halfway between the two both are rounded up.
+    parts[4 * v + 1] = Math.min(255 - parts[4 * v], Math.round(255 * onChin));
     parts[4 * v + 2] = 255 - parts[4 * v] - parts[4 * v + 1];
   }
   return parts;

@@ -7,13 +7,13 @@ import { createTimeslices } from './timeslice.js';
 
 // How unlike each other the two sides of the face are: from a mask to more than anybody's.
 
-/** So many random faces tell a percentile to 2.5. */
+/** So many random faces tell a percentile to 2.5; what the last of them has is the most that anybody has. */
 const PEOPLE = 400;
 const BARS = 61;
 /** The width of the density's smoothing, of the track. */
 const BANDWIDTH = 0.04;
-/** The track goes on for so many times what one of a hundred people has. */
-const ROOM = 1.6;
+/** How far the track goes beyond people, of what anybody has. */
+const BEYOND = 2;
 /** Sides that differ by less are alike, mm: who has them differ more gets the sides of somebody else. */
 const ALIKE = 0.02;
 
@@ -41,10 +41,15 @@ export function createSymmetry(editor, limits) {
       somebody.randomize({ seed });
       amounts.push(mirror.differ(somebody.coefficients));
     }
-    part = withMirror(mirror, somebody, amounts.sort((a, b) => a - b));
-    root.append(...part.rows);
+    amounts.sort((a, b) => a - b);
+    const build = () => {
+      part = withMirror(mirror, somebody, amounts);
+      root.replaceChildren(...part.rows);
+      part.refresh();
+    };
+    build();
+    limits.onChange(build);
     root.hidden = false;
-    part.refresh();
   }
 
   /**
@@ -53,9 +58,13 @@ export function createSymmetry(editor, limits) {
    * @param {readonly number[]} amounts of people, increasing
    */
   function withMirror(mirror, drawn, amounts) {
-    const most = ROOM * amounts[Math.floor(0.99 * amounts.length)];
-    const rank = (/** @type {number} */ mm) => amounts.filter((one) => one < mm).length / amounts.length;
-    const bars = Array.from({ length: BARS }, (_, i) => amounts.reduce((sum, one) => sum + Math.exp(-0.5 * ((one / most - i / (BARS - 1)) / BANDWIDTH) ** 2), 0));
+    // A slider's value is a part of what anybody has, which is 1.
+    const most = amounts[amounts.length - 1];
+    const end = limits.beyond ? BEYOND : 1;
+    const rank = (/** @type {number} */ at) => amounts.filter((one) => one < at * most).length / amounts.length;
+    const bars = Array.from({ length: BARS }, (_, i) =>
+      amounts.reduce((sum, one) => sum + Math.exp(-0.5 * ((one / most - (end * i) / (BARS - 1)) / BANDWIDTH) ** 2), 0),
+    );
     const highest = Math.max(...bars);
 
     /** What the gesture counts from. @type {{ state: import('../editing/history.js').State, coefficients: Float32Array, differ: number } | null} */
@@ -77,16 +86,16 @@ export function createSymmetry(editor, limits) {
       const alike = mirror.withSides(theirs, 0);
       return coefficients.map((own, k) => own + theirs[k] - alike[k]);
     }
-    /** @param {number} mm */
-    function move(mm) {
+    /** @param {number} at */
+    function move(at) {
       hold();
       if (!start) return;
       const { state, coefficients, differ } = start;
-      const end = sigmas(limits.present[1]);
-      const moved = mirror.withSides(coefficients, mm / differ);
+      const far = sigmas(limits.present[1]);
+      const moved = mirror.withSides(coefficients, (at * most) / differ);
       drawn.coefficients = moved.map((to, k) => {
-        const far = Math.max(end, Math.abs(coefficients[k]));
-        return Math.min(far, Math.max(-far, to));
+        const farthest = Math.max(far, Math.abs(coefficients[k]));
+        return Math.min(farthest, Math.max(-farthest, to));
       });
       editor.moveFrom(state, (present) => present.blend(drawn, 1), editor.colouring);
     }
@@ -100,24 +109,25 @@ export function createSymmetry(editor, limits) {
       id: 'asymmetry',
       about: text.symmetry.about,
       title: text.symmetry.reset,
-      limits: [0, most],
+      limits: [0, end],
       step: 0.001,
-      key: most / 60,
+      key: 0.02,
       neutral: 0,
-      distribution: { place: (mm) => mm / most, value: (at) => at * most, density: bars.map((bar) => bar / highest) },
-      words: (mm) => text.lengthAndRank(mm, text.symmetry.rank(rank(mm))),
+      distribution: { place: (value) => value, value: (at) => at, density: bars.map((bar) => bar / highest) },
+      words: (at) => text.lengthAndRank(at * most, text.symmetry.rank(rank(at))),
       typed: {
         label: text.symmetry.typed,
         unit: 'mm',
         min: 0,
-        max: Math.floor(100 * most) / 100,
+        max: Math.floor(10 * end * most) / 10,
         step: 0.1,
-        show: (mm) => Math.round(100 * mm) / 100,
+        show: (at) => Math.round(100 * at * most) / 100,
         take: (mm) => {
-          move(mm);
+          move(mm / most);
           finish();
         },
         atRank: (percent) => amounts[Math.min(amounts.length - 1, Math.floor((percent / 100) * amounts.length))],
+        ended: (mm) => limits.ended(text.millimetres(mm), 'asymmetry'),
       },
       move,
       hold,
@@ -143,7 +153,7 @@ export function createSymmetry(editor, limits) {
         slider.root,
         element('div', { class: 'row' }, element('button', { type: 'button', class: 'button', title: text.symmetry.flipAbout, onclick: flip }, text.symmetry.flip)),
       ],
-      refresh: () => slider.show(mirror.differ(face.coefficients)),
+      refresh: () => slider.show(mirror.differ(face.coefficients) / most),
     };
   }
 
