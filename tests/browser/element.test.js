@@ -224,14 +224,23 @@ describe('<phiz-designer> in any page', () => {
         format: await refused(() => hidden.toMesh('toString')),
         view: await refused(() => hidden.view('nope')),
         size: await refused(() => hidden.toPng({ width: 8 })),
-        colours: await refused(() => (hidden.colours = 3)),
+        ...(() => {
+          const before = [hidden.code, hidden.colours];
+          window.errors.hidden.length = 0;
+          // Whoever renders what somebody typed goes on.
+          hidden.colours = 3;
+          hidden.code = 'zzz';
+          return { before, after: [hidden.code, hidden.colours], errors: [...window.errors.hidden] };
+        })(),
         picture: [(await createImageBitmap(picture)).width, picture.type],
       };
     });
     assert.match(found.format, /no format "toString": take glb/);
     assert.match(found.view, /no view "nope": take front, quarter, profile/);
     assert.match(found.size, /16 to \d+ pixels a side/);
-    assert.match(found.colours, /colours are an object/);
+    assert.deepEqual(found.after, found.before);
+    assert.equal(found.errors.length, 2);
+    assert.match(found.errors.join('\n'), /colours are an object[^]*code/);
     assert.deepEqual(found.picture, [1024, 'image/png']);
   });
 

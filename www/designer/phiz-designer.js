@@ -173,10 +173,19 @@ export class PhizDesigner extends HTMLElement {
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
+    if (name === 'code' || name === 'colours') this.#ask(name, value);
+    else if (before !== value) this.#attempt(() => this.#follow(name, value));
+  }
+
+  /** @param {'code' | 'colours'} name @param {unknown} value that may be none: a page that renders what somebody typed goes on */
+  #ask(name, value) {
+    this.#attempt(() => (name === 'code' ? this.#askCode(/** @type {string | null | undefined} */ (value)) : this.#askColours(value)));
+  }
+
+  /** @param {() => void} change */
+  #attempt(change) {
     try {
-      if (name === 'code') this.#askCode(value);
-      else if (name === 'colours') this.#askColours(value);
-      else if (before !== value) this.#follow(name, value);
+      change();
     } catch (error) {
       this.#complain(error);
     }
@@ -208,7 +217,7 @@ export class PhizDesigner extends HTMLElement {
   }
   /** @param {string | null | undefined} code */
   set code(code) {
-    this.#askCode(code);
+    this.#ask('code', code);
   }
 
   /** The colours that are not the model's own; may be assigned at any time, also as the attribute has them. @returns {Readonly<Record<string, number>>} */
@@ -223,7 +232,7 @@ export class PhizDesigner extends HTMLElement {
   }
   /** @param {Readonly<Record<string, number>> | string | null | undefined} colours */
   set colours(colours) {
-    this.#askColours(colours);
+    this.#ask('colours', colours);
   }
 
   /** @param {string | null | undefined} code */
