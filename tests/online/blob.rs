@@ -4,8 +4,8 @@
 use std::sync::LazyLock;
 
 use crate::common::{
-    COEFFICIENTS, edited_sheet, exercise, labelled_sheet, n, sheet, sheet_blob, sheet_model, text,
-    with_header,
+    COEFFICIENTS, edited_sheet, exercise, head_model, labelled_sheet, n, sheet, sheet_blob,
+    sheet_model, text, with_header,
 };
 use glam::Vec3;
 use phiz::anatomy::{Axis, Quantity};
@@ -16,6 +16,109 @@ use phiz::{Error, FaceModel, IncomingModel};
 use proptest::prelude::*;
 
 static BLOB: LazyLock<Vec<u8>> = LazyLock::new(sheet_blob);
+static SYMMETRIC: LazyLock<Vec<u8>> =
+    LazyLock::new(|| symmetric_sheet().write().expect("it is written"));
+
+/// The sheet whose mean is its own mirror image, and each mode too, or every second one the opposite.
+fn symmetric_sheet() -> ModelParts {
+    let mut parts = sheet();
+    let mirror = parts.topology.mirror.clone();
+    for (v, &image) in mirror.iter().enumerate() {
+        let p = parts.mean[v];
+        parts.mean[image as usize] = match image as usize == v {
+            true => p.with_x(0.0),
+            false => p * Vec3::new(-1.0, 1.0, 1.0),
+        };
+    }
+    for block in &mut parts.blocks {
+        let (modes, support) = (&block.modes, &block.support);
+        let count = modes.count();
+        let mut numbers = modes.by_vertex();
+        for (at, &v) in support.iter().enumerate() {
+            let Ok(image) = support.binary_search(&mirror[v as usize]) else {
+                continue;
+            };
+            for k in 0..count {
+                for axis in 0..3 {
+                    let negative = (axis == 0) == (k % 2 == 0);
+                    let own = numbers[3 * (at * count + k) + axis];
+                    numbers[3 * (image * count + k) + axis] = match (image == at, negative) {
+                        (true, true) => 0,
+                        (false, true) => -own,
+                        _ => own,
+                    };
+                }
+            }
+        }
+        block.modes = Modes::new(modes.step(), count, &numbers);
+    }
+    parts
+}
+
+/// What is the same on both sides is kept of one, and read back as it was.
+#[test]
+fn a_symmetric_model_is_kept_of_one_side() {
+    let parts = symmetric_sheet();
+    let model = FaceModel::parse(&SYMMETRIC).expect("a model");
+    assert_eq!(*model.parts(), parts);
+    // A block of all vertices at least has its images.
+    let whole = parts
+        .blocks
+        .iter()
+        .position(|b| b.support.len() == parts.mean.len());
+    let block = &parts.blocks[whole.expect("the head")];
+    let odd: Vec<bool> = (0..block.sigmas.len()).map(|k| k % 2 == 1).collect();
+    assert_eq!(parts.odd()[block.coefficients()], odd);
+    assert!(
+        SYMMETRIC.len() < BLOB.len(),
+        "{} of {} bytes",
+        SYMMETRIC.len(),
+        BLOB.len()
+    );
+    for at_once in [1, 100] {
+        let incoming = incoming(&SYMMETRIC, at_once).expect("a model");
+        assert_eq!(*incoming.parts(), parts);
+    }
+    exercise(&model);
+}
+
+/// The default model was learned from people and their mirror images: its mean is its own image, and each mode is,
+/// or its opposite, to the bit, so that a file keeps one side. Some are the opposite, as people are not symmetric.
+#[test]
+fn modes_of_people_are_of_both_sides_or_of_one_against_the_other() {
+    let parts = head_model().parts();
+    let mirror = &parts.topology.mirror;
+    for (v, &image) in mirror.iter().enumerate() {
+        let flipped = parts.mean[v] * Vec3::new(-1.0, 1.0, 1.0);
+        assert_eq!(parts.mean[image as usize], flipped);
+    }
+    let odd = parts.odd();
+    for block in parts.blocks.iter().filter(|b| b.local_to.is_none()) {
+        for (k, i) in block.coefficients().enumerate() {
+            for (at, &v) in block.support.iter().enumerate() {
+                let image = block.support.binary_search(&mirror[v as usize]);
+                let image = image.expect("on both sides");
+                for axis in 0..3 {
+                    let sign = if (axis == 0) == odd[i] { 1 } else { -1 };
+                    let number = |at: usize| i32::from(block.modes.get(k, 3 * at + axis));
+                    assert_eq!(
+                        number(at),
+                        sign * number(image),
+                        "{} {k} at {v}",
+                        block.name
+                    );
+                }
+            }
+        }
+    }
+    let people = &odd[..parts.population()];
+    let count = people.iter().filter(|odd| **odd).count();
+    assert!(
+        count > 3 && count < people.len() / 2,
+        "{count} of {}",
+        people.len()
+    );
+}
 
 /// Parses bytes that may be anything; a model that comes out is used in every way.
 fn survive(bytes: &[u8]) {
@@ -650,10 +753,12 @@ proptest! {
     fn damage_behind_a_right_checksum_is_refused_or_harmless(
         damages in prop::collection::vec(damage(), 1..6),
     ) {
-        let mut bytes = BLOB.clone();
-        damages.iter().for_each(|d| apply(&mut bytes, d));
-        seal(&mut bytes);
-        survive(&bytes);
+        for blob in [&*BLOB, &*SYMMETRIC] {
+            let mut bytes = blob.clone();
+            damages.iter().for_each(|d| apply(&mut bytes, d));
+            seal(&mut bytes);
+            survive(&bytes);
+        }
     }
 
     /// The header is a few thousand of the bytes and most of the meaning: damage aimed at it.

@@ -42,7 +42,7 @@ mod tests {
     #[test]
     fn mirror_images_are_on_the_other_side() {
         let face = vec![DVec3::new(1.0, 2.0, 3.0), DVec3::new(-4.0, 5.0, 6.0)];
-        let both = with_mirror_images(&[face.clone()], &[1, 0]);
+        let both = with_mirror_images(std::slice::from_ref(&face), &[1, 0]);
         assert_eq!(both[0], face);
         let image = [DVec3::new(4.0, 5.0, 6.0), DVec3::new(-1.0, 2.0, 3.0)];
         assert_eq!(both[1], image);
