@@ -252,7 +252,9 @@ describe('the page', () => {
     const stays = await landmarkOnScreen(page, 'ibug_08');
     await shaved.click();
     await settled(page);
-    assert.deepEqual(await landmarkOnScreen(page, 'ibug_08'), stays, 'a view that somebody set is moved');
+    const stayed = await landmarkOnScreen(page, 'ibug_08');
+    // Numbers of a camera that comes back have other last digits.
+    assert.ok(Math.hypot(stayed.x - stays.x, stayed.y - stays.y) < 1e-6, 'a view that somebody set is moved');
     await page.getByRole('button', { name: 'Reset the view' }).click();
     await settled(page);
     assert.ok(Math.abs((await landmarkOnScreen(page, 'ibug_08')).y - before.y) < 1, 'without a beard the view is another than it was');
