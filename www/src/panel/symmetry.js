@@ -14,7 +14,7 @@ const BARS = 61;
 const BANDWIDTH = 0.04;
 /** How far the track goes beyond people, of what anybody has. */
 const BEYOND = 2;
-/** Sides that differ by less are alike, mm: who has them differ more gets the sides of somebody else. */
+/** Sides that differ by less are alike, mm: to differ more they get somebody else's difference. */
 const ALIKE = 0.02;
 
 /**
@@ -153,7 +153,8 @@ export function createSymmetry(editor, limits) {
         slider.root,
         element('div', { class: 'row' }, element('button', { type: 'button', class: 'button', title: text.symmetry.flipAbout, onclick: flip }, text.symmetry.flip)),
       ],
-      refresh: () => slider.show(mirror.differ(face.coefficients) / most),
+      // What another slider moves of it by what nobody sees is not shown anew.
+      refresh: () => slider.show(Math.round((1000 * mirror.differ(face.coefficients)) / most) / 1000),
     };
   }
 
