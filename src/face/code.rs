@@ -20,7 +20,8 @@ impl Face {
         encode(&self.model, self.alpha(), &self.state, &self.anchors)
     }
 
-    /// Takes the coefficients and the fall-off distance of a code, and what locks took back.
+    /// Takes the coefficients and the fall-off distance of a code, and what locks took back. Measures that are held are
+    /// held at the lengths they have then: it is another face.
     ///
     /// # Errors
     /// [`Error::Code`] when the code is damaged or of another model; the face stays as it was.
@@ -74,6 +75,10 @@ impl Face {
         } else {
             (self.state, self.anchors) = (state, anchors);
             self.evaluate_all();
+        }
+        for i in 0..self.held.len() {
+            let (measure, _) = self.held[i];
+            self.held[i].1 = self.measured(measure);
         }
         self.changed = self.all();
         Ok(())

@@ -194,7 +194,7 @@ impl Face {
 
     /// Brings held measures back without touching `own` coefficients: by their semantic controls,
     /// which touch little else, where all have one; else by whatever is not locked.
-    fn hold_without(&mut self, own: &[usize], before: Before) -> Result<()> {
+    pub(super) fn hold_without(&mut self, own: &[usize], before: Before) -> Result<()> {
         if self.held.is_empty() {
             return Ok(());
         }

@@ -158,11 +158,13 @@ impl Face {
         self.state.iter().map(|&c| sigmas(c)).collect()
     }
 
-    /// Replaces all coefficients (sigmas). Limits and locks do not apply, and nothing is left of
-    /// what locks took back.
+    /// Replaces all coefficients (sigmas), those of locked regions, too. Limits do not apply. It is a change like any
+    /// other: what the coefficients of other regions would move in a locked one is taken back, what earlier locks took
+    /// back stays so ([`Face::reset`] lets it go), and held measures are held.
     ///
     /// # Errors
-    /// When their number is wrong, or one is not a number or beyond 255 sigmas.
+    /// When their number is wrong, one is not a number or beyond 255 sigmas, or a held measure cannot be held; the face
+    /// then stays as it was.
     pub fn set_coefficients(&mut self, coefficients: &[f32]) -> Result<()> {
         if coefficients.len() != self.state.len() {
             return Err(Error::Mismatch(format!(
@@ -171,15 +173,9 @@ impl Face {
                 self.state.len()
             )));
         }
-        let state = on_grid(coefficients)?;
-        if self.anchors.is_empty() {
-            self.adopt(state);
-        } else {
-            self.anchors.clear();
-            self.state = state;
-            self.evaluate_all();
-        }
-        Ok(())
+        let before = self.before();
+        self.change(coefficients)?;
+        self.hold_without(&[], before)
     }
 
     /// Where the face stands on a control: the part of the population below it, 0..=1.

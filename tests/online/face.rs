@@ -512,6 +512,13 @@ fn a_locked_region_stays_in_place_whatever_happens_elsewhere() {
             face.set(&control.name, 0.9).unwrap();
             check(&face, &control.name, 1e-4);
         }
+        // Coefficients farther out than any person's, of what is not locked.
+        let mut beyond = face.coefficients();
+        for block in model.parts().blocks.iter().filter(|b| rest.contains(&b.name)) {
+            beyond[block.first_coefficient] += 4.0;
+        }
+        face.set_coefficients(&beyond).unwrap();
+        check(&face, "coefficients", 1e-4);
         for &vertex in [free[0], free[free.len() / 2], kept[0]].iter() {
             let there = face.positions()[vertex] + Vec3::new(1.0, 2.0, -1.0);
             face.drag(vertex as u32, there).unwrap();
@@ -530,6 +537,9 @@ fn a_locked_region_stays_in_place_whatever_happens_elsewhere() {
             face.unlock(name).unwrap();
         }
         assert_eq!(face.positions(), there);
+        assert_eq!(face.code(), again.code());
+        // Nor does what assigns the coefficients that are there.
+        face.set_coefficients(&face.coefficients()).unwrap();
         assert_eq!(face.code(), again.code());
         // Whoever is drawn anew is a person like any other.
         face.randomize(&seeded(7)).unwrap();

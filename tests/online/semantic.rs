@@ -290,12 +290,22 @@ fn held_measures_are_held_whatever_changes_the_face() {
     check(&face, "a blend");
     face.clear("mouth width").unwrap();
     check(&face, "clearing");
+    let mut beyond = face.coefficients();
+    beyond[0] += 4.0;
+    face.set_coefficients(&beyond).unwrap();
+    check(&face, "coefficients");
     face.reset(None).unwrap();
     check(&face, "a reset");
     // Setting it moves it all the same, and holds it there.
     face.set_measure("nose width", 36.0).unwrap();
     face.randomize(&seeded(3)).unwrap();
     assert!((face.measure("nose width").unwrap() - 36.0).abs() <= 0.0101);
+    // Another face by its code is held as it is.
+    face.set_code(&other.code()).unwrap();
+    assert_eq!(face.positions(), other.positions());
+    let wide = face.measure("nose width").unwrap();
+    face.set("nose 1", 0.7).unwrap();
+    assert!((face.measure("nose width").unwrap() - wide).abs() <= 1e-4);
     face.unlock_measure("nose width").unwrap();
     assert_eq!(face.locked_measures().count(), 2);
 }

@@ -500,14 +500,19 @@ export class Face {
   get expression(): Readonly<Record<string, number>>;
   set expression(shown: Readonly<Record<string, number>>);
 
-  /** The whole face as a short string for URLs; may be assigned. What is locked is no part of it, and stays. */
+  /**
+   * The whole face as a short string for URLs; may be assigned. What is locked is no part of it, and stays locked: held
+   * measures are held at the lengths of the face that it then is.
+   */
   code: string;
   /**
-   * All coefficients in standard deviations, a copy; may be assigned, which forgets what locks took
-   * back. The whole of a face is its `code`.
+   * All coefficients in standard deviations, a copy; may be assigned, beyond limits and those of locked
+   * regions, too. What others move in a locked region is taken back, and held measures are held. The whole of
+   * a face is its `code`.
+   * @throws Error when their number is wrong, one is beyond 255, or a held measure cannot be held.
    */
   coefficients: Float32Array;
-  /** How far a feature's change reaches into its surround, mm; may be assigned. */
+  /** How far a feature's change reaches into its surround, mm; may be assigned, which heeds no locks. */
   alpha: number;
 
   /**

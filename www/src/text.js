@@ -41,6 +41,7 @@ export const text = {
   alpha: 'Blending distance',
   alphaTyped: 'Blending distance in mm',
   alphaAbout: 'How far a change of one feature reaches into the skin around it.',
+  alphaLocked: 'the blending distance moves the borders of all features: unlock first',
   beyond: 'Go beyond people',
   ended: (/** @type {string} */ end) => `It ends at ${end}.`,
   unread: (/** @type {string} */ like) => `Type it like “${like}”.`,

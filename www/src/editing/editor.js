@@ -1,4 +1,5 @@
 import { readColouring } from '../head/colouring.js';
+import { text } from '../text.js';
 import { createHistory, restore, sameWeights, stateOf } from './history.js';
 
 /**
@@ -143,10 +144,16 @@ export function createEditor(model, face, colouring) {
       });
       shapeChanged();
     },
-    /** @param {number} mm */
+    /**
+     * Part of a gesture. It moves all borders of features, so nothing can be locked.
+     * @param {number} mm
+     */
     moveAlpha(mm) {
       history.begin();
-      face.alpha = mm;
+      attempt(() => {
+        if (face.locked.length + face.lockedMeasures.length > 0) throw new Error(text.alphaLocked);
+        face.alpha = mm;
+      });
       shapeChanged();
     },
     /**

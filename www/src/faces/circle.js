@@ -30,9 +30,9 @@ function places(count) {
  * @param {{ portraits: import('../stage/portraits.js').Portraits, say: (sentence: string) => void }} parts
  */
 export function createCircle(editor, { portraits, say }) {
-  const { model, face } = editor;
+  const { model } = editor;
   const mixed = model.face();
-  /** @type {{ entry: import('../keep/library.js').Entry, coefficients: Float32Array }[]} */
+  /** @type {{ entry: import('../keep/library.js').Entry, whole: import('phiz').Face }[]} */
   let members = [];
   /** @type {[number, number]} */
   let at = [0, 0];
@@ -53,11 +53,12 @@ export function createCircle(editor, { portraits, say }) {
     const length = Math.max(1, Math.hypot(x, y));
     at = [x / length, y / length];
     const weights = shares(places(members.length), at);
-    const coefficients = new Float32Array(face.coefficients.length);
-    members.forEach((member, i) => {
-      for (let c = 0; c < coefficients.length; c++) coefficients[c] += weights[i] * member.coefficients[c];
+    // One after another, each by its share of those so far: faces are more than their coefficients where locks took something back.
+    let sum = 0;
+    members.forEach(({ whole }, i) => {
+      sum += weights[i];
+      if (weights[i] > 0) mixed.blend(whole, weights[i] / sum);
     });
-    mixed.coefficients = coefficients;
     base ??= editor.state;
     const own = base.colouring;
     const colours = mixture(members.map(({ entry }, i) => [entry.colouring ?? own, weights[i]]));
@@ -132,6 +133,7 @@ export function createCircle(editor, { portraits, say }) {
             'aria-label': text.outOfCircle(entry.name),
             title: text.outOfCircle(entry.name),
             onclick: () => {
+              members.find((member) => member.entry === entry)?.whole.free();
               members = members.filter((member) => member.entry !== entry);
               at = [0, 0];
               build();
@@ -160,8 +162,9 @@ export function createCircle(editor, { portraits, say }) {
     add(entry) {
       if (members.some((member) => member.entry.id === entry.id)) return say(text.inCircle(entry.name));
       if (members.length === MOST) return say(tapping(text.circleFull));
-      mixed.code = entry.code;
-      members = [...members, { entry, coefficients: mixed.coefficients }];
+      const whole = model.face();
+      whole.code = entry.code;
+      members = [...members, { entry, whole }];
       at = [0, 0];
       build();
       root.scrollIntoView({ block: 'nearest' });

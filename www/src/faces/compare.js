@@ -193,7 +193,7 @@ export function createCompare(editor, { library, display, stage, wears }) {
     const kept = library.find(value);
     // The average has no colours of its own, as what was saved before those were kept.
     looks = kept ? { colours: kept.colouring, worn: false } : value === 'start' ? start.looks : {};
-    if (value === 'average') reference.coefficients = average.coefficients;
+    if (value === 'average') reference.code = average.code;
     else reference.code = kept?.code ?? start.code;
   }
   function applySplit() {

@@ -133,16 +133,7 @@ export function createDistributions(model) {
       read,
       write(/** @type {import('phiz').Face} */ face, /** @type {number} */ along) {
         const more = along - read(face);
-        // Coefficients are set without regard to lengths that are held: those are brought back.
-        const held = face.lockedMeasures.map((held) => /** @type {const} */ ([held, face.measure(held)]));
-        const before = face.coefficients;
-        face.coefficients = before.map((value, i) => value + more * direction[i]);
-        try {
-          for (const [measured, mm] of held) face.setMeasure(measured, mm);
-        } catch (error) {
-          face.coefficients = before;
-          throw error;
-        }
+        face.coefficients = face.coefficients.map((value, i) => value + more * direction[i]);
       },
     };
   }
