@@ -83,7 +83,7 @@ describe('limits', () => {
     });
   }
 
-  test('a length goes beyond people by its slider, and what is held stays held', async () => {
+  test('a length goes beyond people by its slider, and what is held or locked stays so', async () => {
     const { context, page, complaints } = await open(browser, site);
     const length = (/** @type {string} */ name) => page.evaluate((measure) => window.designer.face.measure(measure), name);
     await page.getByRole('tab', { name: 'Lengths' }).click();
@@ -105,6 +105,30 @@ describe('limits', () => {
     await moveSlider(page, 'nose 1', 1.25);
     assert.ok((await sigmas(page, 'nose 1')) > 4);
     assert.ok(Math.abs((await length('nose width')) - held) < 0.011, `${await length('nose width')} mm, not ${held}`);
+
+    // One that would move a locked region, too.
+    await page.getByRole('button', { name: 'Mouth', exact: true }).click();
+    await page.getByRole('button', { name: 'Lock the mouth', exact: true }).click();
+    await page.evaluate(() => (window.before = window.designer.face.positions.slice()));
+    await page.getByRole('button', { name: 'Head', exact: true }).click();
+    await moveSlider(page, 'head 1', 1.25);
+    assert.ok((await sigmas(page, 'head 1')) > 4);
+    const [mouth, rest] = await page.evaluate(() => {
+      const { face, model } = window.designer;
+      const most = [0, 0];
+      face.positions.forEach((x, i) => {
+        const at = model.regionGroups[model.regionOf[(i / 3) | 0]] === 'mouth' ? 0 : 1;
+        most[at] = Math.max(most[at], Math.abs(x - window.before[i]));
+      });
+      return most;
+    });
+    assert.ok(mouth < 1e-4 && rest > 1, `the mouth ${mouth} mm, the rest ${rest} mm`);
+    // All borders at once cannot move beside it.
+    const { alpha } = await page.evaluate(() => ({ alpha: window.designer.face.alpha }));
+    await page.getByText('Advanced').click();
+    await moveSlider(page, 'Blending distance', 0.9);
+    assert.equal(await page.evaluate(() => window.designer.face.alpha), alpha);
+    await page.getByText('the blending distance moves the borders of all features').waitFor();
     assert.deepEqual(complaints, []);
     await context.close();
   });
