@@ -231,7 +231,7 @@ export async function createDesigner(model, stage, chosen) {
   stage.furnish(panel.root);
   const tour = createTour(panel);
   stage.root.append(explanation.open, explanation.root, tour.invitation);
-  const exports = createExports(face, scene, head, file, () => library.nameOf(face.code));
+  const exports = createExports(face, scene, head, file, () => library.nameOf(face.code), () => editor.colouring);
   document.body.append(about.root, exports, ...tour.parts);
 
   editor.onShape((range) => {
