@@ -100,6 +100,8 @@ export function createHistory(subject) {
       if (last && last.what === what && step.at - last.at < TOGETHER) {
         last.after = step.after;
         last.at = step.at;
+        // There and back again is nothing to undo.
+        if (sameState(last.before, last.after)) done.pop();
         return;
       }
       done.push(step);
