@@ -36,4 +36,15 @@ describe('editing', () => {
     assert.equal(editor.face.get('nose 1'), at);
     assert.equal(editor.canUndo, false);
   });
+
+  test('a reset of all leaves what is locked as it looks, and the photo that it is of', () => {
+    const colouring = { skin: 0.9 };
+    editor.take({ code: editor.face.code, colouring }, 7);
+    editor.toggleLock('nose');
+    editor.reset();
+    assert.deepEqual([editor.colouring, editor.photo], [colouring, 7]);
+    editor.toggleLock('nose');
+    editor.reset();
+    assert.deepEqual([editor.colouring, editor.photo], [{}, 0]);
+  });
 });

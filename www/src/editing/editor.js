@@ -179,15 +179,15 @@ export function createEditor(model, face, colouring) {
     clear(control) {
       step(`clear ${control}`, () => attempt(() => face.clear(control)));
     },
-    /** @param {string} [region] all of the face, with its expression and colours, when absent */
+    /** @param {string} [region] all of the face, with its expression and, unless something is locked, its colours, when absent */
     reset(region) {
       step('reset', () =>
         attempt(() => {
           face.reset(region);
           if (region !== undefined) return;
           face.expression = {};
-          subject.colouring = {};
-          subject.photo = 0;
+          dress({});
+          leavePhoto();
         }),
       );
     },
