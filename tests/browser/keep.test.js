@@ -240,6 +240,19 @@ describe('nothing is lost', () => {
     await page.reload();
     await ready(page);
     await page.getByRole('tab', { name: 'Faces' }).click();
+    // On a slow line what was opened last is what is shown.
+    let come = () => {};
+    const late = new Promise((done) => (come = () => done(undefined)));
+    await page.route('**/expressions.phiz', async (route) => {
+      await late;
+      await route.continue();
+    });
+    await page.getByRole('button', { name: 'Open Smiler' }).click();
+    await page.getByRole('button', { name: 'Open My face 2' }).click();
+    come();
+    await page.waitForFunction(() => window.designer.model.expressions.length > 0);
+    await page.evaluate(() => new Promise((done) => requestAnimationFrame(done)));
+    assert.deepEqual(await shown(page), {});
     await page.getByRole('button', { name: 'Open Smiler' }).click();
     await wait(page, smile);
     assert.deepEqual([await codeOf(page), await shown(page)], [code, smile]);

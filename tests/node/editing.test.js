@@ -7,6 +7,7 @@ import { createEditor } from '../../www/src/editing/editor.js';
 
 const file = (/** @type {string} */ name) => readFile(new URL(`../../www/public/${name}.phiz`, import.meta.url));
 const model = await load(await file('model'));
+await model.loadExpressions(await file('expressions'));
 
 describe('editing', () => {
   /** @type {import('../../www/src/editing/editor.js').Editor} */
@@ -46,5 +47,62 @@ describe('editing', () => {
     editor.toggleLock('nose');
     editor.reset();
     assert.deepEqual([editor.colouring, editor.photo], [{}, 0]);
+  });
+
+  test('an expression that comes late is of every state of the face that it was for, and of no other', () => {
+    const { face } = editor;
+    /** @type {[string, Record<string, number>][]} */
+    const kept = [];
+    editor.onStep(() => void kept.push([editor.awaited, face.expression]));
+    // A face has fewer digits.
+    const [asked, smile] = [{ mouthSmileLeft: 0.8 }, { mouthSmileLeft: Math.fround(0.8) }];
+    const came = editor.awaitExpression('ABC');
+    editor.set('nose 1', 0.9);
+    const held = editor.state;
+    assert.deepEqual(kept, [['ABC', {}]]);
+    came(asked);
+    assert.deepEqual([kept.at(-1), kept.length], [['', smile], 2], 'what was done meanwhile is kept with it');
+    editor.undo();
+    assert.deepEqual(face.expression, smile);
+    editor.redo();
+    assert.deepEqual(face.expression, smile);
+    editor.moveFrom(held, () => {});
+    editor.finish('nothing');
+    assert.deepEqual(face.expression, smile);
+    editor.undo();
+    assert.equal(editor.canUndo, false, 'what is the same face is no step');
+
+    // Who took it off meanwhile does not get it, unless that is undone.
+    for (const take of [() => editor.reset(), () => editor.take({ code: face.code, expression: {} })]) {
+      editor.express({});
+      const late = editor.awaitExpression('DEF');
+      take();
+      assert.equal(editor.awaited, '');
+      late(asked);
+      assert.deepEqual(face.expression, {});
+      editor.undo();
+      assert.deepEqual(face.expression, smile);
+    }
+    // Nothing was done: nobody is told.
+    const many = kept.length;
+    const other = createEditor(model, model.face(), {});
+    other.onStep(() => void kept.push(['other', {}]));
+    other.awaitExpression('GHI')(asked);
+    assert.deepEqual([other.face.expression, other.canUndo, kept.length], [smile, false, many]);
+    other.face.free();
+  });
+
+  test('of faces that are asked for, the newest is wanted', () => {
+    const first = editor.ask();
+    assert.ok(first());
+    press(0.6);
+    assert.ok(first(), 'a slider is no other face');
+    const second = editor.ask();
+    assert.deepEqual([first(), second()], [false, true]);
+    for (const other of [() => editor.take({ code: editor.face.code }), () => editor.undo(), () => editor.reset(), () => editor.randomise({ seed: 1 })]) {
+      const before = editor.ask();
+      other();
+      assert.equal(before(), false);
+    }
   });
 });

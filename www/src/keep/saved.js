@@ -61,13 +61,16 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
   /**
    * One step: this face, with the expression that it was kept with.
    * @param {import('./library.js').Likeness} kept
-   * @returns {Promise<boolean>} false when its expression could not be shown, which is said
+   * @returns {Promise<boolean>} false when its expression could not be shown, which is said, or another face was asked for meanwhile
    */
   async function become({ code, expression, colouring }) {
     if (shows(expression)) {
+      const isNewest = editor.ask();
       try {
         await expressions.load();
+        if (!isNewest()) return false;
       } catch {
+        if (!isNewest()) return false;
         editor.take({ code, expression: {}, colouring });
         say(text.noSavedExpression);
         return false;
