@@ -271,17 +271,25 @@ describe('nothing is lost', () => {
     await give({ ...content, name: 'Calm', expression: {} });
     await page.getByRole('button', { name: 'Open Calm' }).waitFor();
     await wait(page, {});
-    // A face that the browser kept before there were expressions.
-    await page.evaluate(() => {
+    // A face that the browser kept before there were expressions, and one of a model that was trained before this one.
+    const stranger = { id: 'own-stranger', name: 'Stranger', code: 'AAAAAAAA', expression: { smirk: 1 } };
+    await page.evaluate((stranger) => {
       const key = Object.keys(localStorage).find((name) => name.startsWith('phiz-faces-'));
       const kept = JSON.parse(localStorage.getItem(key));
-      localStorage.setItem(key, JSON.stringify(kept.map(({ id, name, code }) => ({ id, name, code }))));
-    });
+      localStorage.setItem(key, JSON.stringify([stranger, ...kept.map(({ id, name, code }) => ({ id, name, code }))]));
+    }, stranger);
     await page.reload();
     await ready(page);
     await page.getByRole('tab', { name: 'Faces' }).click();
     await page.getByRole('button', { name: 'Open Smiler' }).click();
     assert.deepEqual([await codeOf(page), await shown(page)], [code, {}]);
+    assert.equal(await toast(page), 'One of your faces is of another version of this model and cannot be shown here. The browser keeps it.');
+    await page.getByRole('button', { name: 'Delete Odd' }).click();
+    const last = await page.evaluate(() => {
+      const key = Object.keys(localStorage).find((name) => name.startsWith('phiz-faces-'));
+      return JSON.parse(localStorage.getItem(key)).at(-1);
+    });
+    assert.deepEqual(last, stranger, 'what cannot be read is written back');
     assert.deepEqual(complaints, []);
     await context.close();
   });

@@ -22,6 +22,8 @@ const FACE = 'phiz.json';
 export function createSaved(editor, { library, portraits, expressions, say }) {
   const { model } = editor;
   let visible = false;
+  /** Whether it was said that some faces cannot be shown. */
+  let told = false;
   /** @type {import('./library.js').Entry | null} */
   let removed = null;
   /** @type {string | null} */
@@ -225,6 +227,9 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
     shown(now) {
       visible = now;
       build();
+      if (!visible || told || library.unread === 0) return;
+      told = true;
+      say(text.unreadFaces(library.unread));
     },
   };
 }
