@@ -277,10 +277,15 @@ describe('expressions', () => {
     assert.equal(new URL(again.url()).hash, hash);
     await again.close();
 
-    // All of the face goes back, and comes back.
+    // All of the face goes back, and comes back: by keys, wherever nobody writes, and not behind a dialog.
     await page.getByRole('button', { name: 'Reset all' }).click();
     assert.deepEqual(await shown(page), {});
-    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    await page.keyboard.press('Control+z');
+    assert.deepEqual(await shown(page), {});
+    await page.keyboard.press('Escape');
+    await page.getByLabel('Left and right together').focus();
+    await page.keyboard.press('Control+z');
     assert.deepEqual(await shown(page), wanted);
     assert.deepEqual(complaints, []);
     await context.close();
