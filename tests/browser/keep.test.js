@@ -111,7 +111,18 @@ describe('nothing is lost', () => {
     assert.notEqual(newer, older);
     await page.screenshot({ path: join(SCREENSHOTS, 'saved.png') });
 
+    // A name ends with Enter, and with a press of anything else, which is done as well.
     await page.getByRole('button', { name: 'Rename Old sailor' }).click();
+    await page.keyboard.type('Sailor');
+    await page.getByRole('button', { name: 'Rename My face 2' }).click();
+    await page.keyboard.type('Somebody');
+    await page.getByRole('button', { name: 'Delete Sailor' }).click();
+    await page.locator('.restore').getByRole('button', { name: 'Undo' }).click();
+    await page.getByRole('button', { name: 'Rename Somebody' }).click();
+    await page.keyboard.type('My face 2');
+    await page.keyboard.press('Tab');
+    await page.getByRole('button', { name: 'Open My face 2' }).waitFor();
+    await page.getByRole('button', { name: 'Rename Sailor' }).click();
     await page.keyboard.type('Young sailor');
     await page.keyboard.press('Enter');
     await page.getByRole('button', { name: 'Open Young sailor' }).click();
