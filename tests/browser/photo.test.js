@@ -414,6 +414,20 @@ describe('a face in a photo', () => {
     await page.getByRole('button', { name: 'Close the photo' }).click();
     await page.waitForFunction(() => window.designer.photo.mode === 'empty' && !window.designer.photo.worn);
     assert.ok(await page.locator('.photo-sides').isHidden());
+    // Nor has the graphics card the photo any more, which a card that was lost and is back is not given again.
+    const size = await page.locator('.photo-canvas').evaluate(async (canvas) => {
+      const { width, height } = canvas;
+      const card = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
+      for (const [does, event] of [['loseContext', 'webglcontextlost'], ['restoreContext', 'webglcontextrestored']]) {
+        const done = new Promise((resolve) => canvas.addEventListener(event, resolve, { once: true }));
+        // It comes back only once what is lost was told.
+        await new Promise((resolve) => setTimeout(resolve));
+        card[does]();
+        await done;
+      }
+      return [width, height];
+    });
+    assert.deepEqual(size, [1, 1]);
 
     const { origin } = site;
     const local = (/** @type {string} */ url) => url.startsWith(`${origin}/`) || url.startsWith('blob:') || url.startsWith('data:');

@@ -334,6 +334,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     forgetLast();
     forgetPerson();
     forgetPhoto();
+    warp.clear();
     photo = onStage = detected = fitted = own = field = null;
     faces = [];
     number = 0;
