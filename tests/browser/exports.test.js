@@ -147,6 +147,8 @@ describe('what is taken along leaves the page as it was', () => {
     await moveSlider(page, 'Iris, blue to brown', 0);
     await moveSlider(page, 'Length, cropped to below the chin', 0.4);
     await moveSlider(page, 'Beard, short to long', 0.3);
+    // What the stage hides is the face's, and the file's.
+    await page.getByRole('button', { name: 'Hide the hair' }).click();
     const shown = await picture(page, 'exports-glb-before');
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     const { bytes } = await download(page, 'GLB');

@@ -255,17 +255,37 @@ describe('expressions', () => {
     assert.deepEqual(await shown(damaged.page), {});
     await damaged.context.close();
 
-    // The last visit.
+    // The last visit, on a slow line: who shapes the face meanwhile loses nothing of it.
     const again = await context.newPage();
+    let come = () => {};
+    const late = new Promise((done) => (come = () => done(undefined)));
+    await again.route('**/expressions.phiz', async (route) => {
+      await late;
+      await route.continue();
+    });
     await again.goto(site.url);
+    await again.getByRole('slider', { name: 'nose 1', exact: true }).waitFor();
+    await moveSlider(again, 'nose 1', 0.9);
+    const [, expression] = hash.split('~');
+    assert.equal(new URL(again.url()).hash.split('~')[1], expression, 'the address has what is still to come');
+    come();
     await again.waitForFunction(() => document.documentElement.dataset.ready === 'true');
     assert.deepEqual(await shown(again), wanted);
+    assert.equal(new URL(again.url()).hash.split('~')[1], expression);
+    await again.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await shown(again), wanted);
+    assert.equal(new URL(again.url()).hash, hash);
     await again.close();
 
-    // All of the face goes back, and comes back.
+    // All of the face goes back, and comes back: by keys, wherever nobody writes, and not behind a dialog.
     await page.getByRole('button', { name: 'Reset all' }).click();
     assert.deepEqual(await shown(page), {});
-    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    await page.keyboard.press('Control+z');
+    assert.deepEqual(await shown(page), {});
+    await page.keyboard.press('Escape');
+    await page.getByLabel('Left and right together').focus();
+    await page.keyboard.press('Control+z');
     assert.deepEqual(await shown(page), wanted);
     assert.deepEqual(complaints, []);
     await context.close();

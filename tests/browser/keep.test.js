@@ -111,7 +111,18 @@ describe('nothing is lost', () => {
     assert.notEqual(newer, older);
     await page.screenshot({ path: join(SCREENSHOTS, 'saved.png') });
 
+    // A name ends with Enter, and with a press of anything else, which is done as well.
     await page.getByRole('button', { name: 'Rename Old sailor' }).click();
+    await page.keyboard.type('Sailor');
+    await page.getByRole('button', { name: 'Rename My face 2' }).click();
+    await page.keyboard.type('Somebody');
+    await page.getByRole('button', { name: 'Delete Sailor' }).click();
+    await page.locator('.restore').getByRole('button', { name: 'Undo' }).click();
+    await page.getByRole('button', { name: 'Rename Somebody' }).click();
+    await page.keyboard.type('My face 2');
+    await page.keyboard.press('Tab');
+    await page.getByRole('button', { name: 'Open My face 2' }).waitFor();
+    await page.getByRole('button', { name: 'Rename Sailor' }).click();
     await page.keyboard.type('Young sailor');
     await page.keyboard.press('Enter');
     await page.getByRole('button', { name: 'Open Young sailor' }).click();
@@ -240,6 +251,19 @@ describe('nothing is lost', () => {
     await page.reload();
     await ready(page);
     await page.getByRole('tab', { name: 'Faces' }).click();
+    // On a slow line what was opened last is what is shown.
+    let come = () => {};
+    const late = new Promise((done) => (come = () => done(undefined)));
+    await page.route('**/expressions.phiz', async (route) => {
+      await late;
+      await route.continue();
+    });
+    await page.getByRole('button', { name: 'Open Smiler' }).click();
+    await page.getByRole('button', { name: 'Open My face 2' }).click();
+    come();
+    await page.waitForFunction(() => window.designer.model.expressions.length > 0);
+    await page.evaluate(() => new Promise((done) => requestAnimationFrame(done)));
+    assert.deepEqual(await shown(page), {});
     await page.getByRole('button', { name: 'Open Smiler' }).click();
     await wait(page, smile);
     assert.deepEqual([await codeOf(page), await shown(page)], [code, smile]);
@@ -258,17 +282,25 @@ describe('nothing is lost', () => {
     await give({ ...content, name: 'Calm', expression: {} });
     await page.getByRole('button', { name: 'Open Calm' }).waitFor();
     await wait(page, {});
-    // A face that the browser kept before there were expressions.
-    await page.evaluate(() => {
+    // A face that the browser kept before there were expressions, and one of a model that was trained before this one.
+    const stranger = { id: 'own-stranger', name: 'Stranger', code: 'AAAAAAAA', expression: { smirk: 1 } };
+    await page.evaluate((stranger) => {
       const key = Object.keys(localStorage).find((name) => name.startsWith('phiz-faces-'));
       const kept = JSON.parse(localStorage.getItem(key));
-      localStorage.setItem(key, JSON.stringify(kept.map(({ id, name, code }) => ({ id, name, code }))));
-    });
+      localStorage.setItem(key, JSON.stringify([stranger, ...kept.map(({ id, name, code }) => ({ id, name, code }))]));
+    }, stranger);
     await page.reload();
     await ready(page);
     await page.getByRole('tab', { name: 'Faces' }).click();
     await page.getByRole('button', { name: 'Open Smiler' }).click();
     assert.deepEqual([await codeOf(page), await shown(page)], [code, {}]);
+    assert.equal(await toast(page), 'One of your faces is of another version of this model and cannot be shown here. The browser keeps it.');
+    await page.getByRole('button', { name: 'Delete Odd' }).click();
+    const last = await page.evaluate(() => {
+      const key = Object.keys(localStorage).find((name) => name.startsWith('phiz-faces-'));
+      return JSON.parse(localStorage.getItem(key)).at(-1);
+    });
+    assert.deepEqual(last, stranger, 'what cannot be read is written back');
     assert.deepEqual(complaints, []);
     await context.close();
   });

@@ -154,6 +154,24 @@ describe('mixing', () => {
     await finger([box.x + 30, box.y + 40], [box.x - 40, box.y + 40]);
     await page.waitForFunction(() => (document.querySelector('.tray')?.scrollLeft ?? 0) > 20);
     assert.deepEqual(await coefficients(page), taken);
+
+    // On its side the phone has the head beside the panel: the other way round.
+    await page.setViewportSize({ width: 740, height: 360 });
+    await settled(page);
+    const nose = await partOf(page, 'nose');
+    const tip = await landmarkOnScreen(page, 'ibug_30');
+    const face = faceIn(page, 'Preset 4');
+    await face.scrollIntoViewIfNeeded();
+    const place = await face.boundingBox();
+    assert.ok(place);
+    const from = /** @type {[number, number]} */ ([place.x + 30, place.y + 40]);
+    await finger(from, [tip.x + 80, from[1]], [tip.x, tip.y]);
+    const both = await coefficients(page);
+    both.forEach((value, i) => assert.equal(value !== taken[i], nose.includes(i), `coefficient ${i}`));
+    const before = await face.boundingBox();
+    await finger(from, [from[0], from[1] - 60]);
+    await page.waitForFunction(([id, y]) => document.querySelector(`[data-id="${id}"]`).getBoundingClientRect().y < y - 20, /** @type {const} */ (['preset-4', before.y]));
+    assert.deepEqual(await coefficients(page), both);
     await context.close();
   });
 });

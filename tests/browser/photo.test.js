@@ -414,6 +414,20 @@ describe('a face in a photo', () => {
     await page.getByRole('button', { name: 'Close the photo' }).click();
     await page.waitForFunction(() => window.designer.photo.mode === 'empty' && !window.designer.photo.worn);
     assert.ok(await page.locator('.photo-sides').isHidden());
+    // Nor has the graphics card the photo any more, which a card that was lost and is back is not given again.
+    const size = await page.locator('.photo-canvas').evaluate(async (canvas) => {
+      const { width, height } = canvas;
+      const card = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
+      for (const [does, event] of [['loseContext', 'webglcontextlost'], ['restoreContext', 'webglcontextrestored']]) {
+        const done = new Promise((resolve) => canvas.addEventListener(event, resolve, { once: true }));
+        // It comes back only once what is lost was told.
+        await new Promise((resolve) => setTimeout(resolve));
+        card[does]();
+        await done;
+      }
+      return [width, height];
+    });
+    assert.deepEqual(size, [1, 1]);
 
     const { origin } = site;
     const local = (/** @type {string} */ url) => url.startsWith(`${origin}/`) || url.startsWith('blob:') || url.startsWith('data:');
@@ -492,7 +506,16 @@ describe('a face in a photo', () => {
     await page.keyboard.press('Tab');
     assert.equal(await name(), 'Base of the nose, 1 of 5');
     await page.keyboard.press('Shift+Tab');
+    // Escape leads out: to what can be done by then.
+    const leads = async () => {
+      await page.keyboard.press('Escape');
+      const to = await page.evaluate(() => document.activeElement?.textContent);
+      await page.getByRole('button', { name: 'Ridge of the nose, 4 of 4' }).focus();
+      return to;
+    };
+    assert.equal(await leads(), 'Leave');
     await page.keyboard.press('Shift+ArrowRight');
+    assert.equal(await leads(), 'Fit again');
     await page.keyboard.press('ArrowUp');
     assert.ok(await page.locator('.photo-lens').isVisible());
     const moved = await stateOf(page);

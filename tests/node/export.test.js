@@ -301,9 +301,12 @@ describe('exports of a face with an expression', () => {
       roughness: 0.3,
       targets: { jawOpen: Float32Array.of(0, -10, 0, 0, -10, 0, 0, -10, 0) },
     };
+    // Hair that is shaved off is nothing, and not in the file.
+    const none = new Float32Array();
+    const bald = { ...row, name: 'hair', positions: none, normals: none, colours: none, triangles: new Uint32Array(), targets: { jawOpen: none } };
     const reach = 1.9;
     const skin = { colour: picture, normal: picture, surface: picture };
-    const glb = toGlb(face, { appearance: { skin, eyes: { colour: picture, reach }, parts: [row] } });
+    const glb = toGlb(face, { appearance: { skin, eyes: { colour: picture, reach }, parts: [row, bald] } });
     const { issues } = await validator.validateBytes(glb);
     assert.deepEqual([issues.numErrors, issues.numWarnings], [0, 0], JSON.stringify(issues.messages));
     const json = jsonOf(glb);

@@ -231,7 +231,7 @@ export async function createDesigner(model, stage, chosen) {
   stage.furnish(panel.root);
   const tour = createTour(panel);
   stage.root.append(explanation.open, explanation.root, tour.invitation);
-  const exports = createExports(face, scene, head, file, () => library.nameOf(face.code));
+  const exports = createExports(face, scene, head, file, () => library.nameOf(face.code), () => editor.colouring);
   document.body.append(about.root, exports, ...tour.parts);
 
   editor.onShape((range) => {
@@ -287,24 +287,24 @@ export async function createDesigner(model, stage, chosen) {
       return photo.state;
     },
   };
-  // Not a step: there is nothing before it to go back to.
-  let unexpressed = false;
-  if (expression) {
-    toast.say(text.loadingExpressions);
-    try {
-      await file.load();
-      face.expression = decodeExpression(model.expressions, expression);
-    } catch {
-      unexpressed = true;
-    }
-    toast.say('');
-    display.refresh();
-  }
-  autosave.follow(editor);
-  if (restored) address.write();
   // A link shows another face than the one that was being worked on: that one is not lost.
   const other = last && !restored && (last.code !== face.code || last.colouring !== encodeColouring(colours));
   const left = other && (last.code !== medianCode || last.colouring) ? last.code : null;
+  autosave.follow(editor);
+  let unexpressed = false;
+  const expressed = expression ? editor.awaitExpression(expression) : null;
+  if (restored) address.write();
+  if (expressed) {
+    toast.say(text.loadingExpressions);
+    try {
+      await file.load();
+      expressed(decodeExpression(model.expressions, expression));
+    } catch {
+      unexpressed = true;
+      expressed({});
+    }
+    toast.say('');
+  }
   /** @type {Record<string, number>} */
   let leftExpression = {};
   if (left !== null && last?.expression) {

@@ -140,6 +140,8 @@ export const text = {
   thisFace: 'This face',
   ownFaces: 'Your faces',
   noFaces: 'Faces you save stay in this browser. The one you are working on is kept automatically.',
+  unreadFaces: (/** @type {number} */ n) =>
+    `${n === 1 ? 'One of your faces is' : `${n} of your faces are`} of another version of this model and cannot be shown here. The browser keeps ${n === 1 ? 'it' : 'them'}.`,
   saveAs: 'Save this face as',
   namePlaceholder: 'Name',
   save: 'Save',

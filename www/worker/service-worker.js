@@ -46,8 +46,18 @@ async function activate() {
   await worker.clients.claim();
 }
 
-/** @param {Request} request @param {string} path */
-async function answer(request, path) {
+/**
+ * Keeps a copy of an answer beside it: nobody waits for it, and where storage is full nobody misses it.
+ * @param {FetchEvent} event @param {Response} response @param {(copy: Response) => Promise<unknown>} keep
+ */
+function copied(event, response, keep) {
+  if (response.ok) event.waitUntil(keep(response.clone()).catch(() => {}));
+  return response;
+}
+
+/** @param {FetchEvent} event @param {string} path */
+async function answer(event, path) {
+  const { request } = event;
   if (Object.hasOwn(FILES, path)) {
     const cached = await (await caches.open(CACHE)).match(keyOf(path));
     // A browser that is short of room may have thrown it away.
@@ -57,15 +67,13 @@ async function answer(request, path) {
   if (Object.hasOwn(LATER, path)) {
     const cached = await more.match(keyOf(path));
     if (cached) return cached;
-    const response = await fetch(request);
-    // The browser's own copy may be of an older site, and then it is of another digest.
-    if (response.ok && (await digestOf(response.clone())) === LATER[path]) await more.put(keyOf(path), response.clone());
-    return response;
+    return copied(event, await fetch(request), async (copy) => {
+      // The browser's own copy may be of an older site, and then it is of another digest.
+      if ((await digestOf(copy.clone())) === LATER[path]) await more.put(keyOf(path), copy);
+    });
   }
   try {
-    const response = await fetch(request);
-    if (response.ok) await more.put(request, response.clone());
-    return response;
+    return copied(event, await fetch(request), (copy) => more.put(request, copy));
   } catch (error) {
     const cached = await more.match(request);
     if (cached) return cached;
@@ -86,5 +94,5 @@ worker.addEventListener('fetch', (event) => {
   if (request.method !== 'GET' || origin !== scope.origin || !pathname.startsWith(scope.pathname)) return;
   const path = pathname.slice(scope.pathname.length);
   const name = path === '' || path === 'index.html' ? './' : path;
-  if (Object.hasOwn(FILES, name) || Object.hasOwn(LATER, name) || name.endsWith('.phiz')) event.respondWith(answer(request, name));
+  if (Object.hasOwn(FILES, name) || Object.hasOwn(LATER, name) || name.endsWith('.phiz')) event.respondWith(answer(event, name));
 });

@@ -334,7 +334,8 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance, 
         },
       }),
     },
-    ...(appearance?.parts ?? []).map(beside),
+    // An accessor of nothing is no glTF.
+    ...(appearance?.parts ?? []).filter(({ positions: points, triangles: list }) => points.length > 0 && list.length > 0).map(beside),
   ];
   const json = {
     asset: {

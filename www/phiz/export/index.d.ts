@@ -96,6 +96,7 @@ export interface Appearance {
    * the edge.
    */
   readonly eyes?: { readonly colour: Picture; readonly reach: number };
+  /** Those without a vertex or a triangle are left out. */
   readonly parts?: readonly Part[];
 }
 

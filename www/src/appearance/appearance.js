@@ -30,21 +30,25 @@ const COLUMNS = 4;
  * @param {import('three').WebGLRenderer} renderer
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  * @param {import('phiz').Face} face as it is now: it may become another while pictures are made
- * @param {{ targets?: boolean }} [options] without targets the face is as it is now for good, and the file a tenth
+ * @param {{ targets?: boolean, colouring?: import('../head/colouring.js').Colouring }} [options] without targets the face is as
+ *   it is now for good, and the file a tenth; it has the head's colouring unless another is given
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  * @throws where nothing can be drawn, or kept of what was
  */
-export async function glbAsShown(renderer, head, face, { targets = true } = {}) {
+export async function glbAsShown(renderer, head, face, { targets = true, colouring = head.colouring } = {}) {
   if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
-  head.finish();
+  const before = head.colouring;
   const asked = face.clone();
   try {
+    head.paint(colouring);
+    head.finish();
     const parts = beside(head, asked, targets);
     const skin = await skinMaps(renderer, head);
     const eyes = { colour: await eyeMap(renderer, head), reach: EYE_REACH };
     return toGlb(asked, { targets, appearance: { skin, eyes, parts } });
   } finally {
     asked.free();
+    head.paint(before);
   }
 }
 

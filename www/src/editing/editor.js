@@ -20,7 +20,7 @@ function wholePercents(weights) {
  */
 export function createEditor(model, face, colouring) {
   /** @type {import('./history.js').Subject} */
-  const subject = { face, colouring, photo: 0 };
+  const subject = { face, colouring, photo: 0, awaited: null };
   const history = createHistory(subject);
   /** @type {Set<(range: readonly [number, number] | undefined) => void>} */
   const shapeListeners = new Set();
@@ -31,6 +31,8 @@ export function createEditor(model, face, colouring) {
   /** @type {Set<() => void>} */
   const colourListeners = new Set();
   let painted = subject.colouring;
+  /** How often another face was asked for. */
+  let asked = 0;
 
   function coloursChanged() {
     // A slider of the person makes a colouring with every event, and most are alike.
@@ -85,6 +87,11 @@ export function createEditor(model, face, colouring) {
   function dress(colours) {
     if (face.locked.length === 0) subject.colouring = colours;
   }
+  /** @param {Record<string, number>} weights */
+  function express(weights) {
+    face.expression = weights;
+    subject.awaited = null;
+  }
   /** All of it is somebody else's now, unless something is locked. */
   function leavePhoto() {
     if (face.locked.length === 0) subject.photo = 0;
@@ -112,6 +119,40 @@ export function createEditor(model, face, colouring) {
     /** What is kept of a face. @returns {import('../keep/library.js').Likeness} */
     get likeness() {
       return { code: face.code, expression: face.expression, colouring: subject.colouring };
+    },
+    /** The code of an expression that is still to come; '' of none. */
+    get awaited() {
+      return subject.awaited?.code ?? '';
+    },
+    /**
+     * The face has an expression that is still to come, whatever is done to it meanwhile, unless it gets another one. That is no
+     * step: there is nothing before it to go back to.
+     * @param {string} code
+     * @returns {(weights: Record<string, number>) => void} for when it has come
+     */
+    awaitExpression(code) {
+      /** @type {import('./history.js').Awaited} */
+      const awaited = { code, weights: null };
+      subject.awaited = awaited;
+      return (weights) => {
+        const before = face.expression;
+        face.expression = weights;
+        // With the digits that a face keeps.
+        awaited.weights = face.expression;
+        if (subject.awaited === awaited) subject.awaited = null;
+        else face.expression = before;
+        shapeChanged();
+        // What was done meanwhile is kept with it.
+        if (history.canUndo || history.canRedo) for (const listener of stepListeners) listener();
+      };
+    },
+    /**
+     * Asks for another face that does not come at once.
+     * @returns {() => boolean} whether no other was asked for since: the newest is the one that is wanted, whichever comes last
+     */
+    ask() {
+      const own = (asked += 1);
+      return () => own === asked;
     },
     get state() {
       return stateOf(subject);
@@ -186,15 +227,16 @@ export function createEditor(model, face, colouring) {
     clear(control) {
       step(`clear ${control}`, () => attempt(() => face.clear(control)));
     },
-    /** @param {string} [region] all of the face, with its expression and colours, when absent */
+    /** @param {string} [region] all of the face, with its expression and, unless something is locked, its colours, when absent */
     reset(region) {
+      if (region === undefined) asked += 1;
       step('reset', () =>
         attempt(() => {
           face.reset(region);
           if (region !== undefined) return;
-          face.expression = {};
-          subject.colouring = {};
-          subject.photo = 0;
+          express({});
+          dress({});
+          leavePhoto();
         }),
       );
     },
@@ -204,14 +246,12 @@ export function createEditor(model, face, colouring) {
      */
     moveExpression(weights) {
       history.begin();
-      face.expression = wholePercents({ ...face.expression, ...weights });
+      express(wholePercents({ ...face.expression, ...weights }));
       shapeChanged(face.changed);
     },
     /** One step: these expressions and no others. @param {Record<string, number>} weights 0 to 1 */
     express(weights) {
-      step('express', () => {
-        face.expression = wholePercents(weights);
-      });
+      step('express', () => express(wholePercents(weights)));
     },
     /** Part of a gesture: some colours change, the others stay. @param {import('../head/colouring.js').Colouring} colours */
     moveColours(colours) {
@@ -233,6 +273,7 @@ export function createEditor(model, face, colouring) {
      * @returns {number | undefined} the seed, unless the change was refused
      */
     randomise(options, colours) {
+      if (!options.regions) asked += 1;
       return step('random', () =>
         attempt(() => {
           const seed = face.randomize(options);
@@ -248,6 +289,7 @@ export function createEditor(model, face, colouring) {
      *   the colours that it then has unless something is locked, its own when absent
      */
     become(other, { regions, colours }) {
+      if (!regions) asked += 1;
       step('blend', () =>
         attempt(() => {
           face.blend(other, 1, regions && { regions });
@@ -262,14 +304,16 @@ export function createEditor(model, face, colouring) {
      * @param {import('../keep/library.js').Likeness} likeness @param {number} [photo] that it is the face of
      */
     take({ code, expression, colouring }, photo = 0) {
+      asked += 1;
       step('take', () => {
         subject.photo = photo;
         face.code = code;
-        if (expression) face.expression = expression;
+        if (expression) express(expression);
         if (colouring) subject.colouring = colouring;
       });
     },
     undo() {
+      asked += 1;
       const did = history.undo();
       if (did) {
         shapeChanged();
@@ -278,6 +322,7 @@ export function createEditor(model, face, colouring) {
       return did;
     },
     redo() {
+      asked += 1;
       const did = history.redo();
       if (did) {
         shapeChanged();

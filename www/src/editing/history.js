@@ -4,22 +4,32 @@
 
 /** @typedef {import('../head/colouring.js').Colouring} Colouring */
 /**
- * A face and how it is coloured, of which its module knows nothing, and the number of the photo that it is the face of; 0 of none.
- * @typedef {{ face: import('phiz').Face, colouring: Colouring, photo: number }} Subject
+ * The expression of a link, whose file comes after its face: until then nobody knows more of it than its code. All states
+ * that have it share it, and so it comes for all of them.
+ * @typedef {{ code: string, weights: Record<string, number> | null }} Awaited
  */
-/** @typedef {{ code: string, locked: string[], held: string[], expression: Record<string, number>, colouring: Colouring, photo: number }} State */
+/**
+ * A face and how it is coloured, of which its module knows nothing, and the number of the photo that it is the face of; 0 of none.
+ * @typedef {{ face: import('phiz').Face, colouring: Colouring, photo: number, awaited: Awaited | null }} Subject
+ */
+/**
+ * @typedef {{
+ *   code: string, locked: string[], held: string[], expression: Record<string, number>, awaited: Awaited | null, colouring: Colouring, photo: number,
+ * }} State
+ */
 /** @typedef {{ before: State, after: State, what: string, at: number }} Step */
 
 /** Presses of an arrow key closer than this (ms) are one gesture, unlike drags. */
 export const TOGETHER = 700;
 
 /** @param {Subject} subject @returns {State} */
-export function stateOf({ face, colouring, photo }) {
+export function stateOf({ face, colouring, photo, awaited }) {
   return {
     code: face.code,
     locked: [...face.locked],
     held: [...(face.lockedMeasures ?? [])],
     expression: face.expression,
+    awaited,
     colouring,
     photo,
   };
@@ -35,13 +45,19 @@ export function sameWeights(a, b) {
   return sameNames(Object.keys(a), Object.keys(b)) && Object.entries(a).every(([name, weight]) => b[name] === weight);
 }
 
+/** @param {State} state */
+const expressionOf = ({ expression, awaited }) => awaited?.weights ?? expression;
+/** @param {State} state */
+const stillAwaited = ({ awaited }) => (awaited?.weights ? null : awaited);
+
 /** @param {State} a @param {State} b */
 export function sameState(a, b) {
   return (
     a.code === b.code &&
     sameNames(a.locked, b.locked) &&
     sameNames(a.held, b.held) &&
-    sameWeights(a.expression, b.expression) &&
+    sameWeights(expressionOf(a), expressionOf(b)) &&
+    stillAwaited(a) === stillAwaited(b) &&
     sameWeights(a.colouring, b.colouring) &&
     a.photo === b.photo
   );
@@ -52,7 +68,9 @@ export function restore(subject, state) {
   const { face } = subject;
   subject.colouring = state.colouring;
   subject.photo = state.photo;
-  if (!sameWeights(face.expression, state.expression)) face.expression = state.expression;
+  subject.awaited = stillAwaited(state);
+  const expression = expressionOf(state);
+  if (!sameWeights(face.expression, expression)) face.expression = expression;
   for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
   for (const region of state.locked) face.lock(region);
   // A held measure would bend what is set; it is held again at the length that the face then has.
@@ -100,6 +118,8 @@ export function createHistory(subject) {
       if (last && last.what === what && step.at - last.at < TOGETHER) {
         last.after = step.after;
         last.at = step.at;
+        // There and back again is nothing to undo.
+        if (sameState(last.before, last.after)) done.pop();
         return;
       }
       done.push(step);

@@ -2,6 +2,9 @@ import { element } from './element.js';
 import { icon } from './icons.js';
 import { text } from '../text.js';
 
+/** Inputs into which nobody writes. */
+const UNWRITTEN = ['range', 'checkbox', 'radio'];
+
 /**
  * @param {Parameters<typeof icon>[0]} name
  * @param {string} label
@@ -32,7 +35,9 @@ export function createToolbar(editor, tools, { reset, randomise, copyLink, take,
   window.addEventListener('keydown', (event) => {
     if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
     // Text fields have an undo of their own.
-    if (event.target instanceof HTMLInputElement && event.target.type !== 'range') return;
+    if (event.target instanceof HTMLInputElement && !UNWRITTEN.includes(event.target.type)) return;
+    // Who is in a dialog is not at the face behind it.
+    if (document.querySelector('dialog[open]')) return;
     const key = event.key.toLowerCase();
     const redoes = key === 'y' || (key === 'z' && event.shiftKey);
     if (!redoes && key !== 'z') return;

@@ -335,7 +335,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   }
 
   /**
-   * The same ribbons with a front of their own, which do not turn to who looks: every `stride`th point, on any face of the model.
+   * The same ribbons with a front of their own, which do not turn to who looks: every `stride`th point, on any face of the model;
+   * null where none stands.
    * @param {Float32Array} positions
    */
   function bodies(positions) {
@@ -344,6 +345,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     const step = stride(style);
     const many = POINTS / step;
     const left = standingOf(filed(hair), hair, thinning);
+    // Every part of a beard may be shaved off.
+    if (left.length === 0) return null;
     const count = left.length * many;
     const out = {
       positions: new Float32Array(6 * count),

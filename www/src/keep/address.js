@@ -17,7 +17,7 @@ export function createAddress(editor, expressions, say) {
 
   const shown = () => ({
     code: face.code,
-    expression: encodeExpression(model.expressions, face.expression),
+    expression: editor.awaited || encodeExpression(model.expressions, face.expression),
     colouring: encodeColouring(editor.colouring),
   });
   /** @param {ReturnType<typeof shown>} parts */
@@ -34,16 +34,18 @@ export function createAddress(editor, expressions, say) {
   window.addEventListener('hashchange', async () => {
     const asked = splitHash(location.hash);
     asked.code ||= median;
+    const isNewest = editor.ask();
     if (joinHash(asked) === joinHash(shown())) return;
     try {
       if (asked.expression) await expressions.load();
+      if (!isNewest()) return;
       editor.take({
         code: asked.code,
         expression: decodeExpression(model.expressions, asked.expression),
         colouring: decodeColouring(asked.colouring),
       });
     } catch {
-      say(text.badCode);
+      if (isNewest()) say(text.badCode);
     }
   });
 

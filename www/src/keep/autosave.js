@@ -28,7 +28,7 @@ export function createAutosave(modelName) {
     follow(editor) {
       const { face, model } = editor;
       editor.onStep(() => {
-        const expression = encodeExpression(model.expressions, face.expression);
+        const expression = editor.awaited || encodeExpression(model.expressions, face.expression);
         const colouring = encodeColouring(editor.colouring);
         keep(key, { code: face.code, locked: face.locked, held: face.lockedMeasures ?? [], expression, colouring });
       });

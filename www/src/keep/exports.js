@@ -15,12 +15,13 @@ const LARGEST = 8192;
  * The dialog from which a face leaves the page, as a mesh or a picture.
  *
  * @param {import('phiz').Face} face
- * @param {Parameters<typeof portrait>[0]} view
+ * @param {Parameters<typeof portrait>[0] & { shapeChanged: () => void }} view
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  * @param {{ any: boolean, load: () => Promise<void> }} expressions
  * @param {() => string} named what the face is called, '' when it was not saved
+ * @param {() => import('../head/colouring.js').Colouring} colouring that the face has, whatever of it is shown
  */
-export function createExports(face, view, head, expressions, named) {
+export function createExports(face, view, head, expressions, named, colouring) {
   const status = element('p', { class: 'note', role: 'status' });
 
   /**
@@ -48,7 +49,11 @@ export function createExports(face, view, head, expressions, named) {
       // What moves in the file is what the model knows of by then.
       if (expressions.any) await expressions.load();
       const { glbAsShown } = await part(import('../appearance/appearance.js'));
-      return new Blob([await glbAsShown(view.renderer, head, face)], { type: MESHES.glb });
+      // Hair that is hidden is the face's all the same.
+      const glb = await glbAsShown(view.renderer, head, face, { colouring: colouring() });
+      // The stage may have been drawn meanwhile.
+      view.shapeChanged();
+      return new Blob([glb], { type: MESHES.glb });
     }
     const writers = await part(import('phiz/export'));
     const write = { obj: writers.toObj, ply: writers.toPly, stl: writers.toStl }[ending];

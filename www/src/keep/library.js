@@ -45,12 +45,16 @@ export function createLibrary(model, modelName) {
       return false;
     }
   }
+  /** What is kept and cannot be read, such as faces of this model as it was before it was trained anew. @type {unknown[]} */
+  let unread = [];
   /** @returns {Entry[]} what is kept and can be read */
   function read() {
-    const kept = recall(key);
-    if (!Array.isArray(kept)) return [];
+    const recalled = recall(key);
+    const kept = Array.isArray(recalled) ? recalled : [];
+    const isRead = kept.map((entry) => entry && typeof entry.name === 'string' && isFace(entry.code));
+    unread = kept.filter((_, i) => !isRead[i]);
     return kept
-      .filter((entry) => entry && typeof entry.name === 'string' && isFace(entry.code))
+      .filter((_, i) => isRead[i])
       .map(({ id, name, code, expression, colouring }) => ({
         id: String(id),
         name,
@@ -67,7 +71,8 @@ export function createLibrary(model, modelName) {
   /** @param {Entry[]} entries @returns {boolean} whether the browser keeps them */
   function write(entries) {
     own = entries;
-    const kept = keep(key, own.map(({ id, name, code, expression, colouring }) => ({ id, name, code, expression, colouring })));
+    // What cannot be read here is somebody's all the same: another version of the page may.
+    const kept = keep(key, [...own.map(({ id, name, code, expression, colouring }) => ({ id, name, code, expression, colouring })), ...unread]);
     for (const listener of listeners) listener();
     return kept;
   }
@@ -83,6 +88,10 @@ export function createLibrary(model, modelName) {
     onChange: (listener) => void listeners.add(listener),
     get own() {
       return own;
+    },
+    /** How many are kept that cannot be read. */
+    get unread() {
+      return unread.length;
     },
     get all() {
       return [...own, ...presets];

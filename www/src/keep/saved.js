@@ -22,10 +22,14 @@ const FACE = 'phiz.json';
 export function createSaved(editor, { library, portraits, expressions, say }) {
   const { model } = editor;
   let visible = false;
+  /** Whether it was said that some faces cannot be shown. */
+  let told = false;
   /** @type {import('./library.js').Entry | null} */
   let removed = null;
   /** @type {string | null} */
   let renaming = null;
+  /** Whether a pointer is down, and whether the list waits for what it does. */
+  let [pressing, waiting] = [false, false];
 
   const name = element('input', { type: 'text', id: 'save-name', maxlength: 60, autocomplete: 'off', placeholder: text.namePlaceholder });
   const form = element(
@@ -61,13 +65,16 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
   /**
    * One step: this face, with the expression that it was kept with.
    * @param {import('./library.js').Likeness} kept
-   * @returns {Promise<boolean>} false when its expression could not be shown, which is said
+   * @returns {Promise<boolean>} false when its expression could not be shown, which is said, or another face was asked for meanwhile
    */
   async function become({ code, expression, colouring }) {
     if (shows(expression)) {
+      const isNewest = editor.ask();
       try {
         await expressions.load();
+        if (!isNewest()) return false;
       } catch {
+        if (!isNewest()) return false;
         editor.take({ code, expression: {}, colouring });
         say(text.noSavedExpression);
         return false;
@@ -100,18 +107,21 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
       const box = element('input', { type: 'text', maxlength: 60, value: entry.name, 'aria-label': text.rename(entry.name) });
       /** @param {boolean} keep */
       const done = (keep) => {
-        if (renaming !== id) return;
         renaming = null;
         const chosen = box.value.trim();
         if (keep && chosen && chosen !== entry.name) library.rename(id, chosen);
         else build();
-        /** @type {HTMLElement | null} */ (list.querySelector(`[data-id="${id}"] button`))?.focus();
       };
       box.addEventListener('keydown', (event) => {
-        if (event.key === 'Enter') done(true);
-        else if (event.key === 'Escape') done(false);
+        if (renaming !== id || (event.key !== 'Enter' && event.key !== 'Escape')) return;
+        done(event.key === 'Enter');
+        /** @type {HTMLElement | null} */ (list.querySelector(`[data-id="${id}"] button`))?.focus();
       });
-      box.addEventListener('blur', () => done(true));
+      box.addEventListener('blur', () => {
+        if (renaming !== id) return;
+        wait();
+        done(true);
+      });
       return element('li', { 'data-id': id }, portraits.of(entry), box);
     }
     return element(
@@ -139,9 +149,32 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
     );
   }
 
+  /** Who ends a name by pressing something means what is pressed: the list stays as it is until that is clicked. */
+  function wait() {
+    waiting = true;
+    const end = () => {
+      if (!waiting) return;
+      waiting = false;
+      build();
+    };
+    // Before the click's own listeners, which have the list as it is to be.
+    window.addEventListener('click', end, { capture: true, once: true });
+    const late = () => setTimeout(end);
+    if (!pressing) return void late();
+    for (const over of ['pointerup', 'pointercancel']) window.addEventListener(over, late, { once: true });
+  }
+  for (const [name, now] of /** @type {const} */ ([['pointerdown', true], ['pointerup', false], ['pointercancel', false]])) {
+    window.addEventListener(name, () => (pressing = now), true);
+  }
+
   function build() {
-    if (!visible) return;
+    if (!visible || waiting) return;
+    // What has the focus has it in the new list.
+    const rows = () => [.../** @type {HTMLCollectionOf<HTMLElement>} */ (list.children)];
+    const there = rows().find((one) => one.contains(document.activeElement));
+    const at = [...(there?.querySelectorAll('button') ?? [])].findIndex((button) => button === document.activeElement);
     list.replaceChildren(...library.own.map(row));
+    if (there) rows().find((one) => one.dataset.id === there.dataset.id)?.querySelectorAll('button')[at]?.focus();
     nothing.hidden = library.own.length > 0;
     restoreNote.hidden = removed === null;
     restoreNote.replaceChildren();
@@ -222,6 +255,9 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
     shown(now) {
       visible = now;
       build();
+      if (!visible || told || library.unread === 0) return;
+      told = true;
+      say(text.unreadFaces(library.unread));
     },
   };
 }

@@ -92,7 +92,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   const view = createView({ hold: comparison.hold });
   const warp = createWarp(view.canvas);
   const choice = createChoice(view, (i) => void take(i));
-  const correction = createCorrection(view, { changed: () => (again.disabled = false), leave: () => again.focus() });
+  const correction = createCorrection(view, { changed: () => (again.disabled = false), leave: () => (again.disabled ? leaving : again).focus() });
   const placing = createPlacing(view, { changed: (points) => correction.open(photo, points) });
   const side = (/** @type {string} */ value, /** @type {string} */ words, /** @type {boolean} */ checked) =>
     element('label', {}, element('input', { type: 'radio', name: 'photo-side', value, checked, onchange: turn }), element('span', {}, words));
@@ -136,6 +136,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     correction.open(photo, detected.points);
     again.disabled = false;
   });
+  const leaving = button(text.photo.leave, leaveAdjusting);
   const quality = element('p', { class: 'note' });
   const size = element('p', { class: 'note' });
   const placeAnyway = () => button(text.photo.placeByHand, startPlacing);
@@ -172,7 +173,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       'div',
       {},
       element('p', { class: 'note' }, text.photo.adjustAbout),
-      element('div', { class: 'row' }, again, asDetected, button(text.photo.leave, leaveAdjusting)),
+      element('div', { class: 'row' }, again, asDetected, leaving),
     ),
     ready: element(
       'div',
@@ -333,6 +334,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     forgetLast();
     forgetPerson();
     forgetPhoto();
+    warp.clear();
     photo = onStage = detected = fitted = own = field = null;
     faces = [];
     number = 0;

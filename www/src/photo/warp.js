@@ -216,6 +216,18 @@ export function createWarp(canvas) {
       last = [null, { ...last[1], split: null }];
       redraw();
     },
+    /** There is no photo any more, here nor with the graphics card. */
+    clear() {
+      shown = null;
+      last = [null, { ...last[1], split: null }];
+      canvas.width = canvas.height = 1;
+      for (const unit of [0, 3]) {
+        gl.activeTexture(gl.TEXTURE0 + unit);
+        gl.bindTexture(gl.TEXTURE_2D, textures[unit]);
+        gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
+      }
+      uploadField(null);
+    },
     /**
      * @param {Field | null} field null: nothing changes
      * @param {{ strength?: number, split?: number | null, scale?: number }} [options] how much of the change is
