@@ -1685,3 +1685,18 @@ fn colours_of_vertices_are_read_as_programs_write_them() {
         assert_eq!(scan.colours, colours, "{kind}");
     }
 }
+
+#[test]
+fn landmarks_of_which_nobody_knows_how_far_they_are_off_are_written_without_that() {
+    let template = template();
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("l.json");
+    let points: Vec<(usize, DVec3)> = points(&template).into_iter().enumerate().collect();
+    let mut errors = vec![0.5; points.len()];
+    errors[..3].copy_from_slice(&[f64::INFINITY, f64::NAN, 0.0]);
+    landmarks::write(&file, &points, &errors, 1.0, &template).expect("written");
+    let bytes = fs::read(&file).expect("reads");
+    let json: serde_json::Value = serde_json::from_slice(&bytes).expect("JSON");
+    let numbers = |i: usize| json[format!("ibug_{i:02}")].as_array().map_or(0, Vec::len);
+    assert_eq!([0, 1, 2, 3].map(numbers), [3, 3, 3, 4]);
+}
