@@ -1700,3 +1700,70 @@ fn landmarks_of_which_nobody_knows_how_far_they_are_off_are_written_without_that
     let numbers = |i: usize| json[format!("ibug_{i:02}")].as_array().map_or(0, Vec::len);
     assert_eq!([0, 1, 2, 3].map(numbers), [3, 3, 3, 4]);
 }
+
+#[test]
+fn gltf_with_more_than_meshes_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("t.gltf");
+    let data = format!(
+        "data:;base64,{}",
+        Base64::encode_string(&triangle_bytes([0, 1, 2]))
+    );
+    let plain = String::from_utf8(gltf_triangle(&data)).expect("text");
+    let read = |json: &str| {
+        fs::write(&file, json).expect("written");
+        Scan::read(&file, None)
+    };
+    let same = |json: &str| {
+        assert_ne!(json, plain);
+        let scan = read(json).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(scan.positions.len(), 3);
+        scan.notes
+    };
+    same(&plain.replace(r#""POSITION":0"#, r#""POSITION":0,"_SCALE":0,"_ID":1"#));
+    let sampler = r#""samplers":[{"input":0,"output":0}]"#;
+    for target in [
+        r#"{"path":"pointer","extensions":{"KHR_animation_pointer":{"pointer":"/nodes/0/scale"}}}"#,
+        r#"{"path":"translation"}"#,
+        r#"{"node":7,"path":"scale"}"#,
+    ] {
+        let animation = format!(r#"{{"channels":[{{"sampler":0,"target":{target}}}],{sampler}}}"#);
+        same(&plain.replacen('{', &format!(r#"{{"animations":[{animation}],"#), 1));
+    }
+    let notes = same(
+        &plain
+            .replace(r#""mesh":0"#, r#""mesh":0,"skin":0"#)
+            .replacen('{', r#"{"skins":[{"joints":[0]}],"#, 1),
+    );
+    let skin = notes
+        .iter()
+        .filter(|note| note.contains("skin 0 is there and was not applied"));
+    assert_eq!(skin.count(), 1, "{notes:?}");
+
+    // Nodes in a chain as deep as it likes; but each in one place, or there were 2^60 triangles.
+    let (before, after) = plain
+        .split_once(r#""nodes":[{"mesh":0,"translation":[0,1,0]}]"#)
+        .expect("a node");
+    let chain = |count: usize, children: fn(usize) -> String| {
+        let nodes: Vec<String> = (1..count)
+            .map(|next| format!(r#"{{"children":[{}]}}"#, children(next)))
+            .collect();
+        format!(
+            r#"{before}"nodes":[{},{{"mesh":0}}]{after}"#,
+            nodes.join(",")
+        )
+    };
+    same(&chain(20_000, |next| next.to_string()));
+    for json in [
+        chain(60, |next| format!("{next},{next}")),
+        chain(3, |next| (next - 1).to_string()),
+    ] {
+        let error = read(&json).map(|_| ()).expect_err("no tree").to_string();
+        one_line(
+            "nodes",
+            &error,
+            &file,
+            &["in two places, or among its own parents"],
+        );
+    }
+}
