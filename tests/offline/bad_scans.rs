@@ -1767,3 +1767,110 @@ fn gltf_with_more_than_meshes_is_read() {
         );
     }
 }
+
+#[test]
+fn colours_in_numbers_of_any_kind_are_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let read = |name: &str, content: &[u8]| {
+        let file = folder.path().join(name);
+        fs::write(&file, content).expect("written");
+        Scan::read(&file, None).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let said = |scan: &Scan| scan.notes.iter().any(|note| note.contains("from 0 to 255"));
+    let corners = ["0 0 0", "100 0 0", "0 100 0"];
+    let ply = |kind: &str, colours: [&str; 3]| {
+        let rest = ["red", "green", "blue"].map(|c| format!("property {kind} {c}\n"));
+        let rows: String = corners
+            .iter()
+            .zip(colours)
+            .map(|(p, c)| format!("{p} {c}\n"))
+            .collect();
+        ply_header("ascii", "3", &(rest.concat() + FACES)) + &rows + "3 0 1 2\n"
+    };
+    // Integers of any size are those of bytes, floats too where they are above 1.
+    for (kind, most) in [
+        ("int", 255),
+        ("uint", 255),
+        ("short", 255),
+        ("char", 127),
+        ("float", 255),
+    ] {
+        let bright = format!("{most} 100 0");
+        let scan = read("c.ply", ply(kind, [&bright, "1 1 1", "0 0 10"]).as_bytes());
+        assert_eq!(
+            scan.colours,
+            [[most, 100, 0], [1, 1, 1], [0, 0, 10]],
+            "{kind}"
+        );
+        assert_eq!(said(&scan), kind == "float", "{:?}", scan.notes);
+    }
+    let scan = read(
+        "c.ply",
+        ply("int", ["300 -5 7", "0 0 0", "0 0 0"]).as_bytes(),
+    );
+    assert_eq!(scan.colours[0], [255, 0, 7]);
+    // A little more than white is white.
+    let scan = read(
+        "c.ply",
+        ply("float", ["1.02 0.2 0", "1 1 1", "0 0 0"]).as_bytes(),
+    );
+    assert_eq!(scan.colours, [[255, 51, 0], [255; 3], [0; 3]]);
+    assert!(!said(&scan));
+    let obj = |colours: [&str; 3]| -> String {
+        let rows = corners
+            .iter()
+            .zip(colours)
+            .map(|(p, c)| format!("v {p} {c}\n"));
+        rows.collect::<String>() + "f 1 2 3\n"
+    };
+    let scan = read("c.obj", obj(["255 100 0", "1 1 1", "0 0 10"]).as_bytes());
+    assert_eq!(scan.colours, [[255, 100, 0], [1, 1, 1], [0, 0, 10]]);
+    assert!(said(&scan), "{:?}", scan.notes);
+}
+
+#[test]
+fn vertices_without_a_colour_among_others_are_white() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name);
+    let (red, white) = ([255, 0, 0], [255; 3]);
+    let text = "v 0 0 0\nv 100 0 0 1 0 0\nv 0 100 0\nf 1 2 3\n";
+    fs::write(file("c.obj"), text).expect("written");
+    // Two triangles, of which either has colours.
+    let floats = |x: &[f32]| x.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let first = floats(&[0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0]);
+    let second = floats(&[0.0, 0.0, 0.1, 0.1, 0.0, 0.1, 0.0, 0.1, 0.1]);
+    let bytes = [first, second, floats(&[1.0, 0.0, 0.0].repeat(3))].concat();
+    for (name, coloured) in [("0.glb", 0), ("1.glb", 1)] {
+        let primitive = |i: usize| {
+            let colour = if i == coloured { r#","COLOR_0":2"# } else { "" };
+            format!(r#"{{"attributes":{{"POSITION":{i}{colour}}}}}"#)
+        };
+        let views =
+            [0, 36, 72].map(|at| format!(r#"{{"buffer":0,"byteOffset":{at},"byteLength":36}}"#));
+        let accessors = [0, 1, 2].map(|view| {
+            format!(
+                r#"{{"bufferView":{view},"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}}"#
+            )
+        });
+        let json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{},{}]}}],"accessors":[{}],"bufferViews":[{}],
+            "buffers":[{{"byteLength":108}}]}}"#,
+            primitive(0),
+            primitive(1),
+            accessors.join(","),
+            views.join(",")
+        );
+        fs::write(file(name), glb(&json, &bytes)).expect("written");
+    }
+    for (name, expected, count) in [
+        ("c.obj", vec![white, red, white], 2),
+        ("0.glb", [[red; 3], [white; 3]].concat(), 3),
+        ("1.glb", [[white; 3], [red; 3]].concat(), 3),
+    ] {
+        let scan = Scan::read(&file(name), None).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(scan.colours, expected, "{name}");
+        let note = format!("colours: {count} vertices without one are white");
+        assert!(scan.notes.contains(&note), "{name}: {:?}", scan.notes);
+    }
+}

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
+use super::colours;
 use super::files::write_atomically;
 use super::text::{decoded, plain};
 use crate::fit::{FitError, FitResult};
@@ -53,6 +54,8 @@ pub struct PlyMesh {
     pub faces: Vec<Face>,
     /// Images named in comments (`TextureFile NAME`), in order.
     pub images: Vec<String>,
+    /// What was decided on the way, a line each.
+    pub notes: Vec<String>,
 }
 
 /// A polygon of a [`PlyMesh`].
@@ -137,7 +140,9 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
                 mesh.uvs = vertices.iter().map(|v| v.uv).collect();
             }
             if coloured {
-                mesh.colours = vertices.iter().map(|v| v.colour).collect();
+                let mut colours: Vec<DVec3> = vertices.iter().map(|v| v.colour).collect();
+                mesh.notes.extend(colours::to_unit(&mut colours));
+                mesh.colours = colours.into_iter().map(colours::bytes).collect();
             }
             mesh.positions = vertices.iter().map(|v| v.position).collect();
             found = true;
@@ -237,7 +242,8 @@ pub fn read_faces(dir: &Path, vertices: usize) -> FitResult<Vec<(String, Vec<DVe
 struct Vertex {
     position: DVec3,
     uv: DVec2,
-    colour: [u8; 3],
+    /// 0 to 1, or what a file has in place of that.
+    colour: DVec3,
 }
 
 impl PropertyAccess for Vertex {
@@ -245,7 +251,7 @@ impl PropertyAccess for Vertex {
         Vertex {
             position: DVec3::NAN,
             uv: DVec2::NAN,
-            colour: [0; 3],
+            colour: DVec3::ZERO,
         }
     }
 
@@ -259,10 +265,10 @@ impl PropertyAccess for Vertex {
             _ if CHANNELS.as_flattened().contains(&name) => {
                 let channel = CHANNELS.iter().position(|names| names.contains(&name));
                 let value = match property {
-                    Property::UChar(value) => value,
-                    Property::UShort(value) => (f64::from(value) / 257.0).round() as u8,
-                    // Floats are 0 to 1.
-                    _ => scalar(&property).map_or(0, |value| (value * 255.0).round() as u8),
+                    Property::Float(_) | Property::Double(_) => value,
+                    Property::UShort(_) => value / 65535.0,
+                    // Integers of any other size count as bytes do.
+                    _ => value.clamp(0.0, 255.0) / 255.0,
                 };
                 channel.into_iter().for_each(|c| self.colour[c] = value);
                 return PropertyAccessResult::Set;
@@ -270,6 +276,7 @@ impl PropertyAccess for Vertex {
             _ => return PropertyAccessResult::Ignored,
         };
         match scalar(&property) {
+                let value = scalar(&property).unwrap_or(0.0);
             Some(value) => *place = value,
             None => return PropertyAccessResult::Ignored,
         }

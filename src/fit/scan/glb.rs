@@ -11,6 +11,7 @@ use gltf::mesh::Mode;
 use gltf::texture::TextureTransform;
 
 use super::mesh_file::MeshFile;
+use crate::fit::format::colours::white;
 use crate::fit::format::text::{named, plain};
 use crate::fit::{FitError, FitResult};
 use crate::srgb;
@@ -42,12 +43,20 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
         folder,
         file: MeshFile::default(),
         images: Vec::new(),
+        white: 0,
     };
     reader
         .nodes(scene.nodes(), gltf.nodes().len())
         .map_err(fail)?;
     if reader.file.triangles.is_empty() {
         return Err(fail("no mesh in its scene".into()));
+    }
+    if !reader.file.colours.is_empty() {
+        reader.whiten();
+    }
+    if reader.white > 0 {
+        let note = white(reader.white);
+        reader.file.notes.push(note);
     }
     Ok(reader.file)
 }
@@ -134,15 +143,6 @@ const ASIDE: [&str; 7] = [
     "MSFT_texture_",
 ];
 
-/// Refuses what the crate's own validation would panic on or does not say in words, and adds what it
-/// would miss later.
-fn mend(root: &mut gltf::json::Root) -> Result<(), String> {
-    let bare = |a: &gltf::json::Accessor| a.buffer_view.is_none() && a.sparse.is_none();
-    let mut needed = root.extensions_required.clone();
-    // One that is only used has what it stands for beside it; where not, it is required.
-    if root.accessors.iter().any(bare) {
-        needed.extend(root.extensions_used.iter().cloned());
-    }
 /// The JSON as the crate has it. Nobody reads animations: what is in them that the crate does not know
 /// (channels without a node, pointers) is no reason to refuse a mesh.
 fn parse(json: &[u8]) -> Result<gltf::json::Root, String> {
@@ -156,6 +156,15 @@ fn parse(json: &[u8]) -> Result<gltf::json::Root, String> {
     })
 }
 
+/// Refuses what the crate's own validation would panic on or does not say in words, and adds what it
+/// would miss later.
+fn mend(root: &mut gltf::json::Root) -> Result<(), String> {
+    let bare = |a: &gltf::json::Accessor| a.buffer_view.is_none() && a.sparse.is_none();
+    let mut needed = root.extensions_required.clone();
+    // One that is only used has what it stands for beside it; where not, it is required.
+    if root.accessors.iter().any(bare) {
+        needed.extend(root.extensions_used.iter().cloned());
+    }
     for name in &needed {
         let with = match name.as_str() {
             "KHR_draco_mesh_compression" => "Draco",
@@ -171,6 +180,10 @@ fn parse(json: &[u8]) -> Result<gltf::json::Root, String> {
     if let Some(name) = root.extensions_required.iter().find(read) {
         return Err(format!("needs the extension {name}, which is not read"));
     }
+    root.animations.clear();
+    // Attributes of an application's own (`_NAME`).
+    let primitives = root.meshes.iter_mut().flat_map(|m| &mut m.primitives);
+    primitives.for_each(|p| p.attributes.retain(|name, _| *name != Checked::Invalid));
     for (index, mesh) in root.meshes.iter().enumerate() {
         let accessors = mesh.primitives.iter().flat_map(|p| p.attributes.values());
         if let Some(bad) = accessors
@@ -180,10 +193,6 @@ fn parse(json: &[u8]) -> Result<gltf::json::Root, String> {
             return Err(format!("mesh {index}: no accessor {bad}"));
         }
     }
-    root.animations.clear();
-    // Attributes of an application's own (`_NAME`).
-    let primitives = root.meshes.iter_mut().flat_map(|m| &mut m.primitives);
-    primitives.for_each(|p| p.attributes.retain(|name, _| *name != Checked::Invalid));
     for (index, image) in root.images.iter_mut().enumerate() {
         match (&image.buffer_view, &image.uri) {
             (None, None) => return Err(format!("image {index}: neither bytes nor a file")),
@@ -203,6 +212,8 @@ struct Reader<'a> {
     file: MeshFile,
     /// The images that were met, with their places in the file where they could be read.
     images: Vec<(usize, Option<usize>)>,
+    /// How many vertices are white because they have no colour and others have.
+    white: usize,
 }
 
 impl Reader<'_> {
@@ -238,6 +249,9 @@ impl Reader<'_> {
                     })?;
                 }
             }
+            let children = ahead.len();
+            ahead.extend(node.children().map(|child| (child, to_scene)));
+            ahead[children..].reverse();
         }
         if let Some(skin) = skin {
             self.file.notes.push(format!(
@@ -247,13 +261,17 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// Makes the vertices white that have no colour.
+    fn whiten(&mut self) {
+        let (colours, count) = (&mut self.file.colours, self.file.positions.len());
+        self.white += count - colours.len();
+        colours.resize(count, [u8::MAX; 3]);
+    }
+
     fn primitive(&mut self, primitive: &gltf::Primitive, to_scene: DMat4) -> Result<(), String> {
         let mode = primitive.mode();
         if !matches!(
             mode,
-            let children = ahead.len();
-            ahead.extend(node.children().map(|child| (child, to_scene)));
-            ahead[children..].reverse();
             Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
         ) {
             return Ok(());
@@ -312,7 +330,11 @@ impl Reader<'_> {
             false => self.picture(primitive),
         };
         let colours = self.colours(primitive, count)?;
-        self.file.colours.extend(colours);
+        // Of meshes that are one scan some may have colours; what has none is white (glTF 2.0, 3.9.2).
+        if !colours.is_empty() {
+            self.whiten();
+            self.file.colours.extend(colours);
+        }
         self.file.positions.extend(positions);
         self.file.uvs.extend(uvs);
         for triangle in triangles {
