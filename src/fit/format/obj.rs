@@ -68,7 +68,7 @@ pub struct Obj {
     pub starts: Vec<u32>,
     /// Where a group or a material begins, in the order of the file.
     pub runs: Vec<Run>,
-    /// `mtllib`: the files with the materials.
+    /// `mtllib`: the files with the materials, a line each. Names may have spaces, and a line several of them.
     pub libraries: Vec<String>,
     /// What was decided on the way, a line each.
     pub notes: Vec<String>,

@@ -102,13 +102,26 @@ pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
 fn obj_images(path: &Path, obj: &Obj, notes: &mut Vec<String>) -> Vec<(String, PathBuf)> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut images = Vec::new();
-    for name in &obj.libraries {
-        match obj::read_images(&named(folder, name)) {
-            Ok(more) => images.extend(more),
-            Err(error) => notes.push(format!("no materials: {error}")),
+    for line in &obj.libraries {
+        for file in libraries(folder, line) {
+            match obj::read_images(&file) {
+                Ok(more) => images.extend(more),
+                Err(error) => notes.push(format!("no materials: {error}")),
+            }
         }
     }
     images
+}
+
+/// The files that a line of libraries names: one whose name may have spaces, or, where that is none, those
+/// between the spaces, if any of them is there.
+fn libraries(folder: &Path, line: &str) -> Vec<PathBuf> {
+    let whole = named(folder, line);
+    let parts = || line.split_whitespace().map(|name| named(folder, name));
+    match !whole.is_file() && parts().any(|file| file.is_file()) {
+        true => parts().collect(),
+        false => vec![whole],
+    }
 }
 
 /// Reads a PLY file and the image that it names.
