@@ -20,7 +20,7 @@ pub struct SampleArgs {
     seed: u64,
     /// A folder for PLY files; or a name in it that ends in `.obj`, `.ply` or `.glb`, with which
     /// files start; or a file that ends in `.npy`, an array of faces x vertices x 3. A JSON beside
-    /// them has each one's seed and code.
+    /// them has each one's seed and code. A new folder with a dot in its name needs a slash at its end.
     #[arg(short, value_name = "DIR")]
     output: PathBuf,
 }
