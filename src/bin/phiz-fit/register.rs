@@ -153,7 +153,7 @@ fn many(
         neutral: settings.neutral,
         unit: args.unit.map(|unit| unit.to_string()),
     };
-    recipe.keep(&jobs, output)?;
+    recipe.keep(output)?;
     let there = jobs.iter().filter(|job| job.is_done()).count();
     let bar = ProgressBar::new((jobs.len() - there) as u64);
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} scans, {eta} left");

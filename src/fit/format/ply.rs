@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 use ply_rs_bw::parser::{Parser, Reader};
@@ -206,17 +206,7 @@ fn image(comment: &str) -> Option<String> {
 /// The name is the file's without its ending. A file with another number of vertices is an error,
 /// and so is a folder without faces.
 pub fn read_faces(dir: &Path, vertices: usize) -> FitResult<Vec<(String, Vec<DVec3>)>> {
-    let entries = std::fs::read_dir(dir).map_err(|e| FitError::file(dir, e))?;
-    let mut paths = Vec::new();
-    for entry in entries {
-        let path = entry.map_err(|e| FitError::file(dir, e))?.path();
-        if path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("ply"))
-        {
-            paths.push(path);
-        }
-    }
+    let mut paths = faces(dir)?;
     if paths.is_empty() {
         return Err(FitError::file(dir, "no .ply files"));
     }
@@ -236,6 +226,28 @@ pub fn read_faces(dir: &Path, vertices: usize) -> FitResult<Vec<(String, Vec<DVe
             Ok((name.into_owned(), positions))
         })
         .collect()
+}
+
+/// Whether there is any `.ply` in a folder.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn has_faces(dir: &Path) -> FitResult<bool> {
+    Ok(!faces(dir)?.is_empty())
+}
+
+/// Every `.ply` of a folder.
+fn faces(dir: &Path) -> FitResult<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(dir).map_err(|e| FitError::file(dir, e))?;
+    let mut paths = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|e| FitError::file(dir, e))?.path();
+        let ending = path.extension();
+        if ending.is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
+            paths.push(path);
+        }
+    }
+    Ok(paths)
 }
 
 /// A vertex; what its element does not have stays NaN or black.
@@ -264,6 +276,7 @@ impl PropertyAccess for Vertex {
             "t" | "v" | "texture_v" => &mut self.uv.y,
             _ if CHANNELS.as_flattened().contains(&name) => {
                 let channel = CHANNELS.iter().position(|names| names.contains(&name));
+                let value = scalar(&property).unwrap_or(0.0);
                 let value = match property {
                     Property::Float(_) | Property::Double(_) => value,
                     Property::UShort(_) => value / 65535.0,
@@ -276,7 +289,6 @@ impl PropertyAccess for Vertex {
             _ => return PropertyAccessResult::Ignored,
         };
         match scalar(&property) {
-                let value = scalar(&property).unwrap_or(0.0);
             Some(value) => *place = value,
             None => return PropertyAccessResult::Ignored,
         }
