@@ -39,7 +39,8 @@ pub fn run(args: &AttributesArgs) -> FitResult<()> {
     let source = super::about(&args.faces)?.title;
     let learned = super::step("learning", || {
         learn(&template, &model, &faces, &labels, &source)
-    })?;
+    })
+    .map_err(|e| e.of(&args.faces))?;
     println!(
         "{} people, of whose skin the model leaves {:.2} mm RMS; held out:",
         faces.len(),

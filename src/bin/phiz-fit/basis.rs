@@ -105,7 +105,7 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
         return compare(args, &template, &faces, train);
     }
     let triangles = template.triangles();
-    let parts = face_parts(&template)?;
+    let parts = face_parts(&template).map_err(|e| e.of(&args.template))?;
     if !args.one_sided {
         faces = with_mirror_images(&faces, &template.topology.mirror);
     }
@@ -116,13 +116,13 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     procrustes(&mut faces, &template.positions, &face, &areas, None);
     let regions = match args.area {
         Area::Face => parts,
-        Area::Head => head_parts(&template)?,
+        Area::Head => head_parts(&template).map_err(|e| e.of(&args.template))?,
     };
     let kind = match args.kind {
         Where::Region => Kind::REGIONS,
         Where::Distance => Kind::DISTANCE,
         Where::Pca => {
-            let basis = sparse::principal(&faces, &regions, args.components)?;
+            let basis = sparse::principal(&faces, &regions, args.components).map_err(of_faces)?;
             return write(args, &basis, None);
         }
     };
@@ -135,7 +135,7 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
         ..Settings::default()
     };
     if let Some(folder) = &args.save_problem {
-        let problem = sparse::problem(&faces, &triangles, &regions, &settings)?;
+        let problem = sparse::problem(&faces, &triangles, &regions, &settings).map_err(of_faces)?;
         save(folder, &problem, &settings)?;
     }
     let style = ProgressStyle::with_template("{bar:30} {pos} of at most {len}, objective {msg}");
@@ -147,12 +147,13 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     };
     let learned = sparse::learn(&faces, &triangles, &regions, &settings, told);
     bar.finish_and_clear();
-    let (basis, report) = learned?;
+    let (basis, report) = learned.map_err(of_faces)?;
     let last = report.objective.len() - 1;
     println!(
         "objective {:.6e} mm^2 after {last} iterations, from {:.6e}; {:.3} s for the start, {:.3} s \
          for the iterations",
         report.objective[last], report.objective[0], report.seconds[0], report.seconds[1]
+    let of_faces = |e: FitError| e.of(&args.faces);
     );
     if !report.converged {
         eprintln!(
@@ -188,14 +189,9 @@ fn compare(
             components: COMPONENTS.to_vec(),
         };
         let kinds = [Kind::REGIONS, Kind::DISTANCE];
-        all.push(sparse::compare::compare(
-            template,
-            faces,
-            &trial,
-            &settings,
-            kinds,
-            || bar.inc(1),
-        )?);
+        let curves =
+            sparse::compare::compare(template, faces, &trial, &settings, kinds, || bar.inc(1));
+        all.push(curves.map_err(|e| e.of(&args.faces))?);
     }
     bar.finish_and_clear();
     let path = &args.output;

@@ -270,7 +270,8 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
                 let former = read_template(registered_to)?;
                 let faces = batch::read_registered(faces, &former)?;
                 People::learn(&former, &plain, &faces)
-            })?;
+            })
+            .map_err(|e| e.of(faces))?;
             let bytes = people.to_bytes()?;
             if let Some(path) = &args.people {
                 write_atomically(path, &bytes)?;
@@ -331,7 +332,8 @@ fn train(args: &TrainArgs) -> FitResult<()> {
         both_sides: !args.one_sided,
         ..Settings::default()
     };
-    let learned = step("learning", || learn(&template, faces, about, &settings))?;
+    let learned = step("learning", || learn(&template, faces, about, &settings))
+        .map_err(|e| e.of(&args.faces))?;
     let bytes = pack(&learned.parts.write()?)?;
     // What is written is read once before it replaces anything.
     FaceModel::parse(&bytes)?;

@@ -91,6 +91,7 @@ fn coloured(scan: &Scan) -> bool {
 fn one(
     args: &RegisterArgs,
     template: &Template,
+        .map_err(|e| e.of(&scan.path))
     registrar: &Registrar<'_>,
     settings: &Settings,
     scan: &Path,

@@ -68,7 +68,8 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     let faces: Vec<_> = (named.iter().take(asked))
         .map(|(_, face)| face.clone())
         .collect();
-    let compared = bases::bases(&template, &faces, args.splits, || bar.inc(1))?;
+    let compared = bases::bases(&template, &faces, args.splits, || bar.inc(1))
+        .map_err(|e| e.of(&args.faces))?;
     bar.finish_and_clear();
     drop(faces);
     let bar = ProgressBar::new(STEPS + 1);
@@ -85,7 +86,8 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     let mut validated = validate(population, |what| {
         bar.inc(1);
         bar.set_message(what);
-    })?;
+    })
+    .map_err(|e| e.of(&args.faces))?;
     validated.report.bases = compared;
     bar.set_message("drawing");
     page::write(&validated, &args.output, args.short.as_deref())?;

@@ -331,10 +331,7 @@ pub fn register_scan(
     };
     let registered = registrar
         .register(&prepared.scan, &prepared.points, &settings)
-        .map_err(|e| match e {
-            FitError::Input(cause) => FitError::file(&job.scan, cause),
-            other => other,
-        })?;
+        .map_err(|e| e.of(&job.scan))?;
     Ok((prepared, registered))
 }
 
