@@ -106,7 +106,7 @@ pub fn write(
     let name = |i: u32| format!("{}_{:0digits$}", target.stem, i + 1);
     let draw = |face: &mut Face, i: u32| -> FitResult<String> {
         face.randomize(&Randomize {
-            seed: Some(seed + u64::from(i)),
+            seed: Some(seed.wrapping_add(i.into())),
             ..Randomize::default()
         })?;
         Ok(face.code())
@@ -173,7 +173,7 @@ pub fn write(
     let list: Vec<serde_json::Value> = (0..count)
         .zip(&codes)
         .map(|(i, code)| {
-            serde_json::json!({ "name": name(i), "seed": seed + u64::from(i), "code": code })
+            serde_json::json!({ "name": name(i), "seed": seed.wrapping_add(i.into()), "code": code })
         })
         .collect();
     let about = serde_json::json!({ "model": model.parts().about, "faces": list });

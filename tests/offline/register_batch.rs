@@ -283,7 +283,7 @@ fn who_asks_for_another_format_or_for_the_beginning_gets_no_surprise() {
     let (scan, face) = (at("anna.ply"), at("face.obj"));
     let refused = register(&file, &["--scan".as_ref(), &scan, "-o".as_ref(), &face]);
     let err = said(&refused.stderr);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(err.contains("face.obj: ") && err.contains(".ply"), "{err}");
     assert!(!face.exists());
 

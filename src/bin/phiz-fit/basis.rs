@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -36,12 +37,13 @@ pub struct BasisArgs {
     /// Learn from the faces as they are, without the mirror image of each.
     #[arg(long)]
     one_sided: bool,
-    /// Iterations at most.
-    #[arg(long, default_value_t = Settings::default().iterations)]
-    iterations: usize,
-    /// Stop when the objective changes by less than this part over five iterations.
-    #[arg(long, default_value_t = Settings::default().tolerance)]
-    tolerance: f64,
+    #[arg(long, help = usual("Iterations at most", Settings::default().iterations))]
+    iterations: Option<usize>,
+    #[arg(long, help = usual(
+        "Stop when the objective changes by less than this part over five iterations",
+        Settings::default().tolerance
+    ))]
+    tolerance: Option<f64>,
     /// Alternate between weights and components as published, without trying to go farther at
     /// once.
     #[arg(long)]
@@ -56,7 +58,11 @@ pub struct BasisArgs {
     save_problem: Option<PathBuf>,
     /// Compare bases instead: learn each from this many of the faces, chosen at random, and
     /// measure it on others. Prints mean errors over the splits, and writes all of them.
-    #[arg(long, value_name = "COUNT")]
+    #[arg(
+        long,
+        value_name = "COUNT",
+        conflicts_with_all = ["components", "kind", "area", "one_sided", "sigmas", "save_problem"]
+    )]
     compare: Option<usize>,
     /// On how many others.
     #[arg(
@@ -67,7 +73,13 @@ pub struct BasisArgs {
     )]
     test: usize,
     /// How many splits of the faces into the two.
-    #[arg(long, default_value_t = 5, requires = "compare", value_name = "COUNT")]
+    #[arg(
+        long,
+        default_value_t = 5,
+        requires = "compare",
+        value_name = "COUNT",
+        value_parser = clap::value_parser!(u64).range(1..)
+    )]
     splits: u64,
     /// The first split's seed; the next has the next one.
     #[arg(long, default_value_t = 1, requires = "compare")]
@@ -75,6 +87,11 @@ pub struct BasisArgs {
     /// The basis (or the comparison) to write, as JSON.
     #[arg(short, value_name = "FILE")]
     output: PathBuf,
+}
+
+/// The help of an option that clap must not fill in: whether it was given counts.
+fn usual(help: &str, value: impl std::fmt::Display) -> String {
+    format!("{help} [default: {value}]")
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -95,7 +112,38 @@ enum Area {
     Head,
 }
 
+impl BasisArgs {
+    /// What is said of all bases that are optimised.
+    fn settings(&self) -> Settings {
+        let usual = Settings::default();
+        Settings {
+            iterations: self.iterations.unwrap_or(usual.iterations),
+            tolerance: self.tolerance.unwrap_or(usual.tolerance),
+            bold: !self.plain,
+            ..usual
+        }
+    }
+
+    /// The first option that says how to optimise what principal components do not.
+    fn optimises(&self) -> Option<&'static str> {
+        [
+            ("--iterations", self.iterations.is_some()),
+            ("--tolerance", self.tolerance.is_some()),
+            ("--plain", self.plain),
+            ("--save-problem", self.save_problem.is_some()),
+        ]
+        .into_iter()
+        .find_map(|(option, given)| given.then_some(option))
+    }
+}
+
 pub fn run(args: &BasisArgs) -> FitResult<()> {
+    if args.kind == Where::Pca
+        && let Some(option) = args.optimises()
+    {
+        let cause = format!("{option} is of no use with --kind pca, which optimises nothing");
+        super::refuse("basis", ErrorKind::ArgumentConflict, cause);
+    }
     let template = super::read_template(&args.template)?;
     let faces = super::step("reading faces", || {
         ply::read_faces(&args.faces, template.positions.len())
@@ -104,6 +152,7 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     if let Some(train) = args.compare {
         return compare(args, &template, &faces, train);
     }
+    let of_faces = |e: FitError| e.of(&args.faces);
     let triangles = template.triangles();
     let parts = face_parts(&template).map_err(|e| e.of(&args.template))?;
     if !args.one_sided {
@@ -129,17 +178,14 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     let settings = Settings {
         components: args.components,
         kind,
-        iterations: args.iterations,
-        tolerance: args.tolerance,
-        bold: !args.plain,
-        ..Settings::default()
+        ..args.settings()
     };
     if let Some(folder) = &args.save_problem {
         let problem = sparse::problem(&faces, &triangles, &regions, &settings).map_err(of_faces)?;
         save(folder, &problem, &settings)?;
     }
     let style = ProgressStyle::with_template("{bar:30} {pos} of at most {len}, objective {msg}");
-    let bar = ProgressBar::new(args.iterations as u64);
+    let bar = ProgressBar::new(settings.iterations as u64);
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let told = |iteration: usize, objective: f64| {
         bar.set_position(iteration as u64);
@@ -153,7 +199,6 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
         "objective {:.6e} mm^2 after {last} iterations, from {:.6e}; {:.3} s for the start, {:.3} s \
          for the iterations",
         report.objective[last], report.objective[0], report.seconds[0], report.seconds[1]
-    let of_faces = |e: FitError| e.of(&args.faces);
     );
     if !report.converged {
         eprintln!(
@@ -171,13 +216,9 @@ fn compare(
     faces: &[Vec<DVec3>],
     train: usize,
 ) -> FitResult<()> {
-    let settings = Settings {
-        iterations: args.iterations,
-        tolerance: args.tolerance,
-        bold: !args.plain,
-        ..Settings::default()
-    };
-    let bar = ProgressBar::new(args.splits * (COMPONENTS.len() * BASES.len()) as u64);
+    let settings = args.settings();
+    let steps = (COMPONENTS.len() * BASES.len()) as u64;
+    let bar = ProgressBar::new(args.splits.saturating_mul(steps));
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} bases, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let mut all: Vec<Vec<Curve>> = Vec::new();
@@ -185,7 +226,7 @@ fn compare(
         let trial = Trial {
             train,
             test: args.test,
-            seed: args.seed + split,
+            seed: args.seed.wrapping_add(split),
             components: COMPONENTS.to_vec(),
         };
         let kinds = [Kind::REGIONS, Kind::DISTANCE];
@@ -220,7 +261,7 @@ fn compare(
     if open > 0 {
         eprintln!(
             "phiz-fit: warning: {open} bases were not at rest after {} iterations",
-            args.iterations
+            settings.iterations
         );
     }
     Ok(())

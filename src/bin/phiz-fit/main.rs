@@ -13,10 +13,12 @@ mod sample;
 mod simulate;
 mod validate;
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use indicatif::ProgressBar;
 
 use phiz::blob::pack;
@@ -139,7 +141,7 @@ struct TrainArgs {
     #[arg(long, value_name = "DIR")]
     faces: PathBuf,
     /// The part of the variance that the modes of a region keep.
-    #[arg(long, default_value_t = 0.95)]
+    #[arg(long, default_value_t = 0.95, value_parser = part)]
     tau: f64,
     /// How the directions of semantic controls are found.
     #[arg(long, value_enum, default_value_t = Directions::Constrained)]
@@ -236,6 +238,34 @@ fn main() -> ExitCode {
             eprintln!("phiz-fit: {error}");
             ExitCode::FAILURE
         }
+    }
+}
+
+/// Refuses what was asked of a verb as clap refuses it, where only the verb knows what goes together.
+fn refuse(verb: &str, kind: ErrorKind, cause: impl std::fmt::Display) -> ! {
+    let mut cli = Cli::command();
+    cli.build();
+    let command = cli.find_subcommand_mut(verb);
+    command.expect("a verb").error(kind, cause).exit()
+}
+
+/// Reads an argument that is a number in a range.
+fn within(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |word| match word.parse() {
+        Ok(value) if range.contains(&value) => Ok(value),
+        Ok(_) | Err(_) => Err(format!(
+            "a number from {} to {} is meant",
+            range.start(),
+            range.end()
+        )),
+    }
+}
+
+/// Reads an argument that is a part of 1, and not nothing of it.
+fn part(word: &str) -> Result<f64, String> {
+    match word.parse() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        Ok(_) | Err(_) => Err("a number above 0, 1 at most, is meant".into()),
     }
 }
 

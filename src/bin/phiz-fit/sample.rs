@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::error::ErrorKind;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::FitResult;
@@ -26,7 +27,8 @@ pub struct SampleArgs {
 }
 
 pub fn run(args: &SampleArgs) -> FitResult<()> {
-    let target = Target::parse(&args.output)?;
+    let target = Target::parse(&args.output)
+        .unwrap_or_else(|cause| super::refuse("sample", ErrorKind::ValueValidation, cause));
     let model = super::read_model(&args.model)?;
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} faces, {eta} left");
     let bar = ProgressBar::new(args.count.into());

@@ -62,7 +62,7 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     };
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len}, {msg}, {eta} left");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(args.splits * bases::STEPS).with_style(style.clone());
+    let bar = ProgressBar::new(args.splits.saturating_mul(bases::STEPS)).with_style(style.clone());
     bar.set_message("sparse bases");
     let asked = if args.splits > 0 { named.len() } else { 0 };
     let faces: Vec<_> = (named.iter().take(asked))
