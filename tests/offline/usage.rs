@@ -57,3 +57,22 @@ fn what_is_not_meant_is_a_usage_error() {
         assert!(error.contains(said), "{arguments}: {error}");
     }
 }
+
+#[test]
+fn a_folder_that_is_not_there_is_said_before_the_work() {
+    for arguments in [
+        "template --base-mesh b",
+        "train --template t --faces f",
+        "attributes --template t --faces f m",
+        "basis --template t --faces f",
+        "landmarks --template t --scan s",
+    ] {
+        let (code, error) = called(&format!("{arguments} -o no/such/file"));
+        assert_eq!(code, Some(1), "{arguments}: {error}");
+        assert!(
+            error.starts_with("phiz-fit: no/such/file: "),
+            "{arguments}: {error}"
+        );
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}

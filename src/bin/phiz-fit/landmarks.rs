@@ -6,6 +6,7 @@ use clap::Args;
 
 use phiz::fit::FitResult;
 use phiz::fit::detect::Detector;
+use phiz::fit::format::files::check_writable;
 use phiz::fit::register::batch;
 use phiz::fit::scan::{Scan, Unit, landmarks};
 
@@ -39,6 +40,7 @@ pub struct LandmarksArgs {
 }
 
 pub fn run(args: &LandmarksArgs) -> FitResult<()> {
+    args.output.as_deref().map_or(Ok(()), check_writable)?;
     let template = super::read_template(&args.template)?;
     let mut scan = super::step("reading the scan", || Scan::read(&args.scan, args.unit))?;
     let found = super::step("looking for the face", || {

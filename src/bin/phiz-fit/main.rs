@@ -22,7 +22,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use indicatif::ProgressBar;
 
 use phiz::blob::pack;
-use phiz::fit::format::files::write_atomically;
+use phiz::fit::format::files::{check_writable, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::head::expression;
 use phiz::fit::head::generic_head;
@@ -291,6 +291,8 @@ fn step<T>(what: &'static str, work: impl FnOnce() -> FitResult<T>) -> FitResult
 }
 
 fn template(args: &TemplateArgs) -> FitResult<()> {
+    check_writable(&args.output)?;
+    args.people.as_deref().map_or(Ok(()), check_writable)?;
     let plain = step("building the generic head", || {
         generic_head::build(&args.base_mesh)
     })?;
@@ -341,6 +343,7 @@ fn synthetic(args: &PopulationArgs) -> FitResult<()> {
 }
 
 fn train(args: &TrainArgs) -> FitResult<()> {
+    check_writable(&args.output)?;
     let template = read_template(&args.template)?;
     let (names, mut faces): (Vec<_>, Vec<_>) = step("reading faces", || {
         ply::read_faces(&args.faces, template.positions.len())

@@ -7,6 +7,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::evaluate::{self, Evaluator};
+use phiz::fit::format::files::check_writable;
 use phiz::fit::format::ply;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population::Labels;
@@ -48,6 +49,13 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     let named = super::step("reading faces", || {
         ply::read_faces(&args.faces, template.positions.len())
     })?;
+    for folder in [Some(&args.output), args.short.as_ref()]
+        .into_iter()
+        .flatten()
+    {
+        std::fs::create_dir_all(folder).map_err(|e| FitError::file(folder, e))?;
+        check_writable(&folder.join("report.json"))?;
+    }
     let labels = labels(&args.faces, &named)?;
     let about = super::about(&args.faces)?;
     let drift = match (&args.scans, &args.ict) {
