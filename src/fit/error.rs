@@ -30,7 +30,28 @@ impl FitError {
             cause: cause.to_string(),
         }
     }
+
+    /// The same of a file or folder, if it names none.
+    #[must_use]
+    pub fn of(self, path: &Path) -> Self {
+        match self {
+            FitError::File { .. } => self,
+            FitError::Input(_) | FitError::Core(_) => Self::file(path, self),
+        }
+    }
 }
 
 /// A result whose error is a [`FitError`].
 pub type FitResult<T> = std::result::Result<T, FitError>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_names_one_file() {
+        let of = |error: FitError| error.of(Path::new("faces")).to_string();
+        assert_eq!(of(FitError::Input("too few".into())), "faces: too few");
+        assert_eq!(of(FitError::file(Path::new("a.ply"), "bad")), "a.ply: bad");
+    }
+}

@@ -42,12 +42,17 @@ pub struct Target {
 
 impl Target {
     /// What a path means: `DIR` is PLY files in it, `DIR/NAME.obj` (`.ply`, `.glb`) files of that
-    /// format whose names start with `NAME`, `DIR/NAME.npy` one file.
+    /// format whose names start with `NAME`, `DIR/NAME.npy` one file. What has another ending is a folder
+    /// where it is there, or where a slash says so.
     ///
     /// # Errors
     /// When it ends in something else, or has no name.
     pub fn parse(path: &Path) -> FitResult<Self> {
-        let format = match path.extension().and_then(|e| e.to_str()) {
+        let last = path.as_os_str().as_encoded_bytes().last();
+        let slash = last.is_some_and(|&b| std::path::is_separator(b.into()));
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let ending = ending.filter(|_| !slash && !path.is_dir());
+        let format = match ending.as_deref() {
             None => {
                 return Ok(Self {
                     folder: path.into(),
@@ -60,7 +65,8 @@ impl Target {
             Some("glb") => Format::Glb,
             Some("npy") => Format::Npy,
             Some(_) => {
-                return Err(FitError::file(path, "ends in none of obj, ply, glb, npy"));
+                let cause = "ends in none of obj, ply, glb, npy; a folder's name ends in a slash";
+                return Err(FitError::file(path, cause));
             }
         };
         let stem = path.file_stem().and_then(|s| s.to_str());
@@ -100,7 +106,7 @@ pub fn write(
     let name = |i: u32| format!("{}_{:0digits$}", target.stem, i + 1);
     let draw = |face: &mut Face, i: u32| -> FitResult<String> {
         face.randomize(&Randomize {
-            seed: Some(seed + u64::from(i)),
+            seed: Some(seed.wrapping_add(i.into())),
             ..Randomize::default()
         })?;
         Ok(face.code())
@@ -167,7 +173,7 @@ pub fn write(
     let list: Vec<serde_json::Value> = (0..count)
         .zip(&codes)
         .map(|(i, code)| {
-            serde_json::json!({ "name": name(i), "seed": seed + u64::from(i), "code": code })
+            serde_json::json!({ "name": name(i), "seed": seed.wrapping_add(i.into()), "code": code })
         })
         .collect();
     let about = serde_json::json!({ "model": model.parts().about, "faces": list });

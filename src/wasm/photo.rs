@@ -157,9 +157,13 @@ impl Fitter {
         let fit = fit.map_err(error)?;
         let quality = &fit.quality;
         let refusal = quality.refusal();
-        // Points that are no face's have no light.
+        // Points that are no face's have no light, nor has a face of which no pixel is the person's: what the
+        // points tell stands without it.
         let image = image.filter(|_| refusal.is_none());
-        let light = image.map(|image| self.light(&fit, &image)).transpose()?;
+        let light = match &image {
+            Some(image) => self.light(&fit, image)?,
+            None => None,
+        };
         let list = self.expressions.as_ref().map_or(&[][..], |e| e.list());
         let weights = list.iter().zip(&fit.expression);
         let info = FitInfo {
@@ -188,13 +192,14 @@ impl Fitter {
 }
 
 impl Fitter {
-    fn light(&self, fit: &Fit, image: &Image) -> Result<Light, JsError> {
+    /// The light on a fitted face; none where the photo does not show it.
+    fn light(&self, fit: &Fit, image: &Image) -> Result<Option<Light>, JsError> {
         let model = self.fitter.model();
         let mut worn = edit::Worn::new(model.face(), self.expressions.as_ref());
         worn.face
             .set_coefficients(&fit.coefficients)
             .map_err(error)?;
         worn.express(&fit.expression).map_err(error)?;
-        Light::on(model, worn.mesh(), &fit.camera, image).map_err(error)
+        Ok(Light::on(model, worn.mesh(), &fit.camera, image).ok())
     }
 }

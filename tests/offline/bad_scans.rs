@@ -1685,3 +1685,219 @@ fn colours_of_vertices_are_read_as_programs_write_them() {
         assert_eq!(scan.colours, colours, "{kind}");
     }
 }
+
+#[test]
+fn colours_in_numbers_of_any_kind_are_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let read = |name: &str, content: &[u8]| {
+        let file = folder.path().join(name);
+        fs::write(&file, content).expect("written");
+        Scan::read(&file, None).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let said = |scan: &Scan| scan.notes.iter().any(|note| note.contains("from 0 to 255"));
+    let corners = ["0 0 0", "100 0 0", "0 100 0"];
+    let ply = |kind: &str, colours: [&str; 3]| {
+        let rest = ["red", "green", "blue"].map(|c| format!("property {kind} {c}\n"));
+        let rows: String = corners
+            .iter()
+            .zip(colours)
+            .map(|(p, c)| format!("{p} {c}\n"))
+            .collect();
+        ply_header("ascii", "3", &(rest.concat() + FACES)) + &rows + "3 0 1 2\n"
+    };
+    // Integers of any size are those of bytes, floats too where they are above 1.
+    for (kind, most) in [
+        ("int", 255),
+        ("uint", 255),
+        ("short", 255),
+        ("char", 127),
+        ("float", 255),
+    ] {
+        let bright = format!("{most} 100 0");
+        let scan = read("c.ply", ply(kind, [&bright, "1 1 1", "0 0 10"]).as_bytes());
+        assert_eq!(
+            scan.colours,
+            [[most, 100, 0], [1, 1, 1], [0, 0, 10]],
+            "{kind}"
+        );
+        assert_eq!(said(&scan), kind == "float", "{:?}", scan.notes);
+    }
+    let scan = read(
+        "c.ply",
+        ply("int", ["300 -5 7", "0 0 0", "0 0 0"]).as_bytes(),
+    );
+    assert_eq!(scan.colours[0], [255, 0, 7]);
+    // A little more than white is white.
+    let scan = read(
+        "c.ply",
+        ply("float", ["1.02 0.2 0", "1 1 1", "0 0 0"]).as_bytes(),
+    );
+    assert_eq!(scan.colours, [[255, 51, 0], [255; 3], [0; 3]]);
+    assert!(!said(&scan));
+    let obj = |colours: [&str; 3]| -> String {
+        let rows = corners
+            .iter()
+            .zip(colours)
+            .map(|(p, c)| format!("v {p} {c}\n"));
+        rows.collect::<String>() + "f 1 2 3\n"
+    };
+    let scan = read("c.obj", obj(["255 100 0", "1 1 1", "0 0 10"]).as_bytes());
+    assert_eq!(scan.colours, [[255, 100, 0], [1, 1, 1], [0, 0, 10]]);
+    assert!(said(&scan), "{:?}", scan.notes);
+}
+
+#[test]
+fn vertices_without_a_colour_among_others_are_white() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name);
+    let (red, white) = ([255, 0, 0], [255; 3]);
+    let text = "v 0 0 0\nv 100 0 0 1 0 0\nv 0 100 0\nf 1 2 3\n";
+    fs::write(file("c.obj"), text).expect("written");
+    // Two triangles, of which either has colours.
+    let floats = |x: &[f32]| x.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let first = floats(&[0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0]);
+    let second = floats(&[0.0, 0.0, 0.1, 0.1, 0.0, 0.1, 0.0, 0.1, 0.1]);
+    let bytes = [first, second, floats(&[1.0, 0.0, 0.0].repeat(3))].concat();
+    for (name, coloured) in [("0.glb", 0), ("1.glb", 1)] {
+        let primitive = |i: usize| {
+            let colour = if i == coloured { r#","COLOR_0":2"# } else { "" };
+            format!(r#"{{"attributes":{{"POSITION":{i}{colour}}}}}"#)
+        };
+        let views =
+            [0, 36, 72].map(|at| format!(r#"{{"buffer":0,"byteOffset":{at},"byteLength":36}}"#));
+        let accessors = [0, 1, 2].map(|view| {
+            format!(
+                r#"{{"bufferView":{view},"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}}"#
+            )
+        });
+        let json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{},{}]}}],"accessors":[{}],"bufferViews":[{}],
+            "buffers":[{{"byteLength":108}}]}}"#,
+            primitive(0),
+            primitive(1),
+            accessors.join(","),
+            views.join(",")
+        );
+        fs::write(file(name), glb(&json, &bytes)).expect("written");
+    }
+    for (name, expected, count) in [
+        ("c.obj", vec![white, red, white], 2),
+        ("0.glb", [[red; 3], [white; 3]].concat(), 3),
+        ("1.glb", [[white; 3], [red; 3]].concat(), 3),
+    ] {
+        let scan = Scan::read(&file(name), None).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(scan.colours, expected, "{name}");
+        let note = format!("colours: {count} vertices without one are white");
+        assert!(scan.notes.contains(&note), "{name}: {:?}", scan.notes);
+    }
+}
+
+#[test]
+fn materials_are_in_all_the_files_of_a_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    image::RgbImage::new(2, 2)
+        .save(path("skin.png"))
+        .expect("written");
+    let material = "newmtl skin\nmap_Kd skin.png\n";
+    let mesh =
+        "v 0 0 0\nv 100 0 0\nv 0 100 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3\n";
+    let read = |line: &str| {
+        fs::write(path("m.obj"), format!("mtllib {line}\n{mesh}")).expect("written");
+        Scan::read(&path("m.obj"), None).expect("reads")
+    };
+    fs::write(path("eyes.mtl"), "newmtl eyes\n").expect("written");
+    fs::write(path("skin.mtl"), material).expect("written");
+    let scan = read("eyes.mtl skin.mtl");
+    assert!(scan.texture.is_some(), "{:?}", scan.notes);
+    // A name with a space is one name, and stays one in words where it is not there.
+    let scan = read("my skin.obj.mtl");
+    let gone = |note: &String| note.contains("my skin.obj.mtl: ");
+    assert!(scan.notes.iter().any(gone), "{:?}", scan.notes);
+    fs::write(path("eyes.mtl skin.mtl"), "newmtl other\n").expect("written");
+    assert!(read("eyes.mtl skin.mtl").texture.is_none());
+}
+
+/// What a file has beside its meshes is no reason to refuse these.
+#[test]
+fn gltf_with_more_than_meshes_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("t.gltf");
+    let data = format!(
+        "data:;base64,{}",
+        Base64::encode_string(&triangle_bytes([0, 1, 2]))
+    );
+    let plain = String::from_utf8(gltf_triangle(&data)).expect("text");
+    let read = |json: &str| {
+        fs::write(&file, json).expect("written");
+        Scan::read(&file, None)
+    };
+    let same = |json: &str| {
+        assert_ne!(json, plain);
+        let scan = read(json).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(scan.positions.len(), 3);
+        scan.notes
+    };
+    same(&plain.replace(r#""POSITION":0"#, r#""POSITION":0,"_SCALE":0,"_ID":1"#));
+    let sampler = r#""samplers":[{"input":0,"output":0}]"#;
+    for target in [
+        r#"{"path":"pointer","extensions":{"KHR_animation_pointer":{"pointer":"/nodes/0/scale"}}}"#,
+        r#"{"path":"translation"}"#,
+        r#"{"node":7,"path":"scale"}"#,
+    ] {
+        let animation = format!(r#"{{"channels":[{{"sampler":0,"target":{target}}}],{sampler}}}"#);
+        same(&plain.replacen('{', &format!(r#"{{"animations":[{animation}],"#), 1));
+    }
+    let notes = same(
+        &plain
+            .replace(r#""mesh":0"#, r#""mesh":0,"skin":0"#)
+            .replacen('{', r#"{"skins":[{"joints":[0]}],"#, 1),
+    );
+    let skin = notes
+        .iter()
+        .filter(|note| note.contains("skin 0 is there and was not applied"));
+    assert_eq!(skin.count(), 1, "{notes:?}");
+
+    // Nodes in a chain as deep as it likes; but each in one place, or there were 2^60 triangles.
+    let (before, after) = plain
+        .split_once(r#""nodes":[{"mesh":0,"translation":[0,1,0]}]"#)
+        .expect("a node");
+    let chain = |count: usize, children: fn(usize) -> String| {
+        let nodes: Vec<String> = (1..count)
+            .map(|next| format!(r#"{{"children":[{}]}}"#, children(next)))
+            .collect();
+        format!(
+            r#"{before}"nodes":[{},{{"mesh":0}}]{after}"#,
+            nodes.join(",")
+        )
+    };
+    same(&chain(20_000, |next| next.to_string()));
+    for json in [
+        chain(60, |next| format!("{next},{next}")),
+        chain(3, |next| (next - 1).to_string()),
+    ] {
+        let error = read(&json).map(|_| ()).expect_err("no tree").to_string();
+        one_line(
+            "nodes",
+            &error,
+            &file,
+            &["in two places, or among its own parents"],
+        );
+    }
+}
+
+#[test]
+fn landmarks_of_which_nobody_knows_how_far_they_are_off_are_written_without_that() {
+    let template = template();
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("l.json");
+    let points: Vec<(usize, DVec3)> = points(&template).into_iter().enumerate().collect();
+    let mut errors = vec![0.5; points.len()];
+    errors[..3].copy_from_slice(&[f64::INFINITY, f64::NAN, 0.0]);
+    landmarks::write(&file, &points, &errors, 1.0, &template).expect("written");
+    let bytes = fs::read(&file).expect("reads");
+    let json: serde_json::Value = serde_json::from_slice(&bytes).expect("JSON");
+    let numbers = |i: usize| json[format!("ibug_{i:02}")].as_array().map_or(0, Vec::len);
+    assert_eq!([0, 1, 2, 3].map(numbers), [3, 3, 3, 4]);
+}

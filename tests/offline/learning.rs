@@ -302,5 +302,19 @@ fn doubled_faces_are_told_and_too_few_are_refused_in_words() {
         out,
         "anna.ply is the same face as anna again.ply: counted once\n"
     );
-    assert!(err.contains("2 faces are too few"), "{err}");
+    let few = format!("phiz-fit: {}: 2 faces are too few", people.display());
+    assert!(err.starts_with(&few), "{err}");
+    // Other verbs name the folder, too.
+    std::fs::remove_file(people.join("anna again.ply")).unwrap();
+    for (verb, option) in [("basis", Some("--one-sided")), ("validate", None)] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+        command
+            .args([verb, "--template"])
+            .arg(&file)
+            .arg("--faces")
+            .arg(&people);
+        command.args(option).arg("-o").arg(root.path().join(verb));
+        let err = String::from_utf8(command.output().unwrap().stderr).unwrap();
+        assert!(err.starts_with(&few), "{err}");
+    }
 }

@@ -27,4 +27,5 @@ mod register_batch;
 mod sample;
 mod simulate;
 mod sparse;
+mod usage;
 mod validate;

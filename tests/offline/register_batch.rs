@@ -11,7 +11,7 @@ use glam::DVec3;
 use phiz::fit::format::ply::{read_positions, write_mesh};
 use phiz::fit::head::template::Template;
 use phiz::fit::register::Settings;
-use phiz::fit::register::batch::{self, Job, Jobs};
+use phiz::fit::register::batch::{self, Job, Jobs, Recipe};
 use phiz::fit::scan::{Scan, landmarks};
 
 use crate::heads;
@@ -199,6 +199,24 @@ fn folders_that_cannot_be_meant_are_refused() {
 }
 
 #[test]
+fn a_folder_has_faces_of_one_kind_whoever_they_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recipe = |template: u32| Recipe {
+        template,
+        prior: true,
+        neutral: false,
+        unit: None,
+    };
+    recipe(1).keep(folder.path()).expect("written");
+    // Where no face came of it, another may begin.
+    recipe(2).keep(folder.path()).expect("written");
+    fs::write(folder.path().join("of other scans.PLY"), "").expect("writes");
+    recipe(2).keep(folder.path()).expect("the same");
+    let error = recipe(3).keep(folder.path()).expect_err("no").to_string();
+    assert!(error.contains("with another template"), "{error}");
+}
+
+#[test]
 fn a_folder_tells_of_each_scan_what_was_guessed_or_found() {
     let Some(template) = heads::template() else {
         return;
@@ -265,7 +283,7 @@ fn who_asks_for_another_format_or_for_the_beginning_gets_no_surprise() {
     let (scan, face) = (at("anna.ply"), at("face.obj"));
     let refused = register(&file, &["--scan".as_ref(), &scan, "-o".as_ref(), &face]);
     let err = said(&refused.stderr);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(err.contains("face.obj: ") && err.contains(".ply"), "{err}");
     assert!(!face.exists());
 

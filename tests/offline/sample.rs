@@ -105,6 +105,15 @@ fn what_cannot_be_written_is_said() {
     let wrong = Target::parse(Path::new("faces/a.stl")).unwrap_err();
     assert!(wrong.to_string().contains("obj, ply, glb, npy"), "{wrong}");
     let folder = tempfile::tempdir().unwrap();
+    // A folder may have a dot in its name, if it is there or a slash says that it is one; endings may be large.
+    let dotted = folder.path().join("faces.v2");
+    Target::parse(&dotted).unwrap_err();
+    Target::parse(&dotted.join("")).unwrap();
+    std::fs::create_dir(&dotted).unwrap();
+    let target = Target::parse(&dotted).unwrap();
+    assert_eq!(target, Target::parse(&dotted.join("")).unwrap());
+    let large = Target::parse(&dotted.join("a.PLY")).unwrap();
+    assert_eq!(large, Target::parse(&dotted.join("a.ply")).unwrap());
     let file = folder.path().join("file");
     std::fs::write(&file, "here").unwrap();
     let target = Target::parse(&file.join("a.npy")).unwrap();

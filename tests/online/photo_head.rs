@@ -431,6 +431,9 @@ fn colours_that_nobody_knows_are_refused() {
         let why = lit.texture(&image, None, size).unwrap_err().to_string();
         assert!(why.contains("from 64 to 4096 texels"), "{why}");
     }
+    let half = Image::new(SIZE[0], SIZE[1] / 2, &grey[..grey.len() / 2]).unwrap();
+    let why = lit.texture(&half, None, 512).unwrap_err().to_string();
+    assert!(why.contains("pixels, its image"), "{why}");
 }
 
 /// Whether a point of the photo, px, is in something.

@@ -262,7 +262,10 @@ export interface PhotoFit {
    * camera and shape are the points' own.
    */
   readonly appearance: PhotoAppearance | null;
-  /** Null when no pixels were given, or the points are no face's. */
+  /**
+   * Null when no pixels were given, the points are no face's, or too few of the face's pixels are the person's
+   * (see `PhotoPoints.rgba`).
+   */
   readonly light: PhotoLight | null;
 }
 

@@ -7,7 +7,7 @@ use clap::Args;
 use phiz::FaceModel;
 use phiz::blob::pack;
 use phiz::fit::FitResult;
-use phiz::fit::format::files::write_atomically;
+use phiz::fit::format::files::{check_writable, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::learn::attributes::{Labels, learn};
 use phiz::model::Attribute;
@@ -28,6 +28,7 @@ pub struct AttributesArgs {
 }
 
 pub fn run(args: &AttributesArgs) -> FitResult<()> {
+    check_writable(&args.output)?;
     let template = super::read_template(&args.template)?;
     let model = super::read_model(&args.model)?;
     let (names, faces): (Vec<_>, Vec<_>) = super::step("reading faces", || {
@@ -39,7 +40,8 @@ pub fn run(args: &AttributesArgs) -> FitResult<()> {
     let source = super::about(&args.faces)?.title;
     let learned = super::step("learning", || {
         learn(&template, &model, &faces, &labels, &source)
-    })?;
+    })
+    .map_err(|e| e.of(&args.faces))?;
     println!(
         "{} people, of whose skin the model leaves {:.2} mm RMS; held out:",
         faces.len(),

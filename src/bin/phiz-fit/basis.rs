@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use glam::DVec3;
-use phiz::fit::format::files::write_atomically;
+use phiz::fit::format::files::{check_writable, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::head::template::Template;
 use phiz::fit::mesh::align::{procrustes, vertex_areas};
@@ -36,12 +37,13 @@ pub struct BasisArgs {
     /// Learn from the faces as they are, without the mirror image of each.
     #[arg(long)]
     one_sided: bool,
-    /// Iterations at most.
-    #[arg(long, default_value_t = Settings::default().iterations)]
-    iterations: usize,
-    /// Stop when the objective changes by less than this part over five iterations.
-    #[arg(long, default_value_t = Settings::default().tolerance)]
-    tolerance: f64,
+    #[arg(long, help = usual("Iterations at most", Settings::default().iterations))]
+    iterations: Option<usize>,
+    #[arg(long, help = usual(
+        "Stop when the objective changes by less than this part over five iterations",
+        Settings::default().tolerance
+    ))]
+    tolerance: Option<f64>,
     /// Alternate between weights and components as published, without trying to go farther at
     /// once.
     #[arg(long)]
@@ -56,7 +58,11 @@ pub struct BasisArgs {
     save_problem: Option<PathBuf>,
     /// Compare bases instead: learn each from this many of the faces, chosen at random, and
     /// measure it on others. Prints mean errors over the splits, and writes all of them.
-    #[arg(long, value_name = "COUNT")]
+    #[arg(
+        long,
+        value_name = "COUNT",
+        conflicts_with_all = ["components", "kind", "area", "one_sided", "sigmas", "save_problem"]
+    )]
     compare: Option<usize>,
     /// On how many others.
     #[arg(
@@ -67,7 +73,13 @@ pub struct BasisArgs {
     )]
     test: usize,
     /// How many splits of the faces into the two.
-    #[arg(long, default_value_t = 5, requires = "compare", value_name = "COUNT")]
+    #[arg(
+        long,
+        default_value_t = 5,
+        requires = "compare",
+        value_name = "COUNT",
+        value_parser = clap::value_parser!(u64).range(1..)
+    )]
     splits: u64,
     /// The first split's seed; the next has the next one.
     #[arg(long, default_value_t = 1, requires = "compare")]
@@ -75,6 +87,11 @@ pub struct BasisArgs {
     /// The basis (or the comparison) to write, as JSON.
     #[arg(short, value_name = "FILE")]
     output: PathBuf,
+}
+
+/// The help of an option that clap must not fill in: whether it was given counts.
+fn usual(help: &str, value: impl std::fmt::Display) -> String {
+    format!("{help} [default: {value}]")
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -95,7 +112,39 @@ enum Area {
     Head,
 }
 
+impl BasisArgs {
+    /// What is said of all bases that are optimised.
+    fn settings(&self) -> Settings {
+        let usual = Settings::default();
+        Settings {
+            iterations: self.iterations.unwrap_or(usual.iterations),
+            tolerance: self.tolerance.unwrap_or(usual.tolerance),
+            bold: !self.plain,
+            ..usual
+        }
+    }
+
+    /// The first option that says how to optimise what principal components do not.
+    fn optimises(&self) -> Option<&'static str> {
+        [
+            ("--iterations", self.iterations.is_some()),
+            ("--tolerance", self.tolerance.is_some()),
+            ("--plain", self.plain),
+            ("--save-problem", self.save_problem.is_some()),
+        ]
+        .into_iter()
+        .find_map(|(option, given)| given.then_some(option))
+    }
+}
+
 pub fn run(args: &BasisArgs) -> FitResult<()> {
+    if args.kind == Where::Pca
+        && let Some(option) = args.optimises()
+    {
+        let cause = format!("{option} is of no use with --kind pca, which optimises nothing");
+        super::refuse("basis", ErrorKind::ArgumentConflict, cause);
+    }
+    check_writable(&args.output)?;
     let template = super::read_template(&args.template)?;
     let faces = super::step("reading faces", || {
         ply::read_faces(&args.faces, template.positions.len())
@@ -104,8 +153,9 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     if let Some(train) = args.compare {
         return compare(args, &template, &faces, train);
     }
+    let of_faces = |e: FitError| e.of(&args.faces);
     let triangles = template.triangles();
-    let parts = face_parts(&template)?;
+    let parts = face_parts(&template).map_err(|e| e.of(&args.template))?;
     if !args.one_sided {
         faces = with_mirror_images(&faces, &template.topology.mirror);
     }
@@ -116,30 +166,27 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     procrustes(&mut faces, &template.positions, &face, &areas, None);
     let regions = match args.area {
         Area::Face => parts,
-        Area::Head => head_parts(&template)?,
+        Area::Head => head_parts(&template).map_err(|e| e.of(&args.template))?,
     };
     let kind = match args.kind {
         Where::Region => Kind::REGIONS,
         Where::Distance => Kind::DISTANCE,
         Where::Pca => {
-            let basis = sparse::principal(&faces, &regions, args.components)?;
+            let basis = sparse::principal(&faces, &regions, args.components).map_err(of_faces)?;
             return write(args, &basis, None);
         }
     };
     let settings = Settings {
         components: args.components,
         kind,
-        iterations: args.iterations,
-        tolerance: args.tolerance,
-        bold: !args.plain,
-        ..Settings::default()
+        ..args.settings()
     };
     if let Some(folder) = &args.save_problem {
-        let problem = sparse::problem(&faces, &triangles, &regions, &settings)?;
+        let problem = sparse::problem(&faces, &triangles, &regions, &settings).map_err(of_faces)?;
         save(folder, &problem, &settings)?;
     }
     let style = ProgressStyle::with_template("{bar:30} {pos} of at most {len}, objective {msg}");
-    let bar = ProgressBar::new(args.iterations as u64);
+    let bar = ProgressBar::new(settings.iterations as u64);
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let told = |iteration: usize, objective: f64| {
         bar.set_position(iteration as u64);
@@ -147,7 +194,7 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     };
     let learned = sparse::learn(&faces, &triangles, &regions, &settings, told);
     bar.finish_and_clear();
-    let (basis, report) = learned?;
+    let (basis, report) = learned.map_err(of_faces)?;
     let last = report.objective.len() - 1;
     println!(
         "objective {:.6e} mm^2 after {last} iterations, from {:.6e}; {:.3} s for the start, {:.3} s \
@@ -170,13 +217,9 @@ fn compare(
     faces: &[Vec<DVec3>],
     train: usize,
 ) -> FitResult<()> {
-    let settings = Settings {
-        iterations: args.iterations,
-        tolerance: args.tolerance,
-        bold: !args.plain,
-        ..Settings::default()
-    };
-    let bar = ProgressBar::new(args.splits * (COMPONENTS.len() * BASES.len()) as u64);
+    let settings = args.settings();
+    let steps = (COMPONENTS.len() * BASES.len()) as u64;
+    let bar = ProgressBar::new(args.splits.saturating_mul(steps));
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} bases, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let mut all: Vec<Vec<Curve>> = Vec::new();
@@ -184,18 +227,13 @@ fn compare(
         let trial = Trial {
             train,
             test: args.test,
-            seed: args.seed + split,
+            seed: args.seed.wrapping_add(split),
             components: COMPONENTS.to_vec(),
         };
         let kinds = [Kind::REGIONS, Kind::DISTANCE];
-        all.push(sparse::compare::compare(
-            template,
-            faces,
-            &trial,
-            &settings,
-            kinds,
-            || bar.inc(1),
-        )?);
+        let curves =
+            sparse::compare::compare(template, faces, &trial, &settings, kinds, || bar.inc(1));
+        all.push(curves.map_err(|e| e.of(&args.faces))?);
     }
     bar.finish_and_clear();
     let path = &args.output;
@@ -224,7 +262,7 @@ fn compare(
     if open > 0 {
         eprintln!(
             "phiz-fit: warning: {open} bases were not at rest after {} iterations",
-            args.iterations
+            settings.iterations
         );
     }
     Ok(())

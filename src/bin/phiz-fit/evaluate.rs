@@ -32,8 +32,8 @@ pub struct EvaluateArgs {
     /// The first person's seed; the next person has the next one.
     #[arg(long, default_value_t = 9000)]
     seed: u64,
-    /// Only these settings: clean, usual, noisy, and each with -holes.
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    /// Only these settings.
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = SETTINGS.map(|s| s.0))]
     only: Vec<String>,
     /// Write the scans, and what else another program needs to register them, into this folder:
     /// SETTING/person_SEED.ply with landmarks, mean.ply and the template's skin.ply.
@@ -71,7 +71,7 @@ const EXPRESSIONS: [(&str, &[&str]); 2] = [
 ];
 
 pub fn run(args: &EvaluateArgs) -> FitResult<()> {
-    let chosen = chosen(&args.only)?;
+    let chosen = chosen(&args.only);
     let template = super::read_template(&args.template)?;
     let ict = super::step("reading ICT-FaceKit", || Ict::read(&args.ict))?;
     if let Some(folder) = &args.save {
@@ -186,14 +186,9 @@ fn by_found(registrar: &Registrar, scan: &Scan) -> FitResult<Vec<DVec3>> {
 }
 
 /// The settings of these names; all for none.
-fn chosen(only: &[String]) -> FitResult<Vec<&'static Setting>> {
-    let names = SETTINGS.map(|s| s.0);
-    if let Some(unknown) = only.iter().find(|only| !names.contains(&&only[..])) {
-        let cause = format!("--only {unknown}: there are {}", names.join(", "));
-        return Err(FitError::Input(cause));
-    }
+fn chosen(only: &[String]) -> Vec<&'static Setting> {
     let wanted = |s: &&Setting| only.is_empty() || only.iter().any(|only| only == s.0);
-    Ok(SETTINGS.iter().filter(wanted).collect())
+    SETTINGS.iter().filter(wanted).collect()
 }
 
 /// Where the 68 landmarks are in the template's list.

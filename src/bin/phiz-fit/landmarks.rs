@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use phiz::fit::FitResult;
 use phiz::fit::detect::Detector;
+use phiz::fit::format::files::check_writable;
 use phiz::fit::register::batch;
 use phiz::fit::scan::{Scan, Unit, landmarks};
-use phiz::fit::{FitError, FitResult};
 
 /// What files of landmarks call the points of the generic head, for `--help`.
 pub const NAMES: &str = "\
@@ -31,7 +32,7 @@ pub struct LandmarksArgs {
     #[arg(long)]
     unit: Option<Unit>,
     /// How sure a point must be, 0 to 1; others are left out.
-    #[arg(long, default_value_t = 0.3, value_name = "CONFIDENCE")]
+    #[arg(long, default_value_t = 0.3, value_name = "CONFIDENCE", value_parser = crate::within(0.0..=1.0))]
     least: f64,
     /// The JSON file of landmarks to write, in the scan's unit; without it they are printed.
     #[arg(short, value_name = "FILE")]
@@ -39,10 +40,7 @@ pub struct LandmarksArgs {
 }
 
 pub fn run(args: &LandmarksArgs) -> FitResult<()> {
-    if !(0.0..=1.0).contains(&args.least) {
-        let cause = format!("--least {}: a confidence is from 0 to 1", args.least);
-        return Err(FitError::Input(cause));
-    }
+    args.output.as_deref().map_or(Ok(()), check_writable)?;
     let template = super::read_template(&args.template)?;
     let mut scan = super::step("reading the scan", || Scan::read(&args.scan, args.unit))?;
     let found = super::step("looking for the face", || {

@@ -13,14 +13,16 @@ mod sample;
 mod simulate;
 mod validate;
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use indicatif::ProgressBar;
 
 use phiz::blob::pack;
-use phiz::fit::format::files::write_atomically;
+use phiz::fit::format::files::{check_writable, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::head::expression;
 use phiz::fit::head::generic_head;
@@ -139,7 +141,7 @@ struct TrainArgs {
     #[arg(long, value_name = "DIR")]
     faces: PathBuf,
     /// The part of the variance that the modes of a region keep.
-    #[arg(long, default_value_t = 0.95)]
+    #[arg(long, default_value_t = 0.95, value_parser = part)]
     tau: f64,
     /// How the directions of semantic controls are found.
     #[arg(long, value_enum, default_value_t = Directions::Constrained)]
@@ -239,6 +241,34 @@ fn main() -> ExitCode {
     }
 }
 
+/// Refuses what was asked of a verb as clap refuses it, where only the verb knows what goes together.
+fn refuse(verb: &str, kind: ErrorKind, cause: impl std::fmt::Display) -> ! {
+    let mut cli = Cli::command();
+    cli.build();
+    let command = cli.find_subcommand_mut(verb);
+    command.expect("a verb").error(kind, cause).exit()
+}
+
+/// Reads an argument that is a number in a range.
+fn within(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |word| match word.parse() {
+        Ok(value) if range.contains(&value) => Ok(value),
+        Ok(_) | Err(_) => Err(format!(
+            "a number from {} to {} is meant",
+            range.start(),
+            range.end()
+        )),
+    }
+}
+
+/// Reads an argument that is a part of 1, and not nothing of it.
+fn part(word: &str) -> Result<f64, String> {
+    match word.parse() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        Ok(_) | Err(_) => Err("a number above 0, 1 at most, is meant".into()),
+    }
+}
+
 fn read(path: &Path) -> FitResult<Vec<u8>> {
     std::fs::read(path).map_err(|e| FitError::file(path, e))
 }
@@ -261,6 +291,8 @@ fn step<T>(what: &'static str, work: impl FnOnce() -> FitResult<T>) -> FitResult
 }
 
 fn template(args: &TemplateArgs) -> FitResult<()> {
+    check_writable(&args.output)?;
+    args.people.as_deref().map_or(Ok(()), check_writable)?;
     let plain = step("building the generic head", || {
         generic_head::build(&args.base_mesh)
     })?;
@@ -270,7 +302,8 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
                 let former = read_template(registered_to)?;
                 let faces = batch::read_registered(faces, &former)?;
                 People::learn(&former, &plain, &faces)
-            })?;
+            })
+            .map_err(|e| e.of(faces))?;
             let bytes = people.to_bytes()?;
             if let Some(path) = &args.people {
                 write_atomically(path, &bytes)?;
@@ -310,6 +343,7 @@ fn synthetic(args: &PopulationArgs) -> FitResult<()> {
 }
 
 fn train(args: &TrainArgs) -> FitResult<()> {
+    check_writable(&args.output)?;
     let template = read_template(&args.template)?;
     let (names, mut faces): (Vec<_>, Vec<_>) = step("reading faces", || {
         ply::read_faces(&args.faces, template.positions.len())
@@ -331,7 +365,8 @@ fn train(args: &TrainArgs) -> FitResult<()> {
         both_sides: !args.one_sided,
         ..Settings::default()
     };
-    let learned = step("learning", || learn(&template, faces, about, &settings))?;
+    let learned = step("learning", || learn(&template, faces, about, &settings))
+        .map_err(|e| e.of(&args.faces))?;
     let bytes = pack(&learned.parts.write()?)?;
     // What is written is read once before it replaces anything.
     FaceModel::parse(&bytes)?;

@@ -98,7 +98,7 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
     let model = super::read_model(&args.model)?;
     if model.parts().mean.len() != template.positions.len() {
         let cause = "the model and the template have different numbers of vertices";
-        return Err(FitError::Input(cause.into()));
+        return Err(FitError::file(&args.model, cause));
     }
     let ict = super::step("reading ICT-FaceKit", || Ict::read(&args.ict))?;
     let reference = super::step("registering ICT's mean", || {
@@ -106,8 +106,7 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
     })?;
     let expressions = (args.expressions.as_ref())
         .map(|path| -> FitResult<Expressions> {
-            let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
-            Ok(Expressions::parse(&bytes, &model)?)
+            Expressions::parse(&super::read(path)?, &model).map_err(|e| FitError::file(path, e))
         })
         .transpose()?;
     let mut photographer = Photographer::new(&template, &reference, &ict)?;

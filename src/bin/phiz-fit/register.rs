@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
+use clap::error::ErrorKind;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::blob::{Blob, Kind};
@@ -58,6 +59,14 @@ pub struct RegisterArgs {
 }
 
 pub fn run(args: &RegisterArgs) -> FitResult<()> {
+    let ply = args.output.extension();
+    if args.scan.is_some() && !ply.is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
+        let cause = format!(
+            "{}: a registered face is a PLY: a name that ends in .ply is needed",
+            args.output.display()
+        );
+        super::refuse("register", ErrorKind::ValueValidation, cause);
+    }
     let template = super::read_template(&args.template)?;
     if args.neutral && template.expressions.is_empty() {
         let cause = "knows no expressions, which --neutral takes off: `phiz-fit template` makes one \
@@ -82,6 +91,7 @@ const TEXELS: usize = 2048;
 
 fn bake(template: &Template, scan: &Scan, face: &Registered) -> FitResult<Texture> {
     texture::bake(template, &face.positions, &face.covered, scan, TEXELS)
+        .map_err(|e| e.of(&scan.path))
 }
 
 fn coloured(scan: &Scan) -> bool {
@@ -100,11 +110,6 @@ fn one(
         landmarks: args.landmarks.clone(),
         output: args.output.clone(),
     };
-    let ply = args.output.extension();
-    if !ply.is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
-        let cause = "a registered face is a PLY: a name that ends in .ply is needed";
-        return Err(FitError::file(&args.output, cause));
-    }
     let (prepared, registered) = super::step("registering", || {
         batch::register_scan(registrar, &job, args.unit, settings)
     })?;
@@ -153,7 +158,7 @@ fn many(
         neutral: settings.neutral,
         unit: args.unit.map(|unit| unit.to_string()),
     };
-    recipe.keep(&jobs, output)?;
+    recipe.keep(output)?;
     let there = jobs.iter().filter(|job| job.is_done()).count();
     let bar = ProgressBar::new((jobs.len() - there) as u64);
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} scans, {eta} left");

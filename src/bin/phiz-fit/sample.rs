@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::error::ErrorKind;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::FitResult;
@@ -20,13 +21,14 @@ pub struct SampleArgs {
     seed: u64,
     /// A folder for PLY files; or a name in it that ends in `.obj`, `.ply` or `.glb`, with which
     /// files start; or a file that ends in `.npy`, an array of faces x vertices x 3. A JSON beside
-    /// them has each one's seed and code.
+    /// them has each one's seed and code. A new folder with a dot in its name needs a slash at its end.
     #[arg(short, value_name = "DIR")]
     output: PathBuf,
 }
 
 pub fn run(args: &SampleArgs) -> FitResult<()> {
-    let target = Target::parse(&args.output)?;
+    let target = Target::parse(&args.output)
+        .unwrap_or_else(|cause| super::refuse("sample", ErrorKind::ValueValidation, cause));
     let model = super::read_model(&args.model)?;
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} faces, {eta} left");
     let bar = ProgressBar::new(args.count.into());

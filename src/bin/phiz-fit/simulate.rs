@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use phiz::fit::FitResult;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::simulate::{Settings, Simulator, write};
-use phiz::fit::{FitError, FitResult};
 
 #[derive(Args)]
 pub struct SimulateArgs {
@@ -21,10 +21,10 @@ pub struct SimulateArgs {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Standard deviation of the surface noise.
-    #[arg(long, default_value_t = 0.0, value_name = "MM")]
+    #[arg(long, default_value_t = 0.0, value_name = "MM", value_parser = crate::within(0.0..=10.0))]
     noise: f64,
     /// Mean error of the landmarks.
-    #[arg(long, default_value_t = 0.5, value_name = "MM")]
+    #[arg(long, default_value_t = 0.5, value_name = "MM", value_parser = crate::within(0.0..=10.0))]
     jitter: f64,
     /// Leave holes: nostrils, behind the ears, the crown, the neck, small ones.
     #[arg(long)]
@@ -38,12 +38,6 @@ pub struct SimulateArgs {
 }
 
 pub fn run(args: &SimulateArgs) -> FitResult<()> {
-    for (name, value) in [("--noise", args.noise), ("--jitter", args.jitter)] {
-        if !(0.0..=10.0).contains(&value) {
-            let cause = format!("{name} {value}: a length from 0 to 10 mm is meant");
-            return Err(FitError::Input(cause));
-        }
-    }
     let settings = Settings {
         noise: args.noise,
         jitter: args.jitter,

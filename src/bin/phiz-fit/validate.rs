@@ -7,6 +7,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::evaluate::{self, Evaluator};
+use phiz::fit::format::files::check_writable;
 use phiz::fit::format::ply;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population::Labels;
@@ -48,6 +49,13 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     let named = super::step("reading faces", || {
         ply::read_faces(&args.faces, template.positions.len())
     })?;
+    for folder in [Some(&args.output), args.short.as_ref()]
+        .into_iter()
+        .flatten()
+    {
+        std::fs::create_dir_all(folder).map_err(|e| FitError::file(folder, e))?;
+        check_writable(&folder.join("report.json"))?;
+    }
     let labels = labels(&args.faces, &named)?;
     let about = super::about(&args.faces)?;
     let drift = match (&args.scans, &args.ict) {
@@ -62,13 +70,14 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     };
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len}, {msg}, {eta} left");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(args.splits * bases::STEPS).with_style(style.clone());
+    let bar = ProgressBar::new(args.splits.saturating_mul(bases::STEPS)).with_style(style.clone());
     bar.set_message("sparse bases");
     let asked = if args.splits > 0 { named.len() } else { 0 };
     let faces: Vec<_> = (named.iter().take(asked))
         .map(|(_, face)| face.clone())
         .collect();
-    let compared = bases::bases(&template, &faces, args.splits, || bar.inc(1))?;
+    let compared = bases::bases(&template, &faces, args.splits, || bar.inc(1))
+        .map_err(|e| e.of(&args.faces))?;
     bar.finish_and_clear();
     drop(faces);
     let bar = ProgressBar::new(STEPS + 1);
@@ -85,7 +94,8 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     let mut validated = validate(population, |what| {
         bar.inc(1);
         bar.set_message(what);
-    })?;
+    })
+    .map_err(|e| e.of(&args.faces))?;
     validated.report.bases = compared;
     bar.set_message("drawing");
     page::write(&validated, &args.output, args.short.as_deref())?;

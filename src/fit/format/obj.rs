@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 
+use super::colours;
 use super::files::write_atomically;
 use super::text::{decoded, lines, named, plain};
 use crate::Face;
@@ -15,6 +16,9 @@ use crate::fit::{FitError, FitResult};
 
 /// Stands for a texture coordinate that a corner does not have.
 pub const NONE: u32 = u32::MAX;
+
+/// Stands, while a file is read, for the colour of a vertex without one.
+const BARE: DVec3 = DVec3::NAN;
 
 /// Writes a face in mm, with texture coordinates and a group a part. Numbers are written in full:
 /// what is read is the same f32.
@@ -52,7 +56,8 @@ pub fn write_face(path: &Path, face: &Face) -> FitResult<()> {
 pub struct Obj {
     /// `v`: positions in the file's units.
     pub positions: Vec<DVec3>,
-    /// The colours that some programs write after each position, sRGB 0 to 1; all or none.
+    /// The colours that some programs write after each position, sRGB 0 to 1; all or none: of those without
+    /// one in a file with some, white.
     pub colours: Vec<DVec3>,
     /// `vt`: texture coordinates, (0, 0) at the lower left.
     pub uvs: Vec<DVec2>,
@@ -63,8 +68,10 @@ pub struct Obj {
     pub starts: Vec<u32>,
     /// Where a group or a material begins, in the order of the file.
     pub runs: Vec<Run>,
-    /// `mtllib`: the files with the materials.
+    /// `mtllib`: the files with the materials, a line each. Names may have spaces, and a line several of them.
     pub libraries: Vec<String>,
+    /// What was decided on the way, a line each.
+    pub notes: Vec<String>,
 }
 
 /// Consecutive polygons of one group and material.
@@ -122,9 +129,16 @@ impl Obj {
             obj.line(line)
                 .map_err(|cause| format!("line {number}: {cause}"))?;
         }
-        if !obj.colours.is_empty() && obj.colours.len() != obj.positions.len() {
-            obj.colours.clear();
+        if !obj.colours.is_empty() {
+            obj.colours.resize(obj.positions.len(), BARE);
         }
+        obj.notes.extend(colours::to_unit(&mut obj.colours));
+        let mut bare = 0;
+        for colour in obj.colours.iter_mut().filter(|c| c.is_nan()) {
+            *colour = DVec3::ONE;
+            bare += 1;
+        }
+        obj.notes.extend((bare > 0).then(|| colours::white(bare)));
         Ok(obj)
     }
 
@@ -145,6 +159,7 @@ impl Obj {
                 let more: Vec<&[u8]> = words.collect();
                 if let [r, g, b] = more[..] {
                     let [r, g, b] = [r, g, b].map(|word| number(Some(word)));
+                    self.colours.resize(self.positions.len() - 1, BARE);
                     self.colours.push(DVec3::new(r?, g?, b?));
                 }
             }
@@ -291,7 +306,9 @@ mod tests {
         assert_eq!(obj.polygon(0), [[0, 0], [1, NONE], [2, 0]]);
         assert_eq!(obj.polygon(1), [[0, NONE], [1, NONE], [2, NONE]]);
         assert_eq!(obj.runs[1].material, "skin");
-        assert!(obj.colours.is_empty(), "one colour for three vertices");
+        let white = DVec3::ONE;
+        assert_eq!(obj.colours, [white, DVec3::new(0.5, 0.25, 1.0), white]);
+        assert_eq!(obj.notes, ["colours: 2 vertices without one are white"]);
     }
 
     #[test]

@@ -3,12 +3,13 @@
 
 use std::borrow::Cow;
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
+use super::colours;
 use super::files::write_atomically;
 use super::text::{decoded, plain};
 use crate::fit::{FitError, FitResult};
@@ -53,6 +54,8 @@ pub struct PlyMesh {
     pub faces: Vec<Face>,
     /// Images named in comments (`TextureFile NAME`), in order.
     pub images: Vec<String>,
+    /// What was decided on the way, a line each.
+    pub notes: Vec<String>,
 }
 
 /// A polygon of a [`PlyMesh`].
@@ -137,7 +140,9 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
                 mesh.uvs = vertices.iter().map(|v| v.uv).collect();
             }
             if coloured {
-                mesh.colours = vertices.iter().map(|v| v.colour).collect();
+                let mut colours: Vec<DVec3> = vertices.iter().map(|v| v.colour).collect();
+                mesh.notes.extend(colours::to_unit(&mut colours));
+                mesh.colours = colours.into_iter().map(colours::bytes).collect();
             }
             mesh.positions = vertices.iter().map(|v| v.position).collect();
             found = true;
@@ -201,17 +206,7 @@ fn image(comment: &str) -> Option<String> {
 /// The name is the file's without its ending. A file with another number of vertices is an error,
 /// and so is a folder without faces.
 pub fn read_faces(dir: &Path, vertices: usize) -> FitResult<Vec<(String, Vec<DVec3>)>> {
-    let entries = std::fs::read_dir(dir).map_err(|e| FitError::file(dir, e))?;
-    let mut paths = Vec::new();
-    for entry in entries {
-        let path = entry.map_err(|e| FitError::file(dir, e))?.path();
-        if path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("ply"))
-        {
-            paths.push(path);
-        }
-    }
+    let mut paths = faces(dir)?;
     if paths.is_empty() {
         return Err(FitError::file(dir, "no .ply files"));
     }
@@ -233,11 +228,34 @@ pub fn read_faces(dir: &Path, vertices: usize) -> FitResult<Vec<(String, Vec<DVe
         .collect()
 }
 
+/// Whether there is any `.ply` in a folder.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn has_faces(dir: &Path) -> FitResult<bool> {
+    Ok(!faces(dir)?.is_empty())
+}
+
+/// Every `.ply` of a folder.
+fn faces(dir: &Path) -> FitResult<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(dir).map_err(|e| FitError::file(dir, e))?;
+    let mut paths = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|e| FitError::file(dir, e))?.path();
+        let ending = path.extension();
+        if ending.is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
+            paths.push(path);
+        }
+    }
+    Ok(paths)
+}
+
 /// A vertex; what its element does not have stays NaN or black.
 struct Vertex {
     position: DVec3,
     uv: DVec2,
-    colour: [u8; 3],
+    /// 0 to 1, or what a file has in place of that.
+    colour: DVec3,
 }
 
 impl PropertyAccess for Vertex {
@@ -245,7 +263,7 @@ impl PropertyAccess for Vertex {
         Vertex {
             position: DVec3::NAN,
             uv: DVec2::NAN,
-            colour: [0; 3],
+            colour: DVec3::ZERO,
         }
     }
 
@@ -258,11 +276,12 @@ impl PropertyAccess for Vertex {
             "t" | "v" | "texture_v" => &mut self.uv.y,
             _ if CHANNELS.as_flattened().contains(&name) => {
                 let channel = CHANNELS.iter().position(|names| names.contains(&name));
+                let value = scalar(&property).unwrap_or(0.0);
                 let value = match property {
-                    Property::UChar(value) => value,
-                    Property::UShort(value) => (f64::from(value) / 257.0).round() as u8,
-                    // Floats are 0 to 1.
-                    _ => scalar(&property).map_or(0, |value| (value * 255.0).round() as u8),
+                    Property::Float(_) | Property::Double(_) => value,
+                    Property::UShort(_) => value / 65535.0,
+                    // Integers of any other size count as bytes do.
+                    _ => value.clamp(0.0, 255.0) / 255.0,
                 };
                 channel.into_iter().for_each(|c| self.colour[c] = value);
                 return PropertyAccessResult::Set;

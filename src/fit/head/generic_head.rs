@@ -6,7 +6,7 @@
 
 use crate::fit::mesh::mirror::{even, flip};
 use crate::fit::mesh::surface::closest_on_triangle;
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
@@ -543,10 +543,11 @@ fn morton(p: DVec3) -> u32 {
     spread(p.x) | spread(p.y) << 1 | spread(p.z) << 2
 }
 
-/// The file's points as stencils on base vertices.
+/// The file's points as stencils on base vertices, in an order that is always the same: so are the last bits
+/// of sums over them, and a template is to be the same each time.
 #[derive(serde::Deserialize)]
 struct LandmarkFile {
-    points: std::collections::BTreeMap<String, HashMap<u32, f64>>,
+    points: BTreeMap<String, BTreeMap<u32, f64>>,
 }
 
 fn landmark_file() -> FitResult<LandmarkFile> {
@@ -559,7 +560,7 @@ fn landmark_file() -> FitResult<LandmarkFile> {
 fn landmarks(template: &Template, rest: &[DVec3], origin: DVec3) -> FitResult<Vec<Landmark>> {
     let file = landmark_file()?;
     let triangles = &template.part_triangles("skin")?;
-    let place = |stencil: &HashMap<u32, f64>| -> DVec3 {
+    let place = |stencil: &BTreeMap<u32, f64>| -> DVec3 {
         stencil
             .iter()
             .map(|(&v, &w)| rest[v as usize] * w)
@@ -691,6 +692,26 @@ mod tests {
             }
         }
         edges
+    }
+
+    /// What is summed in another order has other last bits.
+    #[test]
+    fn landmarks_are_read_in_one_order() {
+        let order = || -> Vec<u32> {
+            let file = landmark_file().unwrap();
+            file.points
+                .into_values()
+                .flat_map(BTreeMap::into_keys)
+                .collect()
+        };
+        assert_eq!(order(), order());
+        assert!(
+            landmark_file()
+                .unwrap()
+                .points
+                .values()
+                .any(|stencil| stencil.len() > 1)
+        );
     }
 
     #[test]

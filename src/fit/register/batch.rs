@@ -60,15 +60,15 @@ const RECIPE: &str = "recipe.json";
 const OF_ALL: [&str; 3] = ["about", "labels", "recipe"];
 
 impl Recipe {
-    /// Writes it beside the faces of `jobs` in `folder`, where it is not yet, or where none of them is.
+    /// Writes it beside the faces in `folder`, where it is not yet, or where there are no faces.
     ///
     /// # Errors
     /// When the faces there were made in another way, which would mix two kinds, with what differs;
     /// when what is there cannot be read, and when nothing can be written.
-    pub fn keep(&self, jobs: &[Job], folder: &Path) -> FitResult<()> {
+    pub fn keep(&self, folder: &Path) -> FitResult<()> {
         let path = folder.join(RECIPE);
         let bytes = match std::fs::read(&path) {
-            Ok(bytes) if jobs.iter().any(|job| job.output.exists()) => bytes,
+            Ok(bytes) if ply::has_faces(folder)? => bytes,
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
                 return Err(FitError::file(&path, e));
             }
@@ -331,10 +331,7 @@ pub fn register_scan(
     };
     let registered = registrar
         .register(&prepared.scan, &prepared.points, &settings)
-        .map_err(|e| match e {
-            FitError::Input(cause) => FitError::file(&job.scan, cause),
-            other => other,
-        })?;
+        .map_err(|e| e.of(&job.scan))?;
     Ok((prepared, registered))
 }
 

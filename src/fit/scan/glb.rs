@@ -6,23 +6,22 @@ use std::path::Path;
 use base64ct::{Base64Unpadded, Encoding};
 use glam::{DMat4, DVec2, DVec3, Mat4};
 use gltf::accessor::{DataType, Dimensions, Item, Iter};
+use gltf::json::validation::Checked;
 use gltf::mesh::Mode;
 use gltf::texture::TextureTransform;
 
 use super::mesh_file::MeshFile;
+use crate::fit::format::colours::white;
 use crate::fit::format::text::{named, plain};
 use crate::fit::{FitError, FitResult};
 use crate::srgb;
-
-/// Deeper trees of nodes are taken for cycles.
-const DEEPEST: usize = 64;
 
 /// Reads the triangles of all meshes of the default scene, moved by their nodes.
 pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
     let fail = |cause: String| FitError::file(path, cause);
     let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
     let (json, blob) = chunks(&bytes, path).map_err(fail)?;
-    let mut root = gltf::json::Root::from_slice(&json).map_err(|e| fail(one_line(&e)))?;
+    let mut root = parse(&json).map_err(fail)?;
     mend(&mut root).map_err(fail)?;
     let gltf = gltf::Document::from_json(root).map_err(|e| fail(one_line(&e)))?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -44,12 +43,20 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
         folder,
         file: MeshFile::default(),
         images: Vec::new(),
+        white: 0,
     };
-    for node in scene.nodes() {
-        reader.node(&node, DMat4::IDENTITY, 0).map_err(fail)?;
-    }
+    reader
+        .nodes(scene.nodes(), gltf.nodes().len())
+        .map_err(fail)?;
     if reader.file.triangles.is_empty() {
         return Err(fail("no mesh in its scene".into()));
+    }
+    if !reader.file.colours.is_empty() {
+        reader.whiten();
+    }
+    if reader.white > 0 {
+        let note = white(reader.white);
+        reader.file.notes.push(note);
     }
     Ok(reader.file)
 }
@@ -136,6 +143,19 @@ const ASIDE: [&str; 7] = [
     "MSFT_texture_",
 ];
 
+/// The JSON as the crate has it. Nobody reads animations: what is in them that the crate does not know
+/// (channels without a node, pointers) is no reason to refuse a mesh.
+fn parse(json: &[u8]) -> Result<gltf::json::Root, String> {
+    gltf::json::Root::from_slice(json).or_else(|error| {
+        let still = || {
+            let mut value: serde_json::Value = serde_json::from_slice(json).ok()?;
+            value.as_object_mut()?.remove("animations")?;
+            serde_json::from_value(value).ok()
+        };
+        still().ok_or_else(|| one_line(&error))
+    })
+}
+
 /// Refuses what the crate's own validation would panic on or does not say in words, and adds what it
 /// would miss later.
 fn mend(root: &mut gltf::json::Root) -> Result<(), String> {
@@ -160,6 +180,10 @@ fn mend(root: &mut gltf::json::Root) -> Result<(), String> {
     if let Some(name) = root.extensions_required.iter().find(read) {
         return Err(format!("needs the extension {name}, which is not read"));
     }
+    root.animations.clear();
+    // Attributes of an application's own (`_NAME`).
+    let primitives = root.meshes.iter_mut().flat_map(|m| &mut m.primitives);
+    primitives.for_each(|p| p.attributes.retain(|name, _| *name != Checked::Invalid));
     for (index, mesh) in root.meshes.iter().enumerate() {
         let accessors = mesh.primitives.iter().flat_map(|p| p.attributes.values());
         if let Some(bad) = accessors
@@ -188,30 +212,60 @@ struct Reader<'a> {
     file: MeshFile,
     /// The images that were met, with their places in the file where they could be read.
     images: Vec<(usize, Option<usize>)>,
+    /// How many vertices are white because they have no colour and others have.
+    white: usize,
 }
 
 impl Reader<'_> {
-    fn node(&mut self, node: &gltf::Node, parent: DMat4, depth: usize) -> Result<(), String> {
-        if depth > DEEPEST {
-            return Err(format!("node {}: its parents go round", node.index()));
-        }
-        let own = Mat4::from_cols_array_2d(&node.transform().matrix());
-        let to_scene = parent * own.as_dmat4();
-        if let Some(mesh) = node.mesh() {
-            for primitive in mesh.primitives() {
-                self.primitive(&primitive, to_scene).map_err(|cause| {
-                    format!(
-                        "mesh {}, primitive {}: {cause}",
-                        mesh.index(),
-                        primitive.index()
-                    )
-                })?;
+    /// Reads the meshes of nodes and of what is below them, of `count` nodes in the file; parents come
+    /// first, children in their order. Trees may be as deep as they like, but a node is in one place.
+    fn nodes<'n>(
+        &mut self,
+        roots: impl Iterator<Item = gltf::Node<'n>>,
+        count: usize,
+    ) -> Result<(), String> {
+        let mut seen = vec![false; count];
+        let mut ahead: Vec<(gltf::Node, DMat4)> = roots.map(|n| (n, DMat4::IDENTITY)).collect();
+        ahead.reverse();
+        let mut skin = None;
+        while let Some((node, parent)) = ahead.pop() {
+            if std::mem::replace(&mut seen[node.index()], true) {
+                return Err(format!(
+                    "node {}: in two places, or among its own parents",
+                    node.index()
+                ));
             }
+            let own = Mat4::from_cols_array_2d(&node.transform().matrix());
+            let to_scene = parent * own.as_dmat4();
+            if let Some(mesh) = node.mesh() {
+                skin = skin.or(node.skin().map(|skin| skin.index()));
+                for primitive in mesh.primitives() {
+                    self.primitive(&primitive, to_scene).map_err(|cause| {
+                        format!(
+                            "mesh {}, primitive {}: {cause}",
+                            mesh.index(),
+                            primitive.index()
+                        )
+                    })?;
+                }
+            }
+            let children = ahead.len();
+            ahead.extend(node.children().map(|child| (child, to_scene)));
+            ahead[children..].reverse();
         }
-        for child in node.children() {
-            self.node(&child, to_scene, depth + 1)?;
+        if let Some(skin) = skin {
+            self.file.notes.push(format!(
+                "mesh: skin {skin} is there and was not applied: vertices are where they are without joints"
+            ));
         }
         Ok(())
+    }
+
+    /// Makes the vertices white that have no colour.
+    fn whiten(&mut self) {
+        let (colours, count) = (&mut self.file.colours, self.file.positions.len());
+        self.white += count - colours.len();
+        colours.resize(count, [u8::MAX; 3]);
     }
 
     fn primitive(&mut self, primitive: &gltf::Primitive, to_scene: DMat4) -> Result<(), String> {
@@ -276,7 +330,11 @@ impl Reader<'_> {
             false => self.picture(primitive),
         };
         let colours = self.colours(primitive, count)?;
-        self.file.colours.extend(colours);
+        // Of meshes that are one scan some may have colours; what has none is white (glTF 2.0, 3.9.2).
+        if !colours.is_empty() {
+            self.whiten();
+            self.file.colours.extend(colours);
+        }
         self.file.positions.extend(positions);
         self.file.uvs.extend(uvs);
         for triangle in triangles {

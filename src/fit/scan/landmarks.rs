@@ -70,7 +70,8 @@ pub fn write(
         let [x, y, z] = (p / scale).to_array();
         text += if i > 0 { ",\n  " } else { "\n  " };
         let error = match errors.get(index) {
-            Some(error) if *error > 0.0 => format!(", {}", error / scale),
+            // Of a point that is nowhere near the scan it is infinite, which JSON has no word for.
+            Some(error) if *error > 0.0 && error.is_finite() => format!(", {}", error / scale),
             _ => String::new(),
         };
         text += &format!("{name}: [{x}, {y}, {z}{error}]");

@@ -10,7 +10,7 @@ use super::polygon::triangulate;
 use super::{Scan, Texture};
 use crate::fit::format::obj::{self, Obj};
 use crate::fit::format::text::named;
-use crate::fit::format::{ply, stl};
+use crate::fit::format::{colours, ply, stl};
 use crate::fit::{FitError, FitResult};
 
 /// A triangle mesh in the units and with the vertices of its file.
@@ -32,7 +32,10 @@ pub(super) struct MeshFile {
 /// Reads an OBJ file and what it refers to.
 pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
     let obj = Obj::read(path)?;
-    let mut file = MeshFile::default();
+    let mut file = MeshFile {
+        notes: obj.notes.clone(),
+        ..MeshFile::default()
+    };
     let mut images = obj_images(path, &obj, &mut file.notes);
     // Many a scan is passed on without its materials, but with its image.
     let beside = match images.is_empty() && !obj.uvs.is_empty() {
@@ -88,7 +91,7 @@ pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
         }
     }
     file.say_polygons(cut, lines);
-    file.colours = obj.colours.iter().map(|c| rgb(*c)).collect();
+    file.colours = obj.colours.iter().copied().map(colours::bytes).collect();
     file.positions = obj.positions;
     file.uvs = obj.uvs;
     Ok(file)
@@ -99,19 +102,35 @@ pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
 fn obj_images(path: &Path, obj: &Obj, notes: &mut Vec<String>) -> Vec<(String, PathBuf)> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut images = Vec::new();
-    for name in &obj.libraries {
-        match obj::read_images(&named(folder, name)) {
-            Ok(more) => images.extend(more),
-            Err(error) => notes.push(format!("no materials: {error}")),
+    for line in &obj.libraries {
+        for file in libraries(folder, line) {
+            match obj::read_images(&file) {
+                Ok(more) => images.extend(more),
+                Err(error) => notes.push(format!("no materials: {error}")),
+            }
         }
     }
     images
 }
 
+/// The files that a line of libraries names: one whose name may have spaces, or, where that is none, those
+/// between the spaces, if any of them is there.
+fn libraries(folder: &Path, line: &str) -> Vec<PathBuf> {
+    let whole = named(folder, line);
+    let parts = || line.split_whitespace().map(|name| named(folder, name));
+    match !whole.is_file() && parts().any(|file| file.is_file()) {
+        true => parts().collect(),
+        false => vec![whole],
+    }
+}
+
 /// Reads a PLY file and the image that it names.
 pub(super) fn ply(path: &Path) -> FitResult<MeshFile> {
     let ply = ply::read_mesh(path)?;
-    let mut file = MeshFile::default();
+    let mut file = MeshFile {
+        notes: ply.notes,
+        ..MeshFile::default()
+    };
     let by_vertex = ply.uvs.len() == ply.positions.len();
     let (mut cut, mut lines) = (0, 0);
     let mut points = Vec::new();
@@ -171,12 +190,6 @@ pub(super) fn stl(path: &Path) -> FitResult<MeshFile> {
     }
     file.positions = triangles.into_iter().flatten().collect();
     Ok(file)
-}
-
-fn rgb(colour: DVec3) -> [u8; 3] {
-    (colour * 255.0)
-        .to_array()
-        .map(|c| c.clamp(0.0, 255.0).round() as u8)
 }
 
 /// Of a surface with two sides, which faces nowhere, keeps the first of the triangles that have the same corners, in

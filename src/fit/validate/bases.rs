@@ -85,7 +85,7 @@ pub fn bases(
             let trial = Trial {
                 train: training,
                 test: TEST,
-                seed: 1 + split,
+                seed: split.wrapping_add(1),
                 components: COMPONENTS.to_vec(),
             };
             let kinds = [Kind::REGIONS, Kind::DISTANCE];

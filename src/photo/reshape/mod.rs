@@ -267,8 +267,9 @@ impl Edit {
     /// pixels where there are some.
     ///
     /// # Errors
-    /// When no light is known, or the size is not from 64 to 4096.
+    /// When no light is known, the image is not of the photo's size, or the texture's is not from 64 to 4096.
     pub fn texture(&self, image: &Image, detail: Option<&Detail>, size: usize) -> Result<Texture> {
+        image.check_size(self.size)?;
         let mesh = (&self.positions[..], &self.normals[..]);
         let light = self.light()?;
         Texture::of(&self.model, &self.camera, light, mesh, image, detail, size)
