@@ -213,6 +213,8 @@ fn end_with_the_reader() {
 fn main() -> ExitCode {
     #[cfg(unix)]
     end_with_the_reader();
+    // faer would split sums by the number of threads, on which no result may depend.
+    faer::set_global_parallelism(faer::Par::Seq);
     let done = match Cli::parse().verb {
         Verb::Template(args) => template(&args),
         Verb::Register(args) => register::run(&args),
