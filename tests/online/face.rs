@@ -514,7 +514,8 @@ fn a_locked_region_stays_in_place_whatever_happens_elsewhere() {
         }
         // Coefficients farther out than any person's, of what is not locked.
         let mut beyond = face.coefficients();
-        for block in model.parts().blocks.iter().filter(|b| rest.contains(&b.name)) {
+        let blocks = &model.parts().blocks;
+        for block in blocks.iter().filter(|b| rest.contains(&b.name)) {
             beyond[block.first_coefficient] += 4.0;
         }
         face.set_coefficients(&beyond).unwrap();
