@@ -106,6 +106,9 @@ describe('a photo', () => {
       assert.ok(channel.slice(1).every((c) => Math.abs(c) < 0.2 * channel[0]), 'from everywhere');
     }
     await assert.rejects(model.fitPhoto({ ...photo, rgba: grey.subarray(4) }), /bytes are no photo of 640 x 480/);
+    // Where the person is nowhere no light is told, and the face is that of the points.
+    const nobody = grey.map((value, i) => (i % 4 === 3 ? 0 : value));
+    assert.deepEqual(await model.fitPhoto({ ...photo, rgba: nobody }), without);
   });
 
   test('changes with the face, and not without', async () => {
