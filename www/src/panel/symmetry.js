@@ -74,6 +74,8 @@ export function createSymmetry(editor, limits) {
       const { state } = editor;
       drawn.code = state.code; // with its way of blending
       let { coefficients } = drawn;
+      // What earlier locks took back is not in them, and may be of one side alone: it goes.
+      drawn.reset();
       if (mirror.differ(coefficients) < ALIKE) coefficients = withSidesOf(coefficients);
       start = { state, coefficients, differ: mirror.differ(coefficients) };
     }
@@ -136,7 +138,9 @@ export function createSymmetry(editor, limits) {
     function flip() {
       const { state } = editor;
       drawn.code = state.code;
-      drawn.coefficients = mirror.image(drawn.coefficients);
+      const { coefficients } = drawn;
+      drawn.reset(); // as in `hold`
+      drawn.coefficients = mirror.image(coefficients);
       editor.part();
       editor.moveFrom(
         state,
