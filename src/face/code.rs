@@ -76,9 +76,8 @@ impl Face {
             (self.state, self.anchors) = (state, anchors);
             self.evaluate_all();
         }
-        for i in 0..self.held.len() {
-            let (measure, _) = self.held[i];
-            self.held[i].1 = self.measured(measure);
+        for (measure, _) in self.held.clone() {
+            self.hold_measure(measure);
         }
         self.changed = self.all();
         Ok(())

@@ -134,7 +134,7 @@ impl Face {
         Ok(())
     }
 
-    fn hold_measure(&mut self, measure: usize) {
+    pub(super) fn hold_measure(&mut self, measure: usize) {
         let mm = self.measured(measure);
         want(&mut self.held, measure, Some(mm));
     }

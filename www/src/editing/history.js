@@ -73,8 +73,8 @@ export function restore(subject, state) {
   if (!sameWeights(face.expression, expression)) face.expression = expression;
   for (const region of face.locked) if (!state.locked.includes(region)) face.unlock(region);
   for (const region of state.locked) face.lock(region);
-  // A held measure would bend what is set; it is held again at the length that the face then has.
-  for (const name of [...(face.lockedMeasures ?? [])]) face.unlockMeasure(name);
+  for (const name of face.lockedMeasures ?? []) if (!state.held.includes(name)) face.unlockMeasure(name);
+  // Measures are held at the lengths that the face then has.
   face.code = state.code;
   for (const name of state.held) face.lockMeasure(name);
 }

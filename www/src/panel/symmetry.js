@@ -67,15 +67,20 @@ export function createSymmetry(editor, limits) {
     );
     const highest = Math.max(...bars);
 
+    /** What is drawn next is of a state, with its way of blending. @param {import('../editing/history.js').State} state @returns {Float32Array} its coefficients */
+    function drawFrom({ code }) {
+      drawn.code = code;
+      const { coefficients } = drawn;
+      // What earlier locks took back is not in them, and may be of one side alone: it goes.
+      drawn.reset();
+      return coefficients;
+    }
     /** What the gesture counts from. @type {{ state: import('../editing/history.js').State, coefficients: Float32Array, differ: number } | null} */
     let start = null;
     function hold() {
       if (start) return;
       const { state } = editor;
-      drawn.code = state.code; // with its way of blending
-      let { coefficients } = drawn;
-      // What earlier locks took back is not in them, and may be of one side alone: it goes.
-      drawn.reset();
+      let coefficients = drawFrom(state);
       if (mirror.differ(coefficients) < ALIKE) coefficients = withSidesOf(coefficients);
       start = { state, coefficients, differ: mirror.differ(coefficients) };
     }
@@ -137,10 +142,7 @@ export function createSymmetry(editor, limits) {
     });
     function flip() {
       const { state } = editor;
-      drawn.code = state.code;
-      const { coefficients } = drawn;
-      drawn.reset(); // as in `hold`
-      drawn.coefficients = mirror.image(coefficients);
+      drawn.coefficients = mirror.image(drawFrom(state));
       editor.part();
       editor.moveFrom(
         state,
