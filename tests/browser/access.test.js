@@ -1,9 +1,8 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { moveSlider, open, SCREENSHOTS, siteAndBrowser } from './site.js';
+import { moveSlider, open, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
@@ -47,11 +46,9 @@ async function inspect(page, what, rules = ALL) {
     }
     if (name === 'Lengths') await page.waitForFunction(() => !document.querySelector('.awaited'));
     await look(name);
-    await page.screenshot({ path: join(SCREENSHOTS, `${what}-${name.toLowerCase()}.png`) });
     if (name === 'Features') {
       await page.getByRole('button', { name: 'Person', exact: true }).click();
       await look('the person');
-      await page.screenshot({ path: join(SCREENSHOTS, `${what}-person.png`) });
       await page.getByRole('button', { name: 'Nose', exact: true }).click();
     }
     if (name === 'Compare') {

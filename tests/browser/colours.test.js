@@ -1,8 +1,7 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { differing, landmarkOnScreen, moveSlider, open, picture, pressQuickly, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { differing, landmarkOnScreen, moveSlider, open, picture, pictureOfPage, pressQuickly, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -377,7 +376,7 @@ describe('colours', () => {
   });
 
   test('the address, the browser, saved faces and files keep them', async () => {
-    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    const { context, page, complaints } = await open(browser, site, { sharp: true, drawn: true });
     await moveSlider(page, 'nose 1', 0.9);
     await choose(page);
     await moveSlider(page, 'Skin, fair to deep', 0.9);
@@ -425,7 +424,7 @@ describe('colours', () => {
       }),
     );
     assert.ok(brightness[0] > brightness[1] + 40, `the portraits’ foreheads: ${brightness}`);
-    await page.screenshot({ path: join(SCREENSHOTS, 'colours-saved.png') });
+    await pictureOfPage(page, 'colours-saved');
     await page.getByRole('button', { name: 'Open deep' }).click();
     assert.deepEqual(await colouring(page), kept);
     await page.getByRole('button', { name: 'Open plain' }).click();

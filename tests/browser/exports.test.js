@@ -23,7 +23,7 @@ describe('exports', () => {
     ['desktop', {}],
     ['phone', { viewport: { width: 390, height: 844 }, hasTouch: true }],
   ])) {
-    test(`the four mesh formats, on a ${device}`, async () => {
+    test(`the mesh formats, on a ${device}`, async () => {
       const { context, page, complaints } = await open(browser, site, options);
       // Somebody who makes a face, which all of them show.
       await page.getByRole('button', { name: 'Random face', exact: true }).click();
@@ -31,7 +31,8 @@ describe('exports', () => {
       await moveSlider(page, 'Open jawOpen', 0.37);
       const [x, y, z] = await page.evaluate(() => Array.from(window.designer.face.positions.slice(0, 3)));
       await page.getByRole('button', { name: 'Take the face with you' }).click();
-      const starts = { GLB: 'glTF', OBJ: '# ', PLY: 'ply\n', STL: 'phiz: a face' };
+      // A GLB's skin is drawn by a processor for ten seconds, the same on either.
+      const starts = { ...(device === 'desktop' && { GLB: 'glTF' }), OBJ: '# ', PLY: 'ply\n', STL: 'phiz: a face' };
       for (const [format, start] of Object.entries(starts)) {
         const { name, bytes } = await download(page, format);
         assert.equal(name, `face.${format.toLowerCase()}`);
@@ -44,7 +45,6 @@ describe('exports', () => {
           assert.equal(weights[extras.targetNames.indexOf('jawOpen')].toFixed(2), '0.37');
         }
       }
-      await page.screenshot({ path: `${SCREENSHOTS}/exports-${device}.png` });
       assert.deepEqual(complaints, []);
       await context.close();
     });
@@ -53,7 +53,7 @@ describe('exports', () => {
 });
 
 describe('taking a face along as a PNG', () => {
-  const visit = onePage(browser, site);
+  const visit = onePage(browser, site, { drawn: true });
 
   test('a size that the graphics card does not have is said, and the page goes on', async () => {
     const { page } = visit;
@@ -115,7 +115,7 @@ describe('taking a face along as a PNG', () => {
 });
 
 describe('what is taken along leaves the page as it was', () => {
-  const visit = onePage(browser, site, { sharp: true });
+  const visit = onePage(browser, site, { sharp: true, drawn: true });
 
   test('the PNG has the size that was asked for, and leaves the page as it was', async () => {
     const { page } = visit;

@@ -1,9 +1,8 @@
 // What the face does: the panel of expressions, driven as a person would.
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
 import { describe, test } from 'node:test';
 import { FEELINGS, VISEMES } from '../../www/src/panel/feelings.js';
-import { differing, fingerOn, landmarkOnScreen, moveSlider, open, picture, SCREENSHOTS, siteAndBrowser, TALL } from './site.js';
+import { differing, fingerOn, landmarkOnScreen, moveSlider, open, picture, pictureOfPage, siteAndBrowser, TALL } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -97,7 +96,7 @@ describe('expressions', () => {
       assert.deepEqual(await shown(page), { eyeBlinkLeft: 100, eyeBlinkRight: 100 });
       assert.equal(await shutBoth.getAttribute('aria-pressed'), 'true');
       await picture(page, `expressions-${device}-shut`);
-      await page.screenshot({ path: join(SCREENSHOTS, `expressions-${device}-page.png`) });
+      await pictureOfPage(page, `expressions-${device}-page`);
       await shutBoth.click();
       assert.deepEqual(await shown(page), {});
       assert.equal(differing(rest, await picture(page, `expressions-${device}-again`)), 0);
@@ -180,7 +179,7 @@ describe('expressions', () => {
       const wide = await page.locator('.presets button').evaluateAll((all) => all.filter((it) => it.scrollWidth > it.clientWidth || it.clientHeight < 24).map((it) => it.textContent));
       assert.deepEqual(wide, []);
       await page.locator('.presets').scrollIntoViewIfNeeded();
-      await page.screenshot({ path: join(SCREENSHOTS, `presets-${device}-page.png`) });
+      await pictureOfPage(page, `presets-${device}-page`);
 
       // Pressed again it goes, and only the glance is left, which the whole of Neutral takes, too.
       await preset('OO').click();

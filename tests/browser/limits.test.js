@@ -1,8 +1,7 @@
 // Sliders end where people do, until somebody wants to go on.
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { differing, moveSlider, open, picture, SCREENSHOTS, siteAndBrowser } from './site.js';
+import { differing, moveSlider, open, picture, pictureOfPage, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -58,7 +57,7 @@ describe('limits', () => {
       assert.ok(beyond > 4.2 && beyond < 4.8, `${beyond} sigmas`);
       assert.match((await slider.getAttribute('aria-valuetext')) ?? '', /^\+4\.\d σ, beyond people$/);
       assert.equal(await page.locator('.is-beyond').count(), 1, 'and it shows');
-      await page.screenshot({ path: join(SCREENSHOTS, `limits-${device}-page.png`) });
+      await pictureOfPage(page, `limits-${device}-page`);
       const far = await picture(page, `limits-${device}-beyond`);
       assert.ok(differing(most, far) > 60, `${differing(most, far)} pixels`);
 

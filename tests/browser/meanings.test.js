@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { moveSlider, onePage, open, SCREENSHOTS, siteAndBrowser } from './site.js';
+import { moveSlider, onePage, open, pictureOfPage, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -57,7 +57,6 @@ test('meanings are there exactly when the model has them: lengths are typed, loc
     await moveSlider(page, said(second.name), 0.9);
     await page.getByRole('button', { name: 'Random face', exact: true }).click();
     assert.ok(Math.abs((await length()) - goal) <= 0.011, `the lock did not hold: ${await length()}, not ${goal}`);
-    await page.screenshot({ path: join(SCREENSHOTS, 'meanings.png') });
     // One step back after the other, with the lock in between.
     const undo = page.getByRole('button', { name: 'Undo', exact: true });
     for (let i = 0; i < 3; i++) await undo.click();
@@ -120,7 +119,7 @@ test('lengths without a control are set, too: a long narrow face', async () => {
   const both = await lengths();
   assert.ok(Math.abs(both['face width'] - narrow) < 0.02, `the width is ${both['face width']}, it was ${narrow}`);
   assert.ok(narrow < 89 && long > 124, `${narrow} wide, ${long} high`);
-  await page.screenshot({ path: join(SCREENSHOTS, 'meanings-narrow.png') });
+  await pictureOfPage(page, 'meanings-narrow');
   const rank = (await slider('face height').getAttribute('aria-valuetext')) ?? '';
   assert.match(rank, /^12\d\.\d mm, 98th$/);
   // The link has it.

@@ -1,8 +1,7 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
-import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { differing, fingerOn, landmarkOnScreen, later, moveSlider, onePage, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { differing, fingerOn, landmarkOnScreen, later, moveSlider, onePage, open, picture, pictureOfPage, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -133,7 +132,6 @@ describe('mixing', () => {
     assert.ok(Number(share) > 80, `the puck is near the second face: ${share} %`);
     await page.getByRole('button', { name: 'Take Preset 3 out of the circle' }).click();
     assert.equal(await page.locator('.member').count(), 1);
-    await page.screenshot({ path: join(SCREENSHOTS, 'mix.png') });
     assert.deepEqual(complaints, []);
     await context.close();
   });
@@ -179,7 +177,7 @@ describe('mixing', () => {
 describe('the way as a film', () => {
   test('a GIF of it, there and back, leaves the face as it was; a film can be stopped', async () => {
     // A film has 96 frames, whatever the size: the stage is small here, its pixels few.
-    const { context, page, complaints } = await open(browser, site, { viewport: { width: 640, height: 400 }, deviceScaleFactor: 0.25 });
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 640, height: 400 }, deviceScaleFactor: 0.25, drawn: true });
     const code = () => page.evaluate(() => window.designer.face.code);
     const before = await code();
     const still = await picture(page, 'film-before');
@@ -334,7 +332,7 @@ describe('comparing', () => {
     }
     assert.ok(far > 100, `only ${far} pixels around the nose are far`);
     assert.match((await page.locator('.colour-bar').textContent()) ?? '', /The start.*0.*≥ [\d.]+ mm/);
-    await page.screenshot({ path: join(SCREENSHOTS, 'compare.png') });
+    await pictureOfPage(page, 'compare');
 
     const row = page.locator('.lengths tr').filter({ hasText: /^nose width/ });
     const [here, there, apart] = await row.locator('td').allTextContents();

@@ -54,6 +54,7 @@ test(`a monkey for ${MINUTES} min, seed ${SEED}`, { timeout: MINUTES * 60_000 + 
     viewport: { width: 900, height: 620 },
     // The fewer pixels, the more actions.
     deviceScaleFactor: 0.25,
+    drawn: true,
   });
   page.on('dialog', (dialog) => dialog.dismiss());
   const session = await context.newCDPSession(page);

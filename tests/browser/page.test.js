@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, picture, SCREENSHOTS, serve, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, picture, pictureOfPage, serve, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -282,7 +282,7 @@ describe('the page', () => {
       await touch('touchEnd', 0);
       const turned = await picture(page, `phone-${width}-turned`);
       assert.ok(differing(before, turned) > 0.03 * before.width * before.height);
-      await page.screenshot({ path: join(SCREENSHOTS, `phone-${width}-page.png`) });
+      await pictureOfPage(page, `phone-${width}-page`);
       assert.deepEqual(complaints, []);
       await context.close();
     }
@@ -292,7 +292,7 @@ describe('the page', () => {
     const { context, page } = await open(browser, site, { sharp: true, colorScheme: 'dark' });
     const luminance = (shown) => (shown.rgb[0] + shown.rgb[1] + shown.rgb[2]) / 3;
     assert.ok(luminance(await picture(page, 'dark')) < 60);
-    await page.screenshot({ path: join(SCREENSHOTS, 'dark-page.png') });
+    await pictureOfPage(page, 'dark-page');
     await page.getByRole('button', { name: 'Light or dark' }).click();
     assert.ok(luminance(await picture(page, 'light')) > 150);
     await context.close();
@@ -380,7 +380,6 @@ describe('one page after another of these', () => {
       );
     }
     await settled(page);
-    await page.screenshot({ path: join(SCREENSHOTS, 'picked.png') });
   });
 
   test('explains itself', async () => {
@@ -392,7 +391,6 @@ describe('one page after another of these', () => {
     }
     const { population } = await page.evaluate(() => window.designer.model.about);
     assert.ok(await dialog.getByText(population).isVisible());
-    await page.screenshot({ path: join(SCREENSHOTS, 'about.png') });
     await page.keyboard.press('Escape');
     assert.ok(await dialog.isHidden());
   });
@@ -407,7 +405,6 @@ describe('the models of the page', () => {
     const list = page.locator('.models');
     assert.match((await list.locator('[aria-current]').textContent()) ?? '', /scanned/);
     assert.ok(!requests.some((url) => url.endsWith('/synthetic.phiz')), 'one model is enough');
-    await page.screenshot({ path: join(SCREENSHOTS, 'models.png') });
     await list.getByRole('link', { name: 'synthetic people' }).click();
     await page.waitForURL(/\?model=synthetic$/);
     await page.waitForFunction(() => document.documentElement.dataset.ready === 'true');

@@ -8,7 +8,7 @@ import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
 import { readPicture } from './glb.js';
-import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, settled, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
@@ -182,7 +182,7 @@ let first;
 describe('a face in a photo', () => {
 
   test('the example is found, fitted, changed, saved; nothing leaves', async () => {
-    const { context, page, complaints } = await open(browser, site, { viewport: { width: 1280, height: 800 } });
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 1280, height: 800 }, drawn: true });
     await page.evaluate(AXE);
     /** @type {{ url: string, body: boolean }[]} */
     const requests = [];
@@ -241,7 +241,6 @@ describe('a face in a photo', () => {
     assert.ok(looks.skin < 0.4 && (looks.iris ?? 0.7) > 0.5 && !looks.beard && !looks.grey && !looks.red, JSON.stringify(looks));
     assert.deepEqual(await faults(page), []);
     const plain = await shown(page);
-    await page.screenshot({ path: join(SCREENSHOTS, 'photo-fitted.png') });
 
     // A slider of another tab changes the photo; held it is as it was; so with no strength.
     await page.getByRole('tab', { name: 'Lengths' }).click();
@@ -363,7 +362,6 @@ describe('a face in a photo', () => {
     assert.deepEqual(await page.evaluate(() => window.designer.colouring), looks);
     await page.waitForFunction(() => window.designer.photo.worn);
     const dressed = await head();
-    await page.screenshot({ path: join(SCREENSHOTS, 'photo-head.png') });
     // A GLB of it wears them, too: of the skin's redness, which light that is white does not change.
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     const { bytes: glb } = await download(page, 'GLB');
@@ -408,7 +406,6 @@ describe('a face in a photo', () => {
     await page.waitForFunction(() => !window.designer.photo.worn);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     await page.waitForFunction(() => window.designer.photo.worn);
-    await page.screenshot({ path: join(SCREENSHOTS, 'photo-hair.png') });
     // Without its photo the head is what it was, in its own skin.
     await page.getByRole('tab', { name: 'Photo' }).click();
     await page.getByRole('button', { name: 'Close the photo' }).click();
@@ -529,7 +526,6 @@ describe('a face in a photo', () => {
     await page.mouse.down();
     await page.mouse.move(chin.x + chin.width / 2 + 6, chin.y + chin.height / 2 + 30, { steps: 3 });
     assert.ok(await page.locator('.photo-lens').isVisible());
-    await page.screenshot({ path: join(SCREENSHOTS, 'photo-points.png') });
     await page.mouse.up();
     assert.ok(await page.locator('.photo-lens').isHidden());
     const dragged = await stateOf(page);
@@ -581,7 +577,6 @@ describe('a face in a photo', () => {
     await page.mouse.up();
     assert.ok(height((await stateOf(page)).points) > 1.05 * height(after.points));
     assert.deepEqual(await faults(page), []);
-    await page.screenshot({ path: join(SCREENSHOTS, 'photo-placing.png') });
     await page.getByRole('button', { name: 'Fit the face' }).click();
     const mean = await done(page);
     assert.equal(mean.mode, 'ready');
@@ -612,10 +607,8 @@ describe('a face in a photo', () => {
     assert.equal(await page.getByRole('tab', { name: 'Photo' }).getAttribute('aria-selected'), 'true');
     assert.deepEqual(await faults(page), []);
     assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth)) <= 0);
-    await page.screenshot({ path: join(SCREENSHOTS, 'photo-phone.png') });
     await page.getByRole('button', { name: 'Correct the points' }).tap();
     assert.deepEqual(await faults(page), []);
-    await page.screenshot({ path: join(SCREENSHOTS, 'photo-phone-points.png') });
     await page.getByRole('button', { name: 'Leave' }).tap();
     await give('paste');
     await page.waitForFunction(() => document.querySelector('.photo-status')?.textContent?.startsWith('Looking'));

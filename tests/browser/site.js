@@ -82,6 +82,24 @@ function findChromium() {
 }
 
 /**
+ * What a browser is not to have, beside what Playwright takes away and we need: of two lists it heeds the last. With each profile
+ * it loads three pages for what is typed into its address bar, which takes a third of what opening ours takes.
+ */
+const WITHOUT = [
+  'WebUIOmniboxPopup',
+  'WebUIOmniboxAimPopup',
+  'WebUIOmniboxFullPopup',
+  // As in Playwright's.
+  'DestroyProfileOnBrowserClose',
+  'HttpsUpgrades',
+  'LensOverlay',
+  'MediaRouter',
+  'OptimizationHints',
+  'PaintHolding',
+  'ThirdPartyStoragePartitioning',
+];
+
+/**
  * A browser without a graphics card. Where nobody measures how fast it draws, its page is put together without one, too: software
  * that plays one would take half of the time that a test's drawing takes for that.
  * @param {{ measured?: boolean }} [options]
@@ -100,6 +118,7 @@ export function launch({ measured = false } = {}) {
       '--disable-component-update',
       '--disable-sync',
       '--no-first-run',
+      `--disable-features=${WITHOUT}`,
       ...(measured ? [] : ['--disable-gpu-compositing']),
     ],
   });
@@ -136,6 +155,21 @@ export const TALL = { width: 1000, height: 640 };
 
 /** Pixels a side for each of CSS where nobody looks at pictures. */
 const UNSHARP = 0.25;
+
+/**
+ * Until somebody looks, what comes to the screen is a triangle of each thing: a processor that draws all of it takes most of a test's
+ * time for pictures that nobody sees. All else is as always, also what a browser has to say of what is drawn. What is drawn beside the
+ * screen, shadows and skins of files, is drawn whole.
+ */
+function glance() {
+  window.looking = false;
+  const { prototype } = WebGL2RenderingContext;
+  const { drawElements } = prototype;
+  prototype.drawElements = function (mode, count, ...rest) {
+    const most = window.looking || this.getParameter(this.FRAMEBUFFER_BINDING) ? count : 3;
+    drawElements.call(this, mode, Math.min(count, most), ...rest);
+  };
+}
 /** Pages that have so few. @type {WeakSet<import('playwright-core').Page>} */
 const unsharp = new WeakSet();
 
@@ -144,13 +178,13 @@ const unsharp = new WeakSet();
  * @param {import('playwright-core').Browser} browser
  * @param {Awaited<ReturnType<typeof serve>>} site
  * @param {import('playwright-core').BrowserContextOptions & {
- *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown>, sharp?: boolean, fine?: boolean, kept?: boolean,
+ *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown>, sharp?: boolean, fine?: boolean, drawn?: boolean, kept?: boolean,
  * }} [options] `prepare` is called before the page is there. `fine` pictures have smooth edges, as people see them, and take
- *   five times as long. `sharp` is for who looks at pictures: most of a test's time a processor draws, and others have a quarter as many pixels a side.
+ *   five times as long. On `drawn` pages all is drawn each time, for who looks at it otherwise than by `picture`. `sharp` is for who looks at pictures: most of a test's time a processor draws, and others have a quarter as many pixels a side.
  *   `kept` pages are kept for use without a connection; elsewhere the browser forbids it, as some do: for each test anew that
  *   would be a tenth of what opening it takes.
  */
-export async function open(browser, site, { hash = '', prepare, sharp = false, fine = false, kept = false, ...options } = {}) {
+export async function open(browser, site, { hash = '', prepare, sharp = false, fine = false, drawn = fine, kept = false, ...options } = {}) {
   const context = await browser.newContext({
     viewport: sharp ? { width: 1000, height: 540 } : TALL,
     deviceScaleFactor: sharp ? 1 : UNSHARP,
@@ -173,6 +207,7 @@ export async function open(browser, site, { hash = '', prepare, sharp = false, f
       if (ServiceWorkerContainer) ServiceWorkerContainer.prototype.register = () => Promise.reject(new Error('the test forbids it'));
     });
   }
+  if (!drawn) await page.addInitScript(glance);
   await prepare?.(page);
   await page.goto(site.url + hash);
   await page.waitForFunction(
@@ -227,23 +262,53 @@ export function settled(page) {
 }
 
 /**
+ * What a look at the page gives, when all of it is drawn.
+ * @template T
+ * @param {import('playwright-core').Page} page @param {() => Promise<T>} look
+ */
+async function looked(page, look) {
+  if (unsharp.has(page)) throw new Error('open a page that is looked at with `sharp`');
+  await settled(page);
+  await page.evaluate(() => {
+    if (window.looking !== false) return;
+    window.looking = true;
+    // Draws what was only glanced at.
+    window.designer.refine(false);
+  });
+  await settled(page);
+  const seen = await look();
+  await page.evaluate(() => {
+    if (window.looking) window.looking = false;
+  });
+  return seen;
+}
+
+/**
  * The stage as pixels.
  * @param {import('playwright-core').Page} page
  * @param {string} name the file's name among the screenshots
  */
-export async function picture(page, name) {
-  if (unsharp.has(page)) throw new Error('open a page that is looked at with `sharp`');
-  await settled(page);
-  // What lies over the stage is not the face. (A style sheet for the screenshot would be refused
-  // by the page's own policy.)
-  const cover = (/** @type {string} */ visibility) =>
-    page.evaluate((value) => {
-      for (const over of document.querySelectorAll('.hint, .toast, .views')) over.style.visibility = value;
-    }, visibility);
-  await cover('hidden');
-  const png = await page.locator('canvas').screenshot({ path: join(SCREENSHOTS, `${name}.png`) });
-  await cover('');
-  return decodePng(png);
+export function picture(page, name) {
+  return looked(page, async () => {
+    // What lies over the stage is not the face. (A style sheet for the screenshot would be refused
+    // by the page's own policy.)
+    const cover = (/** @type {string} */ visibility) =>
+      page.evaluate((value) => {
+        for (const over of document.querySelectorAll('.hint, .toast, .views')) over.style.visibility = value;
+      }, visibility);
+    await cover('hidden');
+    const png = await page.locator('canvas').screenshot({ path: join(SCREENSHOTS, `${name}.png`) });
+    await cover('');
+    return decodePng(png);
+  });
+}
+
+/**
+ * The page among the screenshots, for who looks at them.
+ * @param {import('playwright-core').Page} page @param {string} name
+ */
+export function pictureOfPage(page, name) {
+  return looked(page, () => page.screenshot({ path: join(SCREENSHOTS, `${name}.png`) }));
 }
 
 /** @typedef {{ width: number, height: number, rgb: Buffer, alpha: Buffer | null }} Picture */

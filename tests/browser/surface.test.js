@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { differing, fingerOn, landmarkOnScreen, open, picture, SCREENSHOTS, settled, siteAndBrowser, TALL } from './site.js';
+import { differing, fingerOn, landmarkOnScreen, open, picture, pictureOfPage, settled, siteAndBrowser, TALL } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -76,7 +76,7 @@ describe('the surface', () => {
     const held = await page.locator('.grip').first().boundingBox();
     assert.ok(held);
     assert.ok(Math.hypot(held.x + 6 - away.x - 18, held.y + 6 - away.y + 12) < 4, `${held.x + 6 - away.x}, ${held.y + 6 - away.y}`);
-    await page.screenshot({ path: join(SCREENSHOTS, 'surface-held.png') });
+    await pictureOfPage(page, 'surface-held');
     await page.mouse.up();
     assert.equal(await page.locator('.grip:visible').count(), 0);
 
@@ -189,7 +189,7 @@ describe('the surface', () => {
     assert.ok(moved[1] > rest[1] + 1.5, `${moved[1] - rest[1]} mm`);
     assert.ok(Math.abs(moved[0] - rest[0]) < 0.5, 'and straight');
     assert.ok(differing(before, await picture(page, 'surface-phone-after')) > 60);
-    await page.screenshot({ path: join(SCREENSHOTS, 'surface-phone-page.png') });
+    await pictureOfPage(page, 'surface-phone-page');
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.equal(await codeOf(page), median);
 
