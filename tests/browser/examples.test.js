@@ -7,7 +7,7 @@ import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
-import { DIST, SCREENSHOTS, complaintsOf, decodePng, differing, launch, serve } from './site.js';
+import { complaintsOf, decodePng, differing, DIST, launch, SCREENSHOTS, serve, smallTextures } from './site.js';
 
 const TSC = fileURLToPath(new URL('../../www/node_modules/typescript/bin/tsc', import.meta.url));
 
@@ -33,6 +33,7 @@ async function visit(path, options) {
   const page = await context.newPage();
   page.setDefaultTimeout(60_000);
   const complaints = complaintsOf(page);
+  await smallTextures(page);
   await page.goto(site.url + path);
   return { context, page, complaints };
 }

@@ -5,7 +5,7 @@ import { createRequire } from 'node:module';
 import { describe, test } from 'node:test';
 
 import { glbJson, readPicture, readVectors } from './glb.js';
-import { decodePng, differing, download, moveSlider, onePage, open, picture, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, moveSlider, onePage, open, picture, SCREENSHOTS, settled, siteAndBrowser, smallTextures } from './site.js';
 
 const validator = createRequire(new URL('../../www/package.json', import.meta.url))('gltf-validator');
 
@@ -24,7 +24,7 @@ describe('exports', () => {
     ['phone', { viewport: { width: 390, height: 844 }, hasTouch: true }],
   ])) {
     test(`the mesh formats, on a ${device}`, async () => {
-      const { context, page, complaints } = await open(browser, site, options);
+      const { context, page, complaints } = await open(browser, site, { ...options, prepare: smallTextures });
       // Somebody who makes a face, which all of them show.
       await page.getByRole('button', { name: 'Random face', exact: true }).click();
       await page.getByRole('tab', { name: 'Expressions' }).click();

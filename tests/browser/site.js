@@ -153,6 +153,21 @@ export function complaintsOf(page) {
 /** For who looks at what is small. */
 export const TALL = { width: 1000, height: 640 };
 
+/**
+ * A graphics card that has no large textures: the skin of a GLB is painted as large as it has them, which takes a processor ten
+ * seconds for those that are common.
+ * @param {import('playwright-core').Page} page
+ */
+export function smallTextures(page) {
+  return page.addInitScript(() => {
+    const { prototype } = WebGL2RenderingContext;
+    const { getParameter } = prototype;
+    prototype.getParameter = function (name) {
+      return name === this.MAX_TEXTURE_SIZE ? 2048 : getParameter.call(this, name);
+    };
+  });
+}
+
 /** Pixels a side for each of CSS where nobody looks at pictures. */
 const UNSHARP = 0.25;
 
@@ -336,23 +351,28 @@ export function decodePng(png) {
   const alpha = size === 4 ? Buffer.alloc(width * height) : null;
   for (let y = 0; y < height; y++) {
     const filter = raw[y * (stride + 1)];
-    for (let i = 0; i < stride; i++) {
-      const left = i >= size ? lines[y * stride + i - size] : 0;
-      const up = y > 0 ? lines[(y - 1) * stride + i] : 0;
-      const corner = i >= size && y > 0 ? lines[(y - 1) * stride + i - size] : 0;
-      let guess = 0;
-      if (filter === 1) guess = left;
-      else if (filter === 2) guess = up;
-      else if (filter === 3) guess = (left + up) >> 1;
-      else if (filter === 4) {
-        const [a, b, c] = [Math.abs(up - corner), Math.abs(left - corner), Math.abs(left + up - 2 * corner)];
-        guess = a <= b && a <= c ? left : b <= c ? up : corner;
+    const row = lines.subarray(y * stride, (y + 1) * stride);
+    row.set(raw.subarray(y * (stride + 1) + 1, (y + 1) * (stride + 1)));
+    const above = y > 0 ? lines.subarray((y - 1) * stride, y * stride) : new Uint8Array(stride);
+    // What is left of the first pixel, and above the first row, is 0.
+    if (filter === 1) for (let i = size; i < stride; i++) row[i] += row[i - size];
+    else if (filter === 2) for (let i = 0; i < stride; i++) row[i] += above[i];
+    else if (filter === 3) for (let i = 0; i < stride; i++) row[i] += ((i < size ? 0 : row[i - size]) + above[i]) >> 1;
+    else if (filter === 4) {
+      for (let i = 0; i < stride; i++) {
+        const [left, corner] = i < size ? [0, 0] : [row[i - size], above[i - size]];
+        const up = above[i];
+        const a = Math.abs(up - corner);
+        const b = Math.abs(left - corner);
+        const c = Math.abs(left + up - 2 * corner);
+        row[i] += a <= b && a <= c ? left : b <= c ? up : corner;
       }
-      lines[y * stride + i] = raw[y * (stride + 1) + 1 + i] + guess;
     }
-    for (let x = 0; x < width; x++) {
-      lines.copy(rgb, 3 * (y * width + x), y * stride + x * size, y * stride + x * size + 3);
-      if (alpha) alpha[y * width + x] = lines[y * stride + x * size + 3];
+    for (let x = 0, from = 0, to = 3 * y * width; x < width; x++, from += size, to += 3) {
+      rgb[to] = row[from];
+      rgb[to + 1] = row[from + 1];
+      rgb[to + 2] = row[from + 2];
+      if (alpha) alpha[y * width + x] = row[from + 3];
     }
   }
   return { width, height, rgb, alpha };
