@@ -11,10 +11,11 @@ use crate::{Face, FaceModel};
 
 /// The modes of all blocks, and those of what follows them, with their coefficients.
 pub fn all_modes(model: &FaceModel) -> impl Iterator<Item = (&Modes, Range<usize>)> {
-    let each = model.parts().blocks.iter();
-    let each = each.zip(&model.derived.reach.surroundings);
-    each.flat_map(|(block, following)| {
-        [&block.modes, &following.modes].map(|modes| (modes, block.coefficients()))
+    let reach = &model.derived.reach;
+    let each = model.parts().blocks.iter().enumerate();
+    each.flat_map(|(b, block)| {
+        let movers = reach.movers(b, block);
+        movers.map(|(modes, _)| (modes, block.coefficients()))
     })
 }
 

@@ -90,6 +90,7 @@ pub(super) fn model(blob: &Blob, begun: Option<Reading>) -> Result<FaceModel> {
     while reading.blocks.len() < reading.header.blocks.len() {
         reading.block(blob)?;
     }
+    let reach = std::mem::take(&mut reading.reach);
     let (mut parts, whole) = reading.finish(blob)?;
     let population = parts.population();
     let correlation = DMatrix::from_row_iterator(
@@ -130,7 +131,7 @@ pub(super) fn model(blob: &Blob, begun: Option<Reading>) -> Result<FaceModel> {
     let median = median.into_iter().map(crate::quantise::grid).collect();
     Ok(FaceModel {
         derived: Arc::new(Derived {
-            reach: Arc::new(Reach::new(&parts, parts.blending.alpha)),
+            reach: Arc::new(reach),
             whole,
             median,
             start: OnceLock::new(),
@@ -154,6 +155,9 @@ pub(super) struct Reading {
     mean: Vec<Vec3>,
     /// The first of the header's.
     blocks: Vec<Block>,
+    /// Of these, at the model's own fall-off distance: three quarters of what there were to do after the last bytes
+    /// have come.
+    reach: Reach,
 }
 
 impl Reading {
@@ -181,6 +185,19 @@ impl Reading {
         if header.regions.len() > usize::from(u8::MAX) {
             return bad(format!("{} regions", header.regions.len()));
         }
+        let Blending {
+            alpha,
+            limits: [least, most],
+        } = header.blending;
+        let whole = [least, alpha, most]
+            .iter()
+            .all(|&mm| crate::quantise::micrometres(mm) == mm);
+        if !(whole && least > 0.0 && least <= alpha && alpha <= most && most <= FARTHEST_REACH) {
+            let [least, alpha, most] = [least, alpha, most].map(|mm| Number(mm.into()));
+            return bad(format!(
+                "a blending distance of {alpha} mm in {least} to {most}"
+            ));
+        }
         let n = header.vertices as usize;
         let (topology, walk, around) = Topology::read(
             blob,
@@ -202,6 +219,7 @@ impl Reading {
         let mean = read_mean(blob, &walk, &topology.mirror, whole)?;
         Ok(Self {
             blocks: Vec::new(),
+            reach: Reach::of_none(alpha),
             whole: Patch::new(&around),
             header,
             topology,
@@ -234,6 +252,7 @@ impl Reading {
         if !block.local_to.as_ref().is_none_or(edited) {
             return bad(format!("block \"{}\" is local to none", block.name));
         }
+        self.reach.add(&block);
         blocks.push(block);
         Ok(())
     }
@@ -271,19 +290,6 @@ impl Reading {
         let mut measures = header.measures.iter();
         if let Some(m) = measures.find(|m| !m.quantity.is_sound(landmarks)) {
             return bad(format!("measure \"{}\" has no landmarks", m.name));
-        }
-        let Blending {
-            alpha,
-            limits: [least, most],
-        } = header.blending;
-        let whole = [least, alpha, most]
-            .iter()
-            .all(|&mm| crate::quantise::micrometres(mm) == mm);
-        if !(whole && least > 0.0 && least <= alpha && alpha <= most && most <= FARTHEST_REACH) {
-            let [least, alpha, most] = [least, alpha, most].map(|mm| Number(mm.into()));
-            return bad(format!(
-                "a blending distance of {alpha} mm in {least} to {most}"
-            ));
         }
         let parts = ModelParts {
             about: header.about,

@@ -2,7 +2,7 @@
 
 use wide::{f32x4, i32x4};
 
-use super::{SOURCES, Surround, falloff};
+use super::{Block, SOURCES, falloff};
 use crate::kernel::Modes;
 use crate::predict::fours;
 
@@ -59,8 +59,9 @@ fn append(
 }
 
 impl Surrounding {
-    /// Of a block's modes and its surround; empty without one.
-    pub fn new(modes: &Modes, surround: Option<&Surround>, alpha: f32) -> Self {
+    /// Of a block; empty where it has no surround.
+    pub fn new(block: &Block, alpha: f32) -> Self {
+        let (modes, surround) = (&block.modes, block.surround.as_ref());
         let fades = surround.map_or(&[][..], |s| &s.distances).iter();
         let fades: Vec<f32> = fades.map(|d| falloff(d / alpha)).collect();
         let active: Vec<usize> = (0..fades.len()).filter(|&t| fades[t] > 0.0).collect();
