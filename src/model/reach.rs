@@ -7,7 +7,7 @@ use crate::kernel::{Modes, Patch};
 use crate::model::{Block, ModelParts};
 
 /// What an event of each block touches at one fall-off distance. Faces of the same distance share it.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Reach {
     /// The fall-off distance, mm.
     pub alpha: f32,

@@ -90,8 +90,7 @@ pub(super) fn model(blob: &Blob, begun: Option<Reading>) -> Result<FaceModel> {
     while reading.blocks.len() < reading.header.blocks.len() {
         reading.block(blob)?;
     }
-    let reach = std::mem::take(&mut reading.reach);
-    let (mut parts, whole) = reading.finish(blob)?;
+    let (mut parts, whole, reach) = reading.finish(blob)?;
     let population = parts.population();
     let correlation = DMatrix::from_row_iterator(
         population,
@@ -155,8 +154,8 @@ pub(super) struct Reading {
     mean: Vec<Vec3>,
     /// The first of the header's.
     blocks: Vec<Block>,
-    /// Of these, at the model's own fall-off distance: three quarters of what there were to do after the last bytes
-    /// have come.
+    /// Of these, at the model's own fall-off distance: three quarters of what there would be to do after the
+    /// last bytes.
     reach: Reach,
 }
 
@@ -189,10 +188,10 @@ impl Reading {
             alpha,
             limits: [least, most],
         } = header.blending;
-        let whole = [least, alpha, most]
+        let exact = [least, alpha, most]
             .iter()
             .all(|&mm| crate::quantise::micrometres(mm) == mm);
-        if !(whole && least > 0.0 && least <= alpha && alpha <= most && most <= FARTHEST_REACH) {
+        if !(exact && least > 0.0 && least <= alpha && alpha <= most && most <= FARTHEST_REACH) {
             let [least, alpha, most] = [least, alpha, most].map(|mm| Number(mm.into()));
             return bad(format!(
                 "a blending distance of {alpha} mm in {least} to {most}"
@@ -257,13 +256,14 @@ impl Reading {
         Ok(())
     }
 
-    /// All that comes after the blocks; and all vertices, for normals.
-    fn finish(self, blob: &Blob) -> Result<(ModelParts, Patch)> {
+    /// All that comes after the blocks; all vertices, for normals; and how far the blocks reach.
+    fn finish(self, blob: &Blob) -> Result<(ModelParts, Patch, Reach)> {
         let Self {
             header,
             topology,
             mean,
             blocks,
+            reach,
             whole: patch,
             ..
         } = self;
@@ -303,7 +303,7 @@ impl Reading {
             measures: header.measures,
             blending: header.blending,
         };
-        Ok((parts, patch))
+        Ok((parts, patch, reach))
     }
 }
 

@@ -1,5 +1,4 @@
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
 import { describe, test } from 'node:test';
 import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, picture, pictureOfPage, serve, settled, siteAndBrowser } from './site.js';
 

@@ -185,6 +185,7 @@ function glance() {
     drawElements.call(this, mode, Math.min(count, most), ...rest);
   };
 }
+
 /** Pages that have so few. @type {WeakSet<import('playwright-core').Page>} */
 const unsharp = new WeakSet();
 
@@ -195,7 +196,8 @@ const unsharp = new WeakSet();
  * @param {import('playwright-core').BrowserContextOptions & {
  *   hash?: string, prepare?: (page: import('playwright-core').Page) => Promise<unknown>, sharp?: boolean, fine?: boolean, drawn?: boolean, kept?: boolean,
  * }} [options] `prepare` is called before the page is there. `fine` pictures have smooth edges, as people see them, and take
- *   five times as long. On `drawn` pages all is drawn each time, for who looks at it otherwise than by `picture`. `sharp` is for who looks at pictures: most of a test's time a processor draws, and others have a quarter as many pixels a side.
+ *   five times as long. On `drawn` pages all is drawn each time, for who looks at it otherwise than by `picture`.
+ *   `sharp` is for who looks at pictures: most of a test's time a processor draws, and others have a quarter as many pixels a side.
  *   `kept` pages are kept for use without a connection; elsewhere the browser forbids it, as some do: for each test anew that
  *   would be a tenth of what opening it takes.
  */

@@ -1,6 +1,5 @@
 // The face itself is a way in: hover, click, drag its surface.
 import assert from 'node:assert/strict';
-import { join } from 'node:path';
 import { describe, test } from 'node:test';
 import { differing, fingerOn, landmarkOnScreen, open, picture, pictureOfPage, settled, siteAndBrowser, TALL } from './site.js';
 

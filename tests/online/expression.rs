@@ -351,7 +351,7 @@ fn what_is_written_is_read_again() {
 fn a_damaged_file_is_an_error() {
     let model = common::head_model();
     let bytes = write(model, EXPRESSIONS.list()).unwrap();
-    for at in (0..bytes.len()).step_by(bytes.len() / 120) {
+    for at in (0..bytes.len()).step_by(bytes.len() / 300) {
         let mut damaged = bytes.clone();
         damaged[at] ^= 0x41;
         assert!(Expressions::parse(&damaged, model).is_err(), "byte {at}");
