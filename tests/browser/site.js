@@ -172,17 +172,19 @@ export function smallTextures(page) {
 const UNSHARP = 0.25;
 
 /**
- * Until somebody looks, what comes to the screen is a triangle of each thing: a processor that draws all of it takes most of a test's
- * time for pictures that nobody sees. All else is as always, also what a browser has to say of what is drawn. What is drawn beside the
- * screen, shadows and skins of files, is drawn whole.
+ * Until somebody looks, what comes to the screen is a triangle of each thing, and so are shadows: a processor that draws all of it takes
+ * most of a test's time for pictures that nobody sees. All else is as always, also what a browser has to say of what is drawn. What is
+ * painted for a file has no depth, and is drawn whole.
  */
 function glance() {
   window.looking = false;
   const { prototype } = WebGL2RenderingContext;
   const { drawElements } = prototype;
   prototype.drawElements = function (mode, count, ...rest) {
-    const most = window.looking || this.getParameter(this.FRAMEBUFFER_BINDING) ? count : 3;
-    drawElements.call(this, mode, Math.min(count, most), ...rest);
+    const isPainted =
+      this.getParameter(this.FRAMEBUFFER_BINDING) &&
+      this.getFramebufferAttachmentParameter(this.FRAMEBUFFER, this.DEPTH_ATTACHMENT, this.FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE) === this.NONE;
+    drawElements.call(this, mode, window.looking || isPainted ? count : Math.min(count, 3), ...rest);
   };
 }
 
@@ -445,7 +447,7 @@ export async function pressQuickly(on, key, times, shiftKey = false) {
  */
 export async function download(page, button) {
   const [file] = await Promise.all([
-    page.waitForEvent('download'),
+    page.waitForEvent('download', { timeout: 180_000 }),
     page.getByRole('dialog').getByRole('button', { name: button, exact: true }).click(),
   ]);
   return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };

@@ -398,9 +398,10 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
         y: box.top + ((1 - at.y) / 2) * box.height,
       };
     },
-    /** Whether pictures that rest get smooth edges from now on. @param {boolean} wanted */
+    /** Whether pictures that rest get smooth edges from now on; the present one is drawn anew, shadows too. @param {boolean} wanted */
     refine(wanted) {
       refines = wanted;
+      renderer.shadowMap.needsUpdate = true;
       invalidate();
     },
     /** Frames drawn so far: automation can tell an idle page from a busy one. */
