@@ -4,6 +4,7 @@ import { createEyes, fitSphere } from './eyes.js';
 import { growth } from '../hair/growth.js';
 import { createLashes } from './lashes.js';
 import { foldingOf } from './folds.js';
+import { nostrils } from './nostrils.js';
 import { smoothed } from '../groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
@@ -154,6 +155,16 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   geometry.setAttribute('rest', perCorner(rest));
   geometry.setAttribute('restNormal', perCorner(restNormals));
 
+  // The skin's own colour is the median of the prescribed ones: lips, brows and cavities are few.
+  const colours = model.colours;
+  const part = model.parts.find(({ name }) => name === 'skin') ?? model.parts[0];
+  const onSkin = model.triangles.subarray(3 * part.first, 3 * (part.first + part.count)).map((corner) => corners[corner]);
+  const [red, green, blue] = [0, 1, 2].map((channel) => {
+    const values = Uint8Array.from(onSkin, (v) => colours[3 * v + channel]);
+    return values.sort()[values.length >> 1] / 255;
+  });
+  const tone = new Color().setRGB(red, green, blue, SRGBColorSpace);
+
   const chin = at.get('ibug_08') ?? [0, bounds.min.y, 0];
   const nose = at.get('ibug_30') ?? [0, 0, bounds.max.z];
   const earX = 0.83 * bounds.max.x;
@@ -162,9 +173,10 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   // The neck runs out into what is behind it before its cut edge, wherever that is.
   const edge = openEdge(skinTriangles).filter((v) => rest[3 * v + 1] < chin[1] + 30);
   const shade = new Float32Array(3 * vertexCount);
+  const deep = nostrils(model, onSkin, rest, at.get('ibug_33'), green);
   for (let v = 0; v < vertexCount; v++) {
     const [x, y, z] = [rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]];
-    shade[3 * v] = groundwork.open[v];
+    shade[3 * v] = groundwork.open[v] * (1 - deep[v]);
     if (z < nose[2] - 70) {
       const height = Math.max(0, 1 - Math.abs(y - (brow[1] + nose[1]) / 2 + 4) / 48);
       const beside = Math.min(1, Math.max(0, (Math.abs(x) - earX * 0.92) / 8));
@@ -201,16 +213,6 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     bounds.getCenter(new Vector3()),
     0.6 * bounds.getSize(new Vector3()).length(),
   );
-
-  // The skin's own colour is the median of the prescribed ones: lips, brows and cavities are few.
-  const colours = model.colours;
-  const part = model.parts.find(({ name }) => name === 'skin') ?? model.parts[0];
-  const onSkin = model.triangles.subarray(3 * part.first, 3 * (part.first + part.count));
-  const [red, green, blue] = [0, 1, 2].map((channel) => {
-    const values = Uint8Array.from(onSkin, (corner) => colours[3 * model.uvVertices[corner] + channel]);
-    return values.sort()[values.length >> 1] / 255;
-  });
-  const tone = new Color().setRGB(red, green, blue, SRGBColorSpace);
 
   const pores = createTile(groundwork.pores);
   const skin = createSkin({
