@@ -2,7 +2,8 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::light::{CHIN, bare};
+use super::cover::Cover;
+use super::light::{CHIN, bare, points};
 use super::sight::Sight;
 use super::{Camera, Detail, Image, Light};
 use crate::anatomy::Landmark;
@@ -109,7 +110,14 @@ impl<'a> Skin<'a> {
     ) -> Result<Self> {
         let topology = &model.parts().topology;
         super::check_mesh(places.len(), normals.len(), topology.regions.len())?;
-        let [trust, facings] = trust(model, camera, places, normals)?;
+        let [mut trust, facings] = trust(model, camera, places, normals)?;
+        let cover = Cover::of(model, &points(model, (places, normals), camera, image));
+        let mean = model.parts().mean.iter();
+        let is_covered = |&at: &Vec3| cover.as_ref().is_some_and(|cover| cover.hides(at));
+        let covered: Vec<bool> = mean.map(is_covered).collect();
+        for (trust, _) in trust.iter_mut().zip(&covered).filter(|t| *t.1) {
+            *trust = 0.0;
+        }
         let lit = (0..facings.len()).filter(|&v| facings[v] > INNER);
         let shading = lit.map(|v| light.shade(normals[v].as_dvec3()));
         let usual = median(shading).max(DVec3::splat(1e-6));
@@ -128,7 +136,7 @@ impl<'a> Skin<'a> {
             exposure: exposure(image, places.iter().map(|&p| camera.project(p))),
             dark_lenses: false,
         };
-        skin.doubt();
+        skin.doubt(&covered);
         skin.doubt_glasses();
         Ok(skin)
     }
@@ -185,8 +193,9 @@ impl<'a> Skin<'a> {
         each.collect()
     }
 
-    /// Believes less of what is near the outline or the hairline and has another tone than the skin.
-    fn doubt(&mut self) {
+    /// Believes less of what is near the outline or the hairline and has another tone than the skin, and of what is
+    /// beside something that covers the skin.
+    fn doubt(&mut self, covered: &[bool]) {
         let tones = self.seen_tones();
         let parts = self.model.parts();
         let places = |names: std::ops::RangeInclusive<&'static str>| {
@@ -217,12 +226,17 @@ impl<'a> Skin<'a> {
             if all.len() < FEWEST {
                 all = facing(FACING[1]);
             }
-            median(all.into_iter())
+            (!all.is_empty()).then(|| median(all.into_iter()))
         };
-        let beard = of(&|y| y < nose - CHIN);
-        let cheeks = of(&|y| y > nose);
+        // Of nothing that is seen nothing is another tone.
+        let Some(all) = of(&|_| true) else {
+            return;
+        };
+        // Who wears a mask shows no chin.
+        let beard = of(&|y| y < nose - CHIN).unwrap_or(all);
+        let cheeks = of(&|y| y > nose).unwrap_or(all);
         let bearded = BRIGHTNESS.dot(cheeks - beard) > BEARDED;
-        let usual = if bearded { cheeks } else { of(&|_| true) };
+        let usual = if bearded { cheeks } else { all };
         if bearded {
             self.beard_below = nose;
         }
@@ -245,7 +259,7 @@ impl<'a> Skin<'a> {
             (at.y - brows > FOREHEAD[0] && at.z > corners - TEMPLE[0][1]).then_some((at, is_hair))
         }));
         let arches: Vec<Vec3> = places("ibug_17"..="ibug_26").collect();
-        let mut hairless = vec![1.0; self.trust.len()];
+        let mut hairless: Vec<f64> = covered.iter().map(|&c| f64::from(!c)).collect();
         for (v, tone) in tones {
             let outer = ((INNER - self.facings[v]) / (INNER - FACING[1])).clamp(0.0, 1.0);
             let at = parts.mean[v];
@@ -452,13 +466,13 @@ impl<'a> Skin<'a> {
 }
 
 /// Where hair hangs over a forehead: the lowest of it in each column.
-struct Curtains {
+pub(super) struct Curtains {
     lowest: std::collections::BTreeMap<i32, f32>,
 }
 
 impl Curtains {
     /// Of places on the mean head's forehead, and whether each is hair.
-    fn new(places: impl Iterator<Item = (Vec3, bool)>) -> Self {
+    pub fn new(places: impl Iterator<Item = (Vec3, bool)>) -> Self {
         let mut columns = std::collections::BTreeMap::<i32, Vec<(f32, bool)>>::new();
         for (at, is_hair) in places {
             columns
@@ -485,7 +499,7 @@ impl Curtains {
     }
 
     /// Whether a place is behind it.
-    fn cover(&self, at: Vec3) -> bool {
+    pub fn cover(&self, at: Vec3) -> bool {
         let lowest = self.lowest.get(&Self::column(at));
         lowest.is_some_and(|&lowest| at.y >= lowest)
     }
