@@ -31,6 +31,8 @@ const SOFT: usize = 4;
 /// more than this part is hair. Its lights have the tone of skin.
 const COLUMN: f32 = 6.0;
 const COVERED: (f32, f64) = (10.0, 0.6);
+/// What is higher than the points on the brows by this, mm, in a column where hair hangs down so far, is hair and no brow.
+const ARCH: f32 = 2.0;
 /// Near hair the fill's brightness is believed rather than the photo's where they are apart by the first of these
 /// logarithms, wholly by the second: single strands are thinner than the mesh.
 const STRAND: [f64; 2] = [0.1, 0.28];
@@ -252,13 +254,24 @@ impl<'a> Skin<'a> {
                 usual,
             )
         };
-        let curtains = Curtains::new(tones.iter().filter_map(|&(v, tone)| {
-            let at = parts.mean[v];
-            let darker = BRIGHTNESS.dot(usual - tone) > 0.0;
-            let is_hair = darker && away(tone, usual) > 0.5;
-            (at.y - brows > FOREHEAD[0] && at.z > corners - TEMPLE[0][1]).then_some((at, is_hair))
-        }));
         let arches: Vec<Vec3> = places("ibug_17"..="ibug_26").collect();
+        let curtains = |is_one: &dyn Fn(Vec3) -> bool| {
+            Curtains::new(tones.iter().filter_map(|&(v, tone)| {
+                let at = parts.mean[v];
+                let darker = BRIGHTNESS.dot(usual - tone) > 0.0;
+                let is_hair = darker && away(tone, usual) > 0.5;
+                (is_one(at) && at.z > corners - TEMPLE[0][1]).then_some((at, is_hair))
+            }))
+        };
+        let over = |at: Vec3| at.y - line(&arches, at.x);
+        // Inner ends of brows are lower than their arches, and hair may hang down to them.
+        let fringes = curtains(&|at| over(at) > ARCH);
+        let curtains = curtains(&|at| at.y - brows > FOREHEAD[0]);
+        let is_fringe = |at: Vec3| {
+            let hangs = curtains.lowest(at).zip(fringes.lowest(at));
+            let hangs = hangs.is_some_and(|(above, low)| above - low < COVERED.0);
+            hangs && over(at) > ARCH && fringes.cover(at)
+        };
         let mut hairless: Vec<f64> = covered.iter().map(|&c| f64::from(!c)).collect();
         for (v, tone) in tones {
             let outer = ((INNER - self.facings[v]) / (INNER - FACING[1])).clamp(0.0, 1.0);
@@ -271,13 +284,16 @@ impl<'a> Skin<'a> {
             }
             self.trust[v] *= 1.0 - off * outer;
             hairless[v] = (1.0 - off * f64::from(beside)) * (1.0 - hair(tone) * f64::from(above));
-            if curtains.cover(at) {
+            if curtains.cover(at) || is_fringe(at) {
                 hairless[v] = 0.0;
             }
         }
         let neighbours = self.neighbours();
         // Brows are beside the forehead, and theirs is worn.
         let brow = |v: usize| {
+            if is_fringe(parts.mean[v]) {
+                return 0.0;
+            }
             let near = arches.iter().map(|p| p.distance(parts.mean[v]));
             let near = near.fold(f32::INFINITY, f32::min);
             f64::from(1.0 - within([BROW, 1.5 * BROW], near))
@@ -494,14 +510,28 @@ impl Curtains {
         }
     }
 
+    /// Where it ends in the column of a place.
+    fn lowest(&self, at: Vec3) -> Option<f32> {
+        self.lowest.get(&Self::column(at)).copied()
+    }
+
     fn column(at: Vec3) -> i32 {
         (at.x / COLUMN).floor() as i32
     }
 
     /// Whether a place is behind it.
     pub fn cover(&self, at: Vec3) -> bool {
-        let lowest = self.lowest.get(&Self::column(at));
-        lowest.is_some_and(|&lowest| at.y >= lowest)
+        self.lowest(at).is_some_and(|lowest| at.y >= lowest)
+    }
+}
+
+/// How high a line through points, from the subject's right to the left, is at this x; beyond its ends as high as these.
+fn line(points: &[Vec3], x: f32) -> f32 {
+    let next = points.partition_point(|p| p.x <= x);
+    match (next.checked_sub(1).map(|i| points[i]), points.get(next)) {
+        (Some(from), Some(to)) => from.y + (x - from.x) / (to.x - from.x) * (to.y - from.y),
+        (Some(end), None) => end.y,
+        (None, end) => end.map_or(f32::NEG_INFINITY, |end| end.y),
     }
 }
 

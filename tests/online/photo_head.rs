@@ -692,6 +692,42 @@ fn a_fringe_is_no_skin() {
     );
 }
 
+/// Down to the inner ends of the brows, which are lower than their arches.
+#[test]
+fn a_fringe_on_brows_is_no_brow() {
+    let mut face = Portrait::new(5);
+    let hair = SKIN * 0.3;
+    face.paint_scalp(hair);
+    let brows: Vec<Vec3> = (17..27).map(|i| face.at(&format!("ibug_{i}")).0).collect();
+    let [nose, corner] = ["ibug_33", "ibug_45"].map(|name| face.at(name).0);
+    // How far a place is above the brows, or what is between them.
+    let over = move |p: Vec3| {
+        let pair = brows.windows(2).find(|pair| pair[1].x > p.x);
+        let [from, to] = pair.map_or([brows[8], brows[9]], |pair| [pair[0], pair[1]]);
+        p.y - from.y - (p.x - from.x) / (to.x - from.x) * (to.y - from.y)
+    };
+    face.paint(hair, |p| p.z > 0.0 && p.x.abs() < 45.0 && over(p) > 3.0);
+    let rgba = face.rgba();
+    let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+    let edit = edit(&face.face, &face.camera, Some(face.light));
+    let worn = edit.texture(&image, None, 512).unwrap();
+    let cheek = reds(
+        &face.face,
+        &worn,
+        |p| p.z > corner.z && (p.y - nose.y).abs() < 10.0 && (p.x.abs() - 35.0).abs() < 12.0,
+        40,
+    );
+    let cheek = f64::from(cheek[cheek.len() / 2]);
+    let near = |p: Vec3| p.z > corner.z && p.x.abs() < 30.0 && (3.5..7.0).contains(&over(p));
+    let near = reds(&face.face, &worn, near, 10);
+    let dark = f64::from(near[near.len() / 10]);
+    // Hair is 0.58 of the skin in bytes.
+    assert!(
+        dark > 0.8 * cheek,
+        "above the brows is {dark} of 255, a cheek {cheek}"
+    );
+}
+
 /// The head has its skin's tone where a mask or a scarf covers nose and mouth, and everywhere else.
 #[test]
 fn a_mask_is_no_skin() {
