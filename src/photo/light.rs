@@ -11,6 +11,7 @@ use glam::{DVec2, DVec3, Vec3};
 use nalgebra::{SMatrix, SVector};
 
 use super::Camera;
+use super::cover::Cover;
 use super::sight::Sight;
 use crate::srgb::{BRIGHTNESS, linear};
 use crate::{Error, Face, FaceModel, Result};
@@ -186,7 +187,7 @@ const TUKEY: f64 = 4.685;
 /// Steps of reweighting. Most of the light is told after three.
 const STEPS: usize = 12;
 /// Fewer points do not tell the light.
-const FEWEST: usize = 100;
+pub(super) const FEWEST: usize = 100;
 
 /// The face reaches so far around its 68 points, mm: over the forehead, and not into the hair.
 const AROUND: f32 = 35.0;
@@ -199,10 +200,14 @@ const BEARD: f64 = 0.4;
 pub(super) const CHIN: f32 = 34.0;
 
 /// A point of the skin that is seen.
-struct Point {
+#[derive(Clone, Copy)]
+pub(super) struct Point {
+    /// Of the mesh.
+    pub vertex: usize,
     harmonics: SVector<f64, HARMONICS>,
     albedo: DVec3,
-    seen: DVec3,
+    /// Its light.
+    pub seen: DVec3,
     /// How far it is below the nose's base on the mean head, mm.
     below: f32,
 }
@@ -231,9 +236,13 @@ impl Light {
         camera: &Camera,
         image: &Image,
     ) -> Result<Self> {
-        let vertices = model.parts().mean.len();
-        super::check_mesh(mesh[0].len(), mesh[1].len(), vertices)?;
-        let points = points(model, mesh, camera, image);
+        let mean = &model.parts().mean;
+        super::check_mesh(mesh[0].len(), mesh[1].len(), mean.len())?;
+        let places: Vec<DVec3> = mesh[0].iter().map(|p| p.as_dvec3()).collect();
+        let mut points = points(model, (&places, mesh[1]), camera, image);
+        if let Some(cover) = Cover::of(model, &points) {
+            points.retain(|p| !cover.hides(mean[p.vertex]));
+        }
         if points.len() < FEWEST {
             return Err(Error::Mismatch("no face is seen in the photo".into()));
         }
@@ -256,7 +265,7 @@ impl Light {
     }
 
     /// By weighted least squares, with weights from how far the points are off.
-    fn robust(points: &[Point]) -> Self {
+    pub(super) fn robust(points: &[Point]) -> Self {
         let mut weights = vec![1.0; points.len()];
         let mut light = Self {
             coefficients: [[0.0; HARMONICS]; 3],
@@ -291,7 +300,7 @@ impl Light {
     }
 
     /// What a point should send.
-    fn expected(&self, point: &Point) -> DVec3 {
+    pub(super) fn expected(&self, point: &Point) -> DVec3 {
         let shading = self.coefficients.map(|c| {
             let c = SVector::<f64, HARMONICS>::from(c);
             c.dot(&point.harmonics)
@@ -333,9 +342,9 @@ pub(super) fn bare(model: &FaceModel) -> Vec<u32> {
 }
 
 /// The vertices of the face that are seen.
-fn points(
+pub(super) fn points(
     model: &FaceModel,
-    [positions, normals]: [&[Vec3]; 2],
+    (positions, normals): (&[DVec3], &[Vec3]),
     camera: &Camera,
     image: &Image,
 ) -> Vec<Point> {
@@ -344,8 +353,7 @@ fn points(
     // Without the landmark nothing is below it.
     let nose = parts.landmarks.iter().find(|l| l.name == "ibug_33");
     let nose = nose.map_or(f32::NEG_INFINITY, |l| l.position(&parts.mean).y);
-    let positions: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
-    let Some(sight) = Sight::new(camera, &positions, &topology.triangles()) else {
+    let Some(sight) = Sight::new(camera, positions, &topology.triangles()) else {
         return Vec::new();
     };
     let vertices = bare(model).into_iter();
@@ -360,6 +368,7 @@ fn points(
             let reach = 0.5 * camera.focal / camera.to_camera(positions[v]).z;
             let light = image.mean(camera.project(positions[v]), reach)?;
             Some(Point {
+                vertex: v,
                 harmonics: harmonics(normal).into(),
                 albedo: linear(topology.colours[v]),
                 seen: light,

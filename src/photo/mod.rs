@@ -26,6 +26,7 @@ mod albedo;
 mod appearance;
 mod camera;
 mod contour;
+mod cover;
 mod grain;
 mod light;
 mod looks;

@@ -2,7 +2,8 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::light::{CHIN, bare};
+use super::cover::Cover;
+use super::light::{CHIN, bare, points};
 use super::sight::Sight;
 use super::{Camera, Detail, Image, Light};
 use crate::anatomy::Landmark;
@@ -30,6 +31,8 @@ const SOFT: usize = 4;
 /// more than this part is hair. Its lights have the tone of skin.
 const COLUMN: f32 = 6.0;
 const COVERED: (f32, f64) = (10.0, 0.6);
+/// What is higher than the points on the brows by this, mm, in a column where hair hangs down so far, is hair and no brow.
+const ARCH: f32 = 2.0;
 /// Near hair the fill's brightness is believed rather than the photo's where they are apart by the first of these
 /// logarithms, wholly by the second: single strands are thinner than the mesh.
 const STRAND: [f64; 2] = [0.1, 0.28];
@@ -109,7 +112,14 @@ impl<'a> Skin<'a> {
     ) -> Result<Self> {
         let topology = &model.parts().topology;
         super::check_mesh(places.len(), normals.len(), topology.regions.len())?;
-        let [trust, facings] = trust(model, camera, places, normals)?;
+        let [mut trust, facings] = trust(model, camera, places, normals)?;
+        let cover = Cover::of(model, &points(model, (places, normals), camera, image));
+        let mean = model.parts().mean.iter();
+        let is_covered = |&at: &Vec3| cover.as_ref().is_some_and(|cover| cover.hides(at));
+        let covered: Vec<bool> = mean.map(is_covered).collect();
+        for (trust, _) in trust.iter_mut().zip(&covered).filter(|t| *t.1) {
+            *trust = 0.0;
+        }
         let lit = (0..facings.len()).filter(|&v| facings[v] > INNER);
         let shading = lit.map(|v| light.shade(normals[v].as_dvec3()));
         let usual = median(shading).max(DVec3::splat(1e-6));
@@ -128,7 +138,7 @@ impl<'a> Skin<'a> {
             exposure: exposure(image, places.iter().map(|&p| camera.project(p))),
             dark_lenses: false,
         };
-        skin.doubt();
+        skin.doubt(&covered);
         skin.doubt_glasses();
         Ok(skin)
     }
@@ -185,8 +195,9 @@ impl<'a> Skin<'a> {
         each.collect()
     }
 
-    /// Believes less of what is near the outline or the hairline and has another tone than the skin.
-    fn doubt(&mut self) {
+    /// Believes less of what is near the outline or the hairline and has another tone than the skin, and of what is
+    /// beside something that covers the skin.
+    fn doubt(&mut self, covered: &[bool]) {
         let tones = self.seen_tones();
         let parts = self.model.parts();
         let places = |names: std::ops::RangeInclusive<&'static str>| {
@@ -217,12 +228,17 @@ impl<'a> Skin<'a> {
             if all.len() < FEWEST {
                 all = facing(FACING[1]);
             }
-            median(all.into_iter())
+            (!all.is_empty()).then(|| median(all.into_iter()))
         };
-        let beard = of(&|y| y < nose - CHIN);
-        let cheeks = of(&|y| y > nose);
+        // Of nothing that is seen nothing is another tone.
+        let Some(all) = of(&|_| true) else {
+            return;
+        };
+        // Who wears a mask shows no chin.
+        let beard = of(&|y| y < nose - CHIN).unwrap_or(all);
+        let cheeks = of(&|y| y > nose).unwrap_or(all);
         let bearded = BRIGHTNESS.dot(cheeks - beard) > BEARDED;
-        let usual = if bearded { cheeks } else { of(&|_| true) };
+        let usual = if bearded { cheeks } else { all };
         if bearded {
             self.beard_below = nose;
         }
@@ -238,14 +254,25 @@ impl<'a> Skin<'a> {
                 usual,
             )
         };
-        let curtains = Curtains::new(tones.iter().filter_map(|&(v, tone)| {
-            let at = parts.mean[v];
-            let darker = BRIGHTNESS.dot(usual - tone) > 0.0;
-            let is_hair = darker && away(tone, usual) > 0.5;
-            (at.y - brows > FOREHEAD[0] && at.z > corners - TEMPLE[0][1]).then_some((at, is_hair))
-        }));
         let arches: Vec<Vec3> = places("ibug_17"..="ibug_26").collect();
-        let mut hairless = vec![1.0; self.trust.len()];
+        let curtains = |is_one: &dyn Fn(Vec3) -> bool| {
+            Curtains::new(tones.iter().filter_map(|&(v, tone)| {
+                let at = parts.mean[v];
+                let darker = BRIGHTNESS.dot(usual - tone) > 0.0;
+                let is_hair = darker && away(tone, usual) > 0.5;
+                (is_one(at) && at.z > corners - TEMPLE[0][1]).then_some((at, is_hair))
+            }))
+        };
+        let over = |at: Vec3| at.y - line(&arches, at.x);
+        // Inner ends of brows are lower than their arches, and hair may hang down to them.
+        let fringes = curtains(&|at| over(at) > ARCH);
+        let curtains = curtains(&|at| at.y - brows > FOREHEAD[0]);
+        let is_fringe = |at: Vec3| {
+            let hangs = curtains.lowest(at).zip(fringes.lowest(at));
+            let hangs = hangs.is_some_and(|(above, low)| above - low < COVERED.0);
+            hangs && over(at) > ARCH && fringes.cover(at)
+        };
+        let mut hairless: Vec<f64> = covered.iter().map(|&c| f64::from(!c)).collect();
         for (v, tone) in tones {
             let outer = ((INNER - self.facings[v]) / (INNER - FACING[1])).clamp(0.0, 1.0);
             let at = parts.mean[v];
@@ -257,13 +284,16 @@ impl<'a> Skin<'a> {
             }
             self.trust[v] *= 1.0 - off * outer;
             hairless[v] = (1.0 - off * f64::from(beside)) * (1.0 - hair(tone) * f64::from(above));
-            if curtains.cover(at) {
+            if curtains.cover(at) || is_fringe(at) {
                 hairless[v] = 0.0;
             }
         }
         let neighbours = self.neighbours();
         // Brows are beside the forehead, and theirs is worn.
         let brow = |v: usize| {
+            if is_fringe(parts.mean[v]) {
+                return 0.0;
+            }
             let near = arches.iter().map(|p| p.distance(parts.mean[v]));
             let near = near.fold(f32::INFINITY, f32::min);
             f64::from(1.0 - within([BROW, 1.5 * BROW], near))
@@ -452,13 +482,13 @@ impl<'a> Skin<'a> {
 }
 
 /// Where hair hangs over a forehead: the lowest of it in each column.
-struct Curtains {
+pub(super) struct Curtains {
     lowest: std::collections::BTreeMap<i32, f32>,
 }
 
 impl Curtains {
     /// Of places on the mean head's forehead, and whether each is hair.
-    fn new(places: impl Iterator<Item = (Vec3, bool)>) -> Self {
+    pub fn new(places: impl Iterator<Item = (Vec3, bool)>) -> Self {
         let mut columns = std::collections::BTreeMap::<i32, Vec<(f32, bool)>>::new();
         for (at, is_hair) in places {
             columns
@@ -480,14 +510,28 @@ impl Curtains {
         }
     }
 
+    /// Where it ends in the column of a place.
+    fn lowest(&self, at: Vec3) -> Option<f32> {
+        self.lowest.get(&Self::column(at)).copied()
+    }
+
     fn column(at: Vec3) -> i32 {
         (at.x / COLUMN).floor() as i32
     }
 
     /// Whether a place is behind it.
-    fn cover(&self, at: Vec3) -> bool {
-        let lowest = self.lowest.get(&Self::column(at));
-        lowest.is_some_and(|&lowest| at.y >= lowest)
+    pub fn cover(&self, at: Vec3) -> bool {
+        self.lowest(at).is_some_and(|lowest| at.y >= lowest)
+    }
+}
+
+/// How high a line through points, from the subject's right to the left, is at this x; beyond its ends as high as these.
+fn line(points: &[Vec3], x: f32) -> f32 {
+    let next = points.partition_point(|p| p.x <= x);
+    match (next.checked_sub(1).map(|i| points[i]), points.get(next)) {
+        (Some(from), Some(to)) => from.y + (x - from.x) / (to.x - from.x) * (to.y - from.y),
+        (Some(end), None) => end.y,
+        (None, end) => end.map_or(f32::NEG_INFINITY, |end| end.y),
     }
 }
 

@@ -692,6 +692,97 @@ fn a_fringe_is_no_skin() {
     );
 }
 
+/// Down to the inner ends of the brows, which are lower than their arches.
+#[test]
+fn a_fringe_on_brows_is_no_brow() {
+    let mut face = Portrait::new(5);
+    let hair = SKIN * 0.3;
+    face.paint_scalp(hair);
+    let brows: Vec<Vec3> = (17..27).map(|i| face.at(&format!("ibug_{i}")).0).collect();
+    let [nose, corner] = ["ibug_33", "ibug_45"].map(|name| face.at(name).0);
+    // How far a place is above the brows, or what is between them.
+    let over = move |p: Vec3| {
+        let pair = brows.windows(2).find(|pair| pair[1].x > p.x);
+        let [from, to] = pair.map_or([brows[8], brows[9]], |pair| [pair[0], pair[1]]);
+        p.y - from.y - (p.x - from.x) / (to.x - from.x) * (to.y - from.y)
+    };
+    face.paint(hair, |p| p.z > 0.0 && p.x.abs() < 45.0 && over(p) > 3.0);
+    let rgba = face.rgba();
+    let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+    let edit = edit(&face.face, &face.camera, Some(face.light));
+    let worn = edit.texture(&image, None, 512).unwrap();
+    let cheek = reds(
+        &face.face,
+        &worn,
+        |p| p.z > corner.z && (p.y - nose.y).abs() < 10.0 && (p.x.abs() - 35.0).abs() < 12.0,
+        40,
+    );
+    let cheek = f64::from(cheek[cheek.len() / 2]);
+    let near = |p: Vec3| p.z > corner.z && p.x.abs() < 30.0 && (3.5..7.0).contains(&over(p));
+    let near = reds(&face.face, &worn, near, 10);
+    let dark = f64::from(near[near.len() / 10]);
+    // Hair is 0.58 of the skin in bytes.
+    assert!(
+        dark > 0.8 * cheek,
+        "above the brows is {dark} of 255, a cheek {cheek}"
+    );
+}
+
+/// The head has its skin's tone where a mask or a scarf covers nose and mouth, and everywhere else.
+#[test]
+fn a_mask_is_no_skin() {
+    // Blue, white and black.
+    for (cloth, angles) in [
+        (DVec3::new(0.25, 0.48, 0.62), [0.0; 3]),
+        (DVec3::splat(0.8), [-0.5, 0.1, 0.0]),
+        (DVec3::splat(0.03), [0.0; 3]),
+    ] {
+        let mut face = Portrait::new(5);
+        face.camera.rotation = camera(angles).rotation;
+        let bare = face.looks();
+        let [bridge, tip, chin] = ["ibug_28", "ibug_30", "ibug_08"].map(|name| face.at(name).0);
+        let corner = face.at("ibug_45").0;
+        // Over the nose just below its bridge, and falling to the sides, with folds.
+        let masked = move |p: Vec3| {
+            p.z > corner.z - 40.0 && p.y < bridge.y - 2.0 - 0.4 * (p.x.abs() - 8.0).max(0.0)
+        };
+        face.paint(cloth, masked);
+        face.paint(cloth * 0.7, |p| masked(p) && (p.y / 3.0).sin() > 0.5);
+        let rgba = face.rgba();
+        let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+        let light = Light::of(&face.face, &face.camera, &image).unwrap();
+        let edit = edit(&face.face, &face.camera, Some(light));
+        let looks = edit.looks(&image).unwrap();
+        // What is near the eyes is a tenth of the face, in less of the light than the whole.
+        let off = ratio(looks.skin, bare.skin);
+        assert!(off < 1.15, "{:?} for {:?}", looks.skin, bare.skin);
+        assert_eq!(looks.beard, 0.0, "a mask is no beard");
+        let worn = edit.texture(&image, None, 256).unwrap();
+        let red = |is_one: &dyn Fn(Vec3) -> bool| reds(&face.face, &worn, is_one, 40);
+        let free = red(&|p| p.y > bridge.y && p.y < bridge.y + 50.0 && p.z > corner.z);
+        let free = f64::from(free[free.len() / 2]);
+        let places: [(&str, &dyn Fn(Vec3) -> bool); 4] = [
+            ("nose", &|p| p.distance(tip) < 10.0),
+            ("chin", &|p| p.distance(chin) < 18.0),
+            ("cheeks", &|p| {
+                (p.y - tip.y).abs() < 14.0 && p.z > corner.z && p.x.abs() > 25.0
+            }),
+            ("back", &|p| p.z < -80.0),
+        ];
+        for (name, is_one) in places {
+            let red = red(is_one);
+            // But for a hundredth: what the model paints is not all of one colour.
+            for red in [red[red.len() / 100], red[red.len() - 1 - red.len() / 100]] {
+                let part = f64::from(red) / free;
+                assert!(
+                    (0.85..1.15).contains(&part),
+                    "{name}: {part} of the skin, under {cloth:?} from {angles:?}"
+                );
+            }
+        }
+    }
+}
+
 /// A photo that ends at the hairline does not show whether hair stands off, but what colour it has.
 #[test]
 fn hair_that_a_photo_cuts_off_is_not_cropped() {
