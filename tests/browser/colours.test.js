@@ -18,7 +18,7 @@ async function looking(page) {
   assert.ok(box);
   /** @type {Record<string, { x: number, y: number }>} */
   const at = {};
-  for (const name of ['ibug_19', 'ibug_30', 'ibug_33', 'ibug_36', 'ibug_39', 'ibug_48', 'ibug_54', 'ibug_57', 'ibug_66', 'ibug_08', 'metopion', 'trichion', 'intertragic notch left', 'superaurale left', 'gonion left']) {
+  for (const name of ['ibug_19', 'ibug_30', 'ibug_31', 'ibug_32', 'ibug_33', 'ibug_36', 'ibug_39', 'ibug_48', 'ibug_54', 'ibug_57', 'ibug_66', 'ibug_08', 'metopion', 'trichion', 'intertragic notch left', 'superaurale left', 'gonion left']) {
     const { x, y } = await landmarkOnScreen(page, name);
     at[name] = { x: x - box.x, y: y - box.y };
   }
@@ -41,6 +41,7 @@ async function looking(page) {
     ear: at['intertragic notch left'],
     'above the ear': { x: at['superaurale left'].x, y: at['superaurale left'].y - 0.6 * Math.abs(at.metopion.y - at.trichion.y) },
     jaw: middle('ibug_54', 'gonion left', 0.6),
+    nostril: { x: middle('ibug_31', 'ibug_32').x, y: middle('ibug_32', 'ibug_30', 0.3).y },
   };
   return {
     places,
@@ -70,6 +71,18 @@ async function looking(page) {
       lights.sort((a, b) => a - b);
       return [lights[Math.floor(0.1 * lights.length)], lights[Math.floor(0.9 * lights.length)]];
     },
+    /** How many pixels of a square around a place are of such a colour. @param {(rgb: number[]) => boolean} isOne */
+    many(shown, name, half, isOne) {
+      const { x, y } = places[name];
+      let count = 0;
+      for (let j = -half; j <= half; j++) {
+        for (let i = -half; i <= half; i++) {
+          const o = 3 * ((Math.round(y) + j) * shown.width + Math.round(x) + i);
+          if (isOne([...shown.rgb.subarray(o, o + 3)])) count++;
+        }
+      }
+      return count;
+    },
     /** How many pixels differ in a square around a place. */
     around(a, b, name, half) {
       const { x, y } = places[name];
@@ -98,6 +111,10 @@ describe('colours', () => {
       assert.ok(cheek[0] / cheek[2] > redness - 0.05, 'melanin takes blue first');
       redness = cheek[0] / cheek[2];
       before = light(cheek);
+      // Nostrils are holes in everybody: dark, and of no red that the skin around them does not have.
+      const [dark] = look.extremes(shown, 'nostril', 5);
+      assert.ok(dark < 0.55 * light(cheek), `nostrils are ${dark}, cheeks ${light(cheek)}`);
+      assert.equal(look.many(shown, 'nostril', 5, ([r, g]) => r > 0.5 * cheek[0] && r > 3.5 * g), 0, 'nostrils are red');
       // The eye's own colours stay.
       const [was, is] = [look.colour(rest, 'iris', 1), look.colour(shown, 'iris', 1)];
       assert.ok(was.every((value, k) => Math.abs(value - is[k]) < 12), `the iris changed with the skin: ${was} to ${is}`);

@@ -2,7 +2,7 @@ import { smoothstep } from '../groundwork/paint.js';
 
 /** How far from the base of a nose its nostrils reach, and how far below it, mm. */
 const REACH = 26;
-const BELOW = 4;
+export const BELOW = 4;
 /** By this part a colour's green is less than the skin's where a nostril begins, and where it is one. Blood in the tip takes a tenth. */
 const DARKER = /** @type {const} */ ([0.15, 0.6]);
 

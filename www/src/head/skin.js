@@ -4,6 +4,7 @@ import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { SCATTERED } from '../hair/scattered.js';
 import { TILE } from '../hair/crop.js';
 import { foldsOf } from './folds.js';
+import { BELOW } from './nostrils.js';
 import { createMap, createTile, sharpen } from '../rendering/textures.js';
 
 /** @typedef {ReturnType<typeof import('./pigments.js').pigments>} Paints */
@@ -81,6 +82,7 @@ const DECLARATIONS = /* glsl */ `
   uniform vec3 accent;
   uniform vec2 markStrength;
   uniform float faceDepth;
+  uniform float noseBase;
   varying vec3 vGrowth;
   uniform sampler2D strandMap;
   uniform vec2 dense;
@@ -196,8 +198,10 @@ const COLOUR = /* glsl */ `
 #endif
     tone = mix(tone, seen * mix(wornTint[0], wornTint[1], lip) * drawn, worn);
   }
-  // What no light reaches, the mouth and the depth of nostrils, is mucous membrane.
-  tone = mix(tone, vec3(0.42, 0.12, 0.11), 0.85 * (1.0 - smoothstep(0.03, 0.2, occlusion)));
+  // What no light reaches, the mouth and the depth of nostrils, is mucous membrane; where skin ends in a nose or an ear it is as dark as
+  // the skin is.
+  vec3 mucous = vRest.y < noseBase ? vec3(0.42, 0.12, 0.11) : tone * vec3(0.56, 0.24, 0.24);
+  tone = mix(tone, mucous, 0.85 * (1.0 - smoothstep(0.03, 0.2, occlusion)));
   float hairs = 0.0;
   float underHair = 0.0;
   vec3 lying = vec3(0.0);
@@ -356,6 +360,8 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     accent: { value: new Color('#39a79c') },
     markStrength: { value: [0, 0] },
     faceDepth: { value: depth },
+    /** At rest, mm. */
+    noseBase: { value: (landmarks.get('ibug_33')?.[1] ?? 0) - BELOW },
     /** Painted when there are lines or freckles. */
     lineMap: { value: hairless },
     lineFrame: { value: new Vector4(0, 0, 1, 1) },
