@@ -1,6 +1,6 @@
 // What the page's first face is measured against: three.js and one sphere of the same skin, lit by
 // one light, as bare as a page can be.
-import { BufferAttribute, Color, DataTexture, DirectionalLight, Mesh, PerspectiveCamera, Scene, SphereGeometry, WebGLRenderer } from 'three';
+import { BufferAttribute, DataTexture, DirectionalLight, Mesh, PerspectiveCamera, Scene, SphereGeometry, WebGLRenderer } from 'three';
 import { drawnByProcessor } from '../../../www/src/rendering/graphics.js';
 import { poreRelief } from '../../../www/src/groundwork/pores.js';
 import { createSkin } from '../../../www/src/head/skin.js';
@@ -24,7 +24,7 @@ for (const [name, size] of Object.entries({ shade: 3, mark: 2, heat: 3 })) {
 const nothing = new DataTexture(new Uint8Array(4), 1, 1);
 nothing.needsUpdate = true;
 const unpainted = { map: nothing, frame: [-100, -100, 200, 200] };
-const skin = createSkin({ tone: new Color('#c79a82'), pores: createTile(poreRelief()), face: unpainted, brows: unpainted, depth: 0 });
+const skin = createSkin({ pores: createTile(poreRelief()), face: unpainted, brows: unpainted, depth: 0, landmarks: new Map() });
 scene.add(new Mesh(geometry, skin.material));
 const camera = new PerspectiveCamera(22, innerWidth / innerHeight, 50, 5000);
 camera.position.z = 700;
