@@ -6,11 +6,11 @@ set -euo pipefail
 
 rustdoc "$@"
 
-isExamples=
+is_examples=
 common=()
 while [ $# -gt 0 ]; do
     case $1 in
-        --test) isExamples=yes ;;
+        --test) is_examples=yes ;;
         --test-run-directory | --test-args | --crate-type | --crate-name) shift ;;
         src/lib.rs) ;;
         *) common+=("$1") ;;
@@ -18,7 +18,7 @@ while [ $# -gt 0 ]; do
     shift
 done
 # Cargo also asks who this is.
-[ -n "$isExamples" ] || exit 0
+[ -n "$is_examples" ] || exit 0
 common+=(-D warnings -o target/doc)
 rustdoc --crate-type rlib --crate-name phiz src/lib.rs "${common[@]}"
 rustdoc --crate-type bin --crate-name phiz_fit src/bin/phiz-fit/main.rs "${common[@]}"

@@ -8,8 +8,9 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::Light;
+use super::curtains::Curtains;
 use super::light::{FEWEST, Point};
-use super::skin::{Curtains, median};
+use super::median;
 use crate::FaceModel;
 use crate::srgb::BRIGHTNESS;
 

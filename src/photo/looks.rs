@@ -9,8 +9,9 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
+use super::median;
 use super::sight::Sight;
-use super::skin::{Skin, median};
+use super::skin::Skin;
 use super::{Camera, Image, Light};
 use crate::srgb::BRIGHTNESS;
 use crate::{FaceModel, Result};

@@ -27,6 +27,7 @@ mod appearance;
 mod camera;
 mod contour;
 mod cover;
+mod curtains;
 mod grain;
 mod light;
 mod looks;
@@ -486,6 +487,16 @@ fn checked(photo: &Photo) -> Result<Vec<DVec2>> {
         }
     }
     Ok(photo.points.iter().map(|&p| DVec2::from_array(p)).collect())
+}
+
+/// The median of each channel; 0 of none.
+fn median(tones: impl Iterator<Item = DVec3>) -> DVec3 {
+    let tones: Vec<DVec3> = tones.collect();
+    DVec3::from_array([0, 1, 2].map(|channel| {
+        let mut all: Vec<f64> = tones.iter().map(|t| t[channel]).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
+    }))
 }
 
 /// Whether so many positions and normals are a mesh's.

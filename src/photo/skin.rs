@@ -3,7 +3,9 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::cover::Cover;
+use super::curtains::{self, Curtains};
 use super::light::{CHIN, bare, points};
+use super::median;
 use super::sight::Sight;
 use super::{Camera, Detail, Image, Light};
 use crate::anatomy::Landmark;
@@ -27,10 +29,6 @@ const TEMPLE: [[f32; 2]; 2] = [[4.0, 16.0], [0.0, 12.0]];
 /// Around what is doubted there so many edges of the mesh are doubted as well, and belief grows again over so many more.
 const EDGE: usize = 2;
 const SOFT: usize = 4;
-/// Hair that covers a forehead hangs from above: in columns this wide, mm, all is doubted above where for so many mm
-/// more than this part is hair. Its lights have the tone of skin.
-const COLUMN: f32 = 6.0;
-const COVERED: (f32, f64) = (10.0, 0.6);
 /// What is higher than the points on the brows by this, mm, in a column where hair hangs down so far, is hair and no brow.
 const ARCH: f32 = 2.0;
 /// Near hair the fill's brightness is believed rather than the photo's where they are apart by the first of these
@@ -269,7 +267,7 @@ impl<'a> Skin<'a> {
         let curtains = curtains(&|at| at.y - brows > FOREHEAD[0]);
         let is_fringe = |at: Vec3| {
             let hangs = curtains.lowest(at).zip(fringes.lowest(at));
-            let hangs = hangs.is_some_and(|(above, low)| above - low < COVERED.0);
+            let hangs = hangs.is_some_and(|(above, low)| above - low < curtains::BELOW);
             hangs && over(at) > ARCH && fringes.cover(at)
         };
         let mut hairless: Vec<f64> = covered.iter().map(|&c| f64::from(!c)).collect();
@@ -481,50 +479,6 @@ impl<'a> Skin<'a> {
     }
 }
 
-/// Where hair hangs over a forehead: the lowest of it in each column.
-pub(super) struct Curtains {
-    lowest: std::collections::BTreeMap<i32, f32>,
-}
-
-impl Curtains {
-    /// Of places on the mean head's forehead, and whether each is hair.
-    pub fn new(places: impl Iterator<Item = (Vec3, bool)>) -> Self {
-        let mut columns = std::collections::BTreeMap::<i32, Vec<(f32, bool)>>::new();
-        for (at, is_hair) in places {
-            columns
-                .entry(Self::column(at))
-                .or_default()
-                .push((at.y, is_hair));
-        }
-        let lowest = columns.iter().filter_map(|(&column, all)| {
-            let covered = |y: f32| {
-                let above = all.iter().filter(|p| (0.0..COVERED.0).contains(&(p.0 - y)));
-                let (hair, count) = above.fold((0, 0), |(h, n), p| (h + u32::from(p.1), n + 1));
-                f64::from(hair) > COVERED.1 * f64::from(count)
-            };
-            let begins = all.iter().filter(|p| p.1 && covered(p.0)).map(|p| p.0);
-            Some((column, begins.min_by(f32::total_cmp)?))
-        });
-        Self {
-            lowest: lowest.collect(),
-        }
-    }
-
-    /// Where it ends in the column of a place.
-    fn lowest(&self, at: Vec3) -> Option<f32> {
-        self.lowest.get(&Self::column(at)).copied()
-    }
-
-    fn column(at: Vec3) -> i32 {
-        (at.x / COLUMN).floor() as i32
-    }
-
-    /// Whether a place is behind it.
-    pub fn cover(&self, at: Vec3) -> bool {
-        self.lowest(at).is_some_and(|lowest| at.y >= lowest)
-    }
-}
-
 /// How high a line through points, from the subject's right to the left, is at this x; beyond its ends as high as these.
 fn line(points: &[Vec3], x: f32) -> f32 {
     let next = points.partition_point(|p| p.x <= x);
@@ -597,14 +551,4 @@ fn trust(
         trust[v] = f64::from(near) * facing;
     }
     Ok([trust, facings])
-}
-
-/// The median of each channel; 0 of none.
-pub(super) fn median(tones: impl Iterator<Item = DVec3>) -> DVec3 {
-    let tones: Vec<DVec3> = tones.collect();
-    DVec3::from_array([0, 1, 2].map(|channel| {
-        let mut all: Vec<f64> = tones.iter().map(|t| t[channel]).collect();
-        all.sort_unstable_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(0.0)
-    }))
 }

@@ -7,7 +7,7 @@
 use glam::DVec2;
 
 use super::light::Image;
-use super::skin::median;
+use super::median;
 use crate::srgb::BRIGHTNESS;
 
 /// Lips are apart when what is between them is at least this part as high as it is wide, and so many px.

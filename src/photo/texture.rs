@@ -10,8 +10,9 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::grain::{self, Smooth};
+use super::median;
 use super::raster::{NOTHING, Raster};
-use super::skin::{Skin, median};
+use super::skin::Skin;
 use super::{Camera, Detail, Image, Light};
 use crate::srgb::{BRIGHTNESS, byte, encode};
 use crate::{Error, FaceModel, Result};
