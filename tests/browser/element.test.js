@@ -145,6 +145,32 @@ describe('<phiz-designer> in any page', () => {
     assert.deepEqual(widths, [640, 200, 200, 640].map((offsetWidth) => ({ offsetWidth, spills: false })));
   });
 
+  test('all of a head is in view and in the middle from each side, where there is little width', async () => {
+    const margins = await page.evaluate(async () => {
+      const { hidden } = window.all;
+      hidden.style.cssText = 'width: 240px; height: 320px';
+      /** @type {Record<string, [left: number, right: number]>} */
+      const found = {};
+      for (const view of /** @type {const} */ (['profile', 'quarter', 'front'])) {
+        hidden.view(view);
+        for (let i = 0; i < 4; i++) await new Promise((done) => requestAnimationFrame(() => done(undefined)));
+        const bitmap = await createImageBitmap(await hidden.toPng({ width: 240, transparent: true }));
+        const context = new OffscreenCanvas(240, 320).getContext('2d');
+        context.drawImage(bitmap, 0, 0);
+        // The head, without the neck.
+        const { data } = context.getImageData(0, 0, 240, 240);
+        const covered = Array.from({ length: 240 }, (_, x) => Array.from({ length: 240 }, (_, y) => data[4 * (240 * y + x) + 3]).some((alpha) => alpha > 200));
+        found[view] = [covered.indexOf(true), 239 - covered.lastIndexOf(true)];
+      }
+      return found;
+    });
+    for (const [view, [left, right]] of Object.entries(margins)) {
+      assert.ok(left >= 8 && right >= 8, `${view}: margins of ${left} and ${right} of 240 pixels`);
+      // A nose is nearer than the back of a head from half of the side, and so larger.
+      assert.ok(Math.abs(left - right) <= 12, `${view}: margins of ${left} and ${right} of 240 pixels`);
+    }
+  });
+
   test('a long beard is in view, keys come closer, and what the canvas says of itself is true', async () => {
     const found = await page.evaluate(async () => {
       const { hidden } = window.all;

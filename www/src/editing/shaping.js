@@ -59,7 +59,7 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
     aim(event);
     const [hit] = raycaster.intersectObjects(head.group.children);
     if (hit?.object !== head.skin || !hit.face || head.groupAt(hit.face.a) !== group) return null;
-    const near = [hit.face.a, hit.face.b, hit.face.c].map((corner) => model.uvVertices[corner]);
+    const near = [hit.face.a, hit.face.b, hit.face.c].flatMap(head.verticesAt);
     return near.reduce((best, vertex) => (head.vertex(vertex).distanceTo(hit.point) < head.vertex(best).distanceTo(hit.point) ? vertex : best));
   }
 

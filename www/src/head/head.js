@@ -8,6 +8,7 @@ import { nostrils } from './nostrils.js';
 import { smoothed } from '../groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
+import { subdivide } from './subdivision.js';
 import { createTeeth } from './teeth.js';
 import { createMap, createTile } from '../rendering/textures.js';
 
@@ -53,6 +54,9 @@ export function framing(model, rest) {
     subject: {
       centre: new Vector3(0, (top + chin - 26) / 2, bounds.getCenter(new Vector3()).z * 0.6),
       height: (top - chin + 26) * 1.2,
+      /** From the nose's tip to the back of the head, and what is in the middle between them. */
+      depth: bounds.max.z - bounds.min.z,
+      axis: (bounds.max.z + bounds.min.z) / 2,
     },
     /** The neck is not seen below the first of these heights, and wholly above the second. */
     fade: /** @type {[number, number]} */ ([Math.max(bounds.min.y + 4, chin - 66), chin - 14]),
@@ -102,7 +106,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   const vertexCount = model.vertexCount;
   const corners = model.uvVertices;
   const regionOf = model.regionOf;
-  const cornerCount = corners.length;
+  const ownCorners = corners.length;
 
   const eyeball = (/** @type {{ name: string }} */ part) => /eyeball/.test(part.name);
   const indices = [];
@@ -114,8 +118,18 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
       eyeVertices.push([...new Set(Array.from(range, (corner) => corners[corner]))]);
     } else indices.push(...range);
   }
-  const index = Uint32Array.from(indices);
-  const skinTriangles = index.map((corner) => corners[corner]);
+  const whole = Uint32Array.from(indices);
+  const skinTriangles = whole.map((corner) => corners[corner]);
+  /** @param {RegExp} name of parts */
+  const verticesOf = (name) =>
+    model.parts
+      .filter((part) => name.test(part.name))
+      .flatMap(({ first, count }) => [...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => corners[corner]))]);
+  // Where lips and lids meet what is behind them, edges are short, and curves would go through each other.
+  const rims = new Uint8Array(vertexCount);
+  for (const v of verticesOf(/cavit/)) rims[v] = 1;
+  const finer = subdivide(whole, corners, rest, restNormals, rims);
+  const cornerCount = finer.corners;
 
   /** @type {Map<string, readonly (readonly [number, number])[]>} */
   const stencils = new Map(model.landmarks.map((landmark) => [landmark.name, landmark.stencil]));
@@ -130,27 +144,37 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   const { bounds, fade } = framing(model, rest);
 
   const geometry = new BufferGeometry();
-  geometry.setIndex(new BufferAttribute(index, 1));
-  /** @param {Float32Array} values three a vertex */
-  const perCorner = (values) => {
-    const array = new Float32Array(3 * cornerCount);
-    for (let i = 0; i < cornerCount; i++) {
-      const o = 3 * corners[i];
-      array[3 * i] = values[o];
-      array[3 * i + 1] = values[o + 1];
-      array[3 * i + 2] = values[o + 2];
+  geometry.setIndex(new BufferAttribute(finer.index, 1));
+  /**
+   * What vertices have, for the corners of what is drawn.
+   * @template {Float32Array | Uint8Array | Int8Array} Values
+   * @param {ArrayLike<number>} values @param {number} size numbers a vertex
+   * @param {Values} array for them
+   */
+  const spread = (values, size, array) => {
+    for (let i = 0; i < ownCorners; i++) {
+      for (let k = 0; k < size; k++) array[size * i + k] = values[size * corners[i] + k];
     }
-    return new BufferAttribute(array, 3);
+    return finer.between(array, size);
   };
-  const position = perCorner(rest);
-  const normal = perCorner(restNormals);
-  const mark = new BufferAttribute(new Float32Array(2 * cornerCount), 2);
+  /** @param {Float32Array} values three a vertex */
+  const perCorner = (values) => new BufferAttribute(spread(values, 3, new Float32Array(3 * cornerCount)), 3);
+  const positions = spread(rest, 3, new Float32Array(3 * cornerCount));
+  const normals = spread(restNormals, 3, new Float32Array(3 * cornerCount));
+  finer.curve(positions, normals, 0, vertexCount);
+  const position = new BufferAttribute(positions, 3);
+  const normal = new BufferAttribute(normals, 3);
+  const marks = new Float32Array(2 * cornerCount);
+  const mark = new BufferAttribute(marks, 2);
   for (const live of [position, normal, mark]) live.setUsage(DynamicDrawUsage);
   geometry.setAttribute('position', position);
   geometry.setAttribute('normal', normal);
   geometry.setAttribute('mark', mark);
-  geometry.setAttribute('uv', new BufferAttribute(model.uvs.slice(), 2));
-  const heat = new BufferAttribute(new Float32Array(3 * cornerCount), 3).setUsage(DynamicDrawUsage);
+  const uvs = new Float32Array(2 * cornerCount);
+  uvs.set(model.uvs);
+  geometry.setAttribute('uv', new BufferAttribute(finer.between(uvs, 2), 2));
+  const heats = new Float32Array(3 * cornerCount);
+  const heat = new BufferAttribute(heats, 3).setUsage(DynamicDrawUsage);
   geometry.setAttribute('heat', heat);
   geometry.setAttribute('rest', perCorner(rest));
   geometry.setAttribute('restNormal', perCorner(restNormals));
@@ -194,21 +218,17 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     shade[3 * v + 2] = t * t * (3 - 2 * t) * s * s * (3 - 2 * s);
   }
   geometry.setAttribute('shade', perCorner(shade));
-  /** @param {RegExp} name of parts */
-  const verticesOf = (name) =>
-    model.parts
-      .filter((part) => name.test(part.name))
-      .flatMap(({ first, count }) => [...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => corners[corner]))]);
   const pouch = verticesOf(/^mouth cavity$/);
   // How much of each vertex lies deep in the mouth, not just behind the lips.
   const inside = new Uint8Array(vertexCount);
   const lips = at.get('ibug_66')?.[2] ?? 0;
   for (const v of pouch) inside[v] = 255 * Math.min(1, Math.max(0, (lips - rest[3 * v + 2] - 3) / 2));
-  geometry.setAttribute('inside', new BufferAttribute(Uint8Array.from(corners, (v) => inside[v]), 1, true));
+  geometry.setAttribute('inside', new BufferAttribute(spread(inside, 1, new Uint8Array(cornerCount)), 1, true));
   const grows = growth(rest, at, verticesOf(/cavit/), skinTriangles);
-  geometry.setAttribute('growth', new BufferAttribute(Float32Array.from({ length: 2 * cornerCount }, (_, i) => (i % 2 ? grows.beard : grows.scalp)[corners[i >> 1]]), 2));
-  const folding = foldingOf(rest, at);
-  geometry.setAttribute('folding', new BufferAttribute(Int8Array.from({ length: 4 * cornerCount }, (_, i) => 127 * folding[4 * corners[i >> 2] + (i & 3)]), 4, true));
+  const grown = Float32Array.from({ length: 2 * vertexCount }, (_, i) => (i % 2 ? grows.beard : grows.scalp)[i >> 1]);
+  geometry.setAttribute('growth', new BufferAttribute(spread(grown, 2, new Float32Array(2 * cornerCount)), 2));
+  const folding = foldingOf(rest, at).map((part) => 127 * part);
+  geometry.setAttribute('folding', new BufferAttribute(spread(folding, 4, new Int8Array(4 * cornerCount)), 4, true));
   geometry.boundingSphere = new Sphere(
     bounds.getCenter(new Vector3()),
     0.6 * bounds.getSize(new Vector3()).length(),
@@ -259,7 +279,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
 
   /** @type {number[]} */
   const duplicates = [];
-  for (let i = vertexCount; i < cornerCount; i++) duplicates.push(i);
+  for (let i = vertexCount; i < ownCorners; i++) duplicates.push(i);
 
   const still = [new Vector3(), new Vector3()];
   /** @type {(expression: Record<string, number>) => Vector3[]} */
@@ -278,8 +298,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
    */
   function update(from, [first, end] = [0, vertexCount]) {
     if (end <= first) return;
-    for (const [attribute, key] of /** @type {const} */ ([[position, 'positions'], [normal, 'normals']])) {
-      const array = attribute.array;
+    for (const [attribute, array, key] of /** @type {const} */ ([[position, positions, 'positions'], [normal, normals, 'normals']])) {
       array.set(from[key].subarray(3 * first, 3 * end), 3 * first);
       for (const i of duplicates) {
         const o = 3 * corners[i];
@@ -288,10 +307,11 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
         array[3 * i + 2] = array[o + 2];
       }
       attribute.addUpdateRange(3 * first, 3 * (end - first));
-      if (duplicates.length) attribute.addUpdateRange(3 * vertexCount, 3 * duplicates.length);
+      attribute.addUpdateRange(3 * vertexCount, 3 * (cornerCount - vertexCount));
       attribute.needsUpdate = true;
     }
-    present = /** @type {Float32Array<ArrayBuffer>} */ (position.array);
+    finer.curve(positions, normals, first, end);
+    present = positions;
     const { expression } = from;
     const isAtRest = Object.keys(expression).length === 0;
     if (expression !== folded) skin.fold(expression);
@@ -330,9 +350,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
    * @param {0 | 1} slot @param {string | null} group
    */
   function highlight(slot, group) {
-    const array = mark.array;
     const weights = group === null ? null : softRegion(group);
-    for (let i = 0; i < cornerCount; i++) array[2 * i + slot] = weights ? weights[corners[i]] : 0;
+    for (let i = 0; i < ownCorners; i++) marks[2 * i + slot] = weights ? weights[corners[i]] : 0;
+    finer.between(marks, 2);
     mark.needsUpdate = true;
   }
 
@@ -343,9 +363,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   function paintHeat(colours) {
     skin.uniforms.heatStrength.value = colours ? 1 : 0;
     if (!colours) return;
-    for (let i = 0; i < cornerCount; i++) {
-      for (let k = 0; k < 3; k++) heat.array[3 * i + k] = colours[3 * corners[i] + k];
-    }
+    spread(colours, 3, heats);
     heat.needsUpdate = true;
   }
 
@@ -393,7 +411,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     skin.refine(lay, onCome);
     const grown = grow({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, grows, skin.uniforms, fade, onCome);
     ({ tresses, dispose: disposeHair } = grown);
-    geometry.setAttribute('parts', new BufferAttribute(Uint8Array.from({ length: 4 * cornerCount }, (_, i) => grown.parts[4 * corners[i >> 2] + (i & 3)]), 4, true));
+    geometry.setAttribute('parts', new BufferAttribute(spread(grown.parts, 4, new Uint8Array(4 * cornerCount)), 4, true));
     for (const one of tresses) {
       group.add(one.mesh);
       one.update(present);
@@ -412,10 +430,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     soft.clear();
   }
 
-  /** @param {number} corner */
-  function groupAt(corner) {
-    return groups[regionOf[corners[corner]]];
-  }
+  /** @param {number} corner of what is drawn */
+  const groupAt = (corner) => groups[regionOf[finer.rootsOf(corner)[0]]];
 
   return {
     group,
@@ -463,6 +479,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     paint,
     wear,
     groupAt,
+    /** The vertices that a corner of what is drawn lies on or between. */
+    verticesAt: finer.rootsOf,
     divide,
     /** The vertices whose shifts the teeth go by. */
     anchors: teeth?.anchors ?? [],

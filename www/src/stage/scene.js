@@ -64,7 +64,8 @@ function createLights() {
  * Renderer, camera, lights; draws only when something asks for it.
  *
  * @param {HTMLCanvasElement} canvas
- * @param {{ centre: Vector3, height: number }} subject what to look at, mm
+ * @param {{ centre: Vector3, height: number, depth: number, axis: number }} subject what to look at, mm: the middle of a face, and the
+ *   axis that it turns around
  * @param {(height: number) => readonly [top: number, bottom: number]} [covered] how much of a canvas of some height has
  *   other things over it, CSS pixels
  */
@@ -247,7 +248,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   /** @type {Reach} */
   let reach = () => [Infinity, -Infinity];
 
-  /** The distance at which head and hair fill what is free of the stage, and the height to look at, mm. */
+  /** The distance from the head's axis at which head and hair fill what is free of the stage, and the height on it to look at, mm. */
   function framed() {
     const [, height = 0] = size;
     const [top, bottom] = covered(height);
@@ -255,20 +256,24 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     const share = top + bottom > 0 ? 0.95 : 1;
     const tall = top + bottom > 0 ? (share * height) / Math.max(1, height - top - bottom) : 1;
     const { y } = subject.centre;
-    const broad = (0.74 / camera.aspect) * subject.height;
+    const { theta, phi } = VIEWS[chosen];
+    const broad = Math.max(0.74 * subject.height, 1.1 * subject.depth * Math.sin(theta)) / camera.aspect;
     const away = (/** @type {number} */ seen) => seen / (2 * Math.tan((camera.fov * DEGREE) / 2));
     const [low, high] = reach(subject.centre, away(Math.max(tall * subject.height, broad)));
     // Single hairs may be in the margin.
     const [half, slack] = [0.5 * share * subject.height, 0.012 * subject.height];
     const [least, most] = [Math.min(low + slack, y - half), Math.max(high - slack, y + half)];
     const seen = Math.max((tall * (most - least)) / share, broad);
-    return { distance: away(seen), middle: (least + most) / 2 - (seen * (bottom - top)) / (2 * Math.max(1, height)) };
+    // What is to fill the stage is the face, which is nearer than the axis from the front, and not from the side.
+    const behind = (subject.centre.z - subject.axis) * Math.cos(theta);
+    const middle = (least + most) / 2 - (seen * (bottom - top)) / (2 * Math.max(1, height));
+    return { distance: away(seen) + behind, middle: middle - behind / Math.tan(phi) };
   }
 
   let fitted = 0;
   function fit() {
     const { distance, middle } = framed();
-    controls.cursor.copy(subject.centre).setY(middle);
+    controls.cursor.set(subject.centre.x, middle, subject.axis);
     controls.minDistance = distance * 0.28;
     controls.maxDistance = distance * 1.7;
     fitted = distance;
