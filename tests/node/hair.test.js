@@ -92,6 +92,20 @@ for (const name of ['model', 'synthetic']) {
       assert.ok(mean((x, y) => y < top + 5) > 0.99);
     });
 
+    test('hair recedes over the temples as a line does: not much of it is thin at once', () => {
+      const lasts = part(3);
+      const [, , far] = landmarks.get('trichion');
+      const temples = [...scalp.keys()].filter((v) => scalp[v] > 0.3 && Math.abs(rest[3 * v]) > 30 && rest[3 * v + 2] > far - 60);
+      let most = 0;
+      for (let gone = 0; gone < RECEDED; gone += 0.01) {
+        // As the skin's shader has it.
+        const thin = temples.filter((v) => Math.abs(SOFT * (lasts[v] - gone) - 0.1) < 0.35);
+        most = Math.max(most, thin.length / temples.length);
+      }
+      // The line is two centimetres wide, of six.
+      assert.ok(most < 0.35, `${most} of the hair`);
+    });
+
     test('a beard is of a moustache, a chin and cheeks, as wide on one side as on the other', () => {
       const [moustache, chin, cheeks] = [0, 1, 2].map(part);
       for (const [values, there, none] of [

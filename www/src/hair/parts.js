@@ -11,7 +11,10 @@ const LAST = 0.93;
 /** How far hair has receded at the end of the slider: what stays is whole then, as all is at its beginning. */
 export const RECEDED = 0.83;
 /** How far inside of its line hair is, in what it recedes by: the line is soft. */
-export const SOFT = 6;
+export const SOFT = 11;
+/** From when on hair goes, so that all is whole before, and by when, so that none is left; in what it recedes by. */
+const FIRST_GOES = 1.02 / SOFT;
+const LAST_GOES = RECEDED - 0.8 / SOFT;
 
 /**
  * Four numbers a vertex, 0 to 255: how far it is of the moustache, of the beard on the chin, of that on cheeks and throat; and how
@@ -48,13 +51,14 @@ export function partsOf(rest, at) {
       const behind = back(y, z) - front;
       // Above the temples first, and the middle of the forehead after them.
       const temple = smoothstep(0.1, 0.45, aside / tall);
-      const receding = 0.36 - 0.31 * temple + ((0.54 + 0.22 * temple) * Math.max(0, behind)) / (110 + 10 * temple);
+      const receding = 0.36 - 0.26 * temple + ((0.54 + 0.22 * temple) * Math.max(-16, behind)) / (110 + 10 * temple);
       const far = norm(x, y - middle[0], z - middle[1]);
       const off = tall * Math.acos(clamp(((y - middle[0]) * crown[1] + (z - middle[1]) * crown[0]) / far, -1, 1));
       const thinning = 0.36 + (0.5 * off) / 70;
       const goes = Math.min(LAST, -0.05 * Math.log(Math.exp(-receding / 0.05) + Math.exp(-thinning / 0.05)));
       const above = y - wreath((180 / Math.PI) * Math.atan2(aside, z - middle[1]));
-      const lasts = Math.max(1.02 / SOFT, RECEDED * goes);
+      // Each place has a time of its own: those that go at the same one would be a stain meanwhile.
+      const lasts = FIRST_GOES + ((LAST_GOES - FIRST_GOES) / LAST) * Math.max(0, goes);
       parts[4 * v + 3] = Math.round(255 * (1 + (lasts - 1) * smoothstep(-14, 22, above)));
     }
     const moustache = smoothstep(corners - 3, corners + 3, y) * (1 - smoothstep(half, half + 6, aside));

@@ -291,7 +291,7 @@ const GROWN = {
     attribute vec4 parts;
     uniform vec4 gone;
     varying vec3 vGrowth;`,
-  PLACED: 'vGrowth = vec3(min(growth.x, 6.0 * (parts.w - gone.w)), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
+  PLACED: 'vGrowth = vec3(min(growth.x, 11.0 * (parts.w - gone.w)), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
 };
 
 /**
