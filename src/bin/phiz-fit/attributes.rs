@@ -7,7 +7,7 @@ use clap::Args;
 use phiz::FaceModel;
 use phiz::blob::pack;
 use phiz::fit::FitResult;
-use phiz::fit::format::files::{check_writable, write_atomically};
+use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::learn::attributes::{Labels, learn};
 use phiz::model::Attribute;
@@ -28,6 +28,8 @@ pub struct AttributesArgs {
 }
 
 pub fn run(args: &AttributesArgs) -> FitResult<()> {
+    // The model may be written over: it is what is written, with more.
+    check_apart(&[&args.output], &[("the template", &args.template)])?;
     check_writable(&args.output)?;
     let template = super::read_template(&args.template)?;
     let model = super::read_model(&args.model)?;

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use glam::DVec3;
-use phiz::fit::format::files::{check_writable, write_atomically};
+use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::head::template::Template;
 use phiz::fit::mesh::align::{procrustes, vertex_areas};
@@ -144,6 +144,7 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
         let cause = format!("{option} is of no use with --kind pca, which optimises nothing");
         super::refuse("basis", ErrorKind::ArgumentConflict, cause);
     }
+    check_apart(&[&args.output], &[("the template", &args.template)])?;
     check_writable(&args.output)?;
     let template = super::read_template(&args.template)?;
     let faces = super::step("reading faces", || {

@@ -22,7 +22,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use indicatif::ProgressBar;
 
 use phiz::blob::pack;
-use phiz::fit::format::files::{check_writable, write_atomically};
+use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::head::expression;
 use phiz::fit::head::generic_head;
@@ -32,6 +32,7 @@ use phiz::fit::learn::semantic::{Method, Table};
 use phiz::fit::learn::{Learned, Settings, doubled, learn};
 use phiz::fit::picture::pictures;
 use phiz::fit::register::batch;
+use phiz::fit::scan::Scan;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population;
 use phiz::fit::{FitError, FitResult};
@@ -283,6 +284,13 @@ fn read_model(path: &Path) -> FitResult<FaceModel> {
     FaceModel::parse(&read(path)?).map_err(|e| FitError::file(path, e))
 }
 
+/// Refuses to write over what belongs to a scan, before the work on it.
+fn check_beside(written: &[&Path], scan: &Scan) -> FitResult<()> {
+    let what = "a material, an image or a buffer of the scan";
+    let beside = scan.beside.iter().map(|path| (what, path.as_path()));
+    check_apart(written, &beside.collect::<Vec<_>>())
+}
+
 /// Does one step of a verb and says so while it lasts, where a person watches.
 fn step<T>(what: &'static str, work: impl FnOnce() -> FitResult<T>) -> FitResult<T> {
     let spinner = ProgressBar::new_spinner().with_message(what);
@@ -293,6 +301,18 @@ fn step<T>(what: &'static str, work: impl FnOnce() -> FitResult<T>) -> FitResult
 }
 
 fn template(args: &TemplateArgs) -> FitResult<()> {
+    let written = [Some(&args.output), args.people.as_ref()]
+        .into_iter()
+        .flatten();
+    let former = args.registered_to.iter();
+    let former = former.map(|path| {
+        (
+            "the template that the faces were registered to",
+            path.as_path(),
+        )
+    });
+    let written: Vec<&Path> = written.map(PathBuf::as_path).collect();
+    check_apart(&written, &former.collect::<Vec<_>>())?;
     check_writable(&args.output)?;
     args.people.as_deref().map_or(Ok(()), check_writable)?;
     let plain = step("building the generic head", || {
@@ -345,6 +365,7 @@ fn synthetic(args: &PopulationArgs) -> FitResult<()> {
 }
 
 fn train(args: &TrainArgs) -> FitResult<()> {
+    check_apart(&[&args.output], &[("the template", &args.template)])?;
     check_writable(&args.output)?;
     let template = read_template(&args.template)?;
     let (names, mut faces): (Vec<_>, Vec<_>) = step("reading faces", || {

@@ -67,6 +67,20 @@ pub fn run(args: &RegisterArgs) -> FitResult<()> {
         );
         super::refuse("register", ErrorKind::ValueValidation, cause);
     }
+    if let Some(scan) = &args.scan {
+        let read = [
+            ("the template", Some(&args.template)),
+            ("the scan", Some(scan)),
+            ("the scan's landmarks", args.landmarks.as_ref()),
+        ];
+        let read = read
+            .into_iter()
+            .filter_map(|(what, path)| Some((what, path?.as_path())));
+        files::check_apart(&written(args), &read.collect::<Vec<_>>())?;
+        written(args)
+            .into_iter()
+            .try_for_each(files::check_writable)?;
+    }
     let template = super::read_template(&args.template)?;
     if args.neutral && template.expressions.is_empty() {
         let cause = "knows no expressions, which --neutral takes off: `phiz-fit template` makes one \
@@ -84,6 +98,16 @@ pub fn run(args: &RegisterArgs) -> FitResult<()> {
         (None, Some(folder)) => many(args, &template, &registrar, &settings, folder),
         (None, None) => Err(FitError::Input("--scan or --scans is needed".into())),
     }
+}
+
+/// What is written of one scan.
+fn written(args: &RegisterArgs) -> Vec<&Path> {
+    let files = [
+        Some(&args.output),
+        args.texture.as_ref(),
+        args.picture.as_ref(),
+    ];
+    files.into_iter().flatten().map(PathBuf::as_path).collect()
 }
 
 /// A side of a baked image, texels. A face takes a quarter of it.
@@ -110,8 +134,10 @@ fn one(
         landmarks: args.landmarks.clone(),
         output: args.output.clone(),
     };
+    let scan = super::step("reading the scan", || Scan::read(scan, args.unit))?;
+    super::check_beside(&written(args), &scan)?;
     let (prepared, registered) = super::step("registering", || {
-        batch::register_scan(registrar, &job, args.unit, settings)
+        batch::register_read(registrar, scan, &job, settings)
     })?;
     // A texture that is asked for and cannot be had is known before anything is written.
     let baked = args.texture.is_some() || args.picture.is_some() && coloured(&prepared.scan);

@@ -215,8 +215,16 @@ pub fn prepare(
     points: Option<&Path>,
     unit: Option<Unit>,
 ) -> FitResult<Prepared> {
+    prepare_read(registrar, Scan::read(scan, unit)?, points)
+}
+
+/// The same of a scan that was read.
+fn prepare_read(
+    registrar: &Registrar<'_>,
+    mut scan: Scan,
+    points: Option<&Path>,
+) -> FitResult<Prepared> {
     let template = registrar.template;
-    let mut scan = Scan::read(scan, unit)?;
     let mut said = Vec::new();
     let (points, errors) = match points {
         Some(path) => {
@@ -324,7 +332,20 @@ pub fn register_scan(
     unit: Option<Unit>,
     settings: &Settings,
 ) -> FitResult<(Prepared, Registered)> {
-    let prepared = prepare(registrar, &job.scan, job.landmarks.as_deref(), unit)?;
+    register_read(registrar, Scan::read(&job.scan, unit)?, job, settings)
+}
+
+/// Registers one scan that was read.
+///
+/// # Errors
+/// Those of [`prepare`] and of [`Registrar::register`].
+pub fn register_read(
+    registrar: &Registrar<'_>,
+    scan: Scan,
+    job: &Job,
+    settings: &Settings,
+) -> FitResult<(Prepared, Registered)> {
+    let prepared = prepare_read(registrar, scan, job.landmarks.as_deref())?;
     let settings = Settings {
         point_errors: prepared.errors.clone(),
         ..settings.clone()

@@ -1,7 +1,7 @@
 //! Scans as glTF: binary, or as JSON with its buffers and images in it or beside it.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64ct::{Base64Unpadded, Encoding};
 use glam::{DMat4, DVec2, DVec3, Mat4};
@@ -41,7 +41,10 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
     let mut reader = Reader {
         buffers,
         folder,
-        file: MeshFile::default(),
+        file: MeshFile {
+            beside: beside(&gltf, folder),
+            ..MeshFile::default()
+        },
         images: Vec::new(),
         white: 0,
     };
@@ -100,13 +103,32 @@ fn load(folder: &Path, uri: &str) -> Result<Vec<u8>, String> {
     if uri.contains("://") {
         return Err(format!("{uri:.60}: no file beside it"));
     }
+    std::fs::read(file(folder, uri)).map_err(|e| format!("{uri}: {e}"))
+}
+
+/// The file that a URI names.
+fn file(folder: &Path, uri: &str) -> PathBuf {
     // Spaces and such are written as %20, though not by everyone.
     let unescaped = named(folder, &unescaped(uri));
-    let file = match unescaped.is_file() {
+    match unescaped.is_file() {
         true => unescaped,
         false => named(folder, uri),
-    };
-    std::fs::read(file).map_err(|e| format!("{uri}: {e}"))
+    }
+}
+
+/// The files that a document names.
+fn beside(gltf: &gltf::Document, folder: &Path) -> Vec<PathBuf> {
+    let buffers = gltf.buffers().filter_map(|buffer| match buffer.source() {
+        gltf::buffer::Source::Uri(uri) => Some(uri),
+        gltf::buffer::Source::Bin => None,
+    });
+    let images = gltf.images().filter_map(|image| match image.source() {
+        gltf::image::Source::Uri { uri, .. } => Some(uri),
+        gltf::image::Source::View { .. } => None,
+    });
+    let in_files = |uri: &&str| !uri.starts_with("data:") && !uri.contains("://");
+    let uris = buffers.chain(images).filter(in_files);
+    uris.map(|uri| file(folder, uri)).collect()
 }
 
 /// A URI with its escaped bytes (`%20`) as they are; what is no text then stays as it was.

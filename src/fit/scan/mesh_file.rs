@@ -27,6 +27,8 @@ pub(super) struct MeshFile {
     /// Which of the images is on each triangle; any where none is.
     pub image_of: Vec<usize>,
     pub notes: Vec<String>,
+    /// What it consists of besides the file itself.
+    pub beside: Vec<PathBuf>,
 }
 
 /// Reads an OBJ file and what it refers to.
@@ -36,7 +38,9 @@ pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
         notes: obj.notes.clone(),
         ..MeshFile::default()
     };
-    let mut images = obj_images(path, &obj, &mut file.notes);
+    let mut images = obj_images(path, &obj, &mut file);
+    file.beside
+        .extend(images.iter().map(|(_, image)| image.clone()));
     // Many a scan is passed on without its materials, but with its image.
     let beside = match images.is_empty() && !obj.uvs.is_empty() {
         true => file.image_beside(path),
@@ -99,15 +103,16 @@ pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
 
 /// The images of an OBJ file's materials. What cannot be read is noted: a scan without its
 /// picture is still a scan.
-fn obj_images(path: &Path, obj: &Obj, notes: &mut Vec<String>) -> Vec<(String, PathBuf)> {
+fn obj_images(path: &Path, obj: &Obj, scan: &mut MeshFile) -> Vec<(String, PathBuf)> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut images = Vec::new();
     for line in &obj.libraries {
         for file in libraries(folder, line) {
             match obj::read_images(&file) {
                 Ok(more) => images.extend(more),
-                Err(error) => notes.push(format!("no materials: {error}")),
+                Err(error) => scan.notes.push(format!("no materials: {error}")),
             }
+            scan.beside.push(file);
         }
     }
     images
@@ -264,6 +269,7 @@ impl MeshFile {
 
     /// Opens an image: its place among the scan's. Where that fails it has none and says so.
     fn open_image(&mut self, name: &Path) -> Option<usize> {
+        self.beside.push(name.to_owned());
         match std::fs::read(name) {
             Ok(bytes) => self.decode_image(&bytes, &name.display().to_string()),
             Err(e) => {
@@ -365,9 +371,11 @@ impl MeshFile {
             return fail(&format!("vertex {bad} is not finite"));
         }
         self.join_images();
+        let beside = std::mem::take(&mut self.beside);
         let mut scan = Scan {
             path: path.to_owned(),
             scale: 1.0,
+            beside,
             ..Scan::default()
         };
         let mut used = vec![false; self.positions.len()];

@@ -52,6 +52,8 @@ pub struct Scan {
     pub notes: Vec<String>,
     /// The file, for messages.
     pub path: PathBuf,
+    /// The other files that belong to it: materials, images, buffers, also those that could not be read.
+    pub beside: Vec<PathBuf>,
 }
 
 /// How the note begins that says which unit was guessed.
