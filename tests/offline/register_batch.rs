@@ -471,6 +471,24 @@ fn one_scan_gets_its_texture_and_its_picture() {
         "{err}"
     );
     assert!(!texture.exists() && !at("face.ply").exists());
+    // Why it has none is said before.
+    let materials = at("materials.obj");
+    let mut text = String::from("mtllib gone.mtl\n");
+    for p in &scan.positions {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    for [a, b, c] in &scan.triangles {
+        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    fs::write(&materials, text).expect("writes");
+    let refused = one(&materials, &["--texture".as_ref(), &texture]);
+    let err = said(&refused.stderr);
+    let (before, last) = err.trim_end().rsplit_once('\n').expect("two lines");
+    assert!(
+        before.contains("no materials: ") && before.contains("gone.mtl"),
+        "{err}"
+    );
+    assert!(last.contains("neither a texture nor colours"), "{err}");
 
     let (coloured, picture) = (at("coloured.ply"), at("picture.png"));
     write_coloured(&coloured, &scan);

@@ -49,8 +49,10 @@ pub fn run(args: &LandmarksArgs) -> FitResult<()> {
     super::check_beside(&written, &scan)?;
     let found = super::step("looking for the face", || {
         batch::find(&Detector::new(&template)?, &mut scan, &template)
-    })?;
+    });
+    // What was decided may be why there is no face.
     scan.notes.iter().for_each(|note| eprintln!("{note}"));
+    let found = found?;
     let points = found.landmarks(args.least);
     let Some(output) = &args.output else {
         println!("{:16} {:>12} {:>12} {:>12}  confidence", "", "x", "y", "z");

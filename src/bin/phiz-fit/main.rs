@@ -291,6 +291,11 @@ fn check_beside(written: &[&Path], scan: &Scan) -> FitResult<()> {
     check_apart(written, &beside.collect::<Vec<_>>())
 }
 
+/// Says what was decided of a scan before an error that may come of it.
+fn explained<T>(result: FitResult<T>, notes: &[String]) -> FitResult<T> {
+    result.inspect_err(|_| notes.iter().for_each(|note| eprintln!("{note}")))
+}
+
 /// Does one step of a verb and says so while it lasts, where a person watches.
 fn step<T>(what: &'static str, work: impl FnOnce() -> FitResult<T>) -> FitResult<T> {
     let spinner = ProgressBar::new_spinner().with_message(what);

@@ -136,14 +136,17 @@ fn one(
     };
     let scan = super::step("reading the scan", || Scan::read(scan, args.unit))?;
     super::check_beside(&written(args), &scan)?;
-    let (prepared, registered) = super::step("registering", || {
+    let notes = scan.notes.clone();
+    let done = super::step("registering", || {
         batch::register_read(registrar, scan, &job, settings)
-    })?;
+    });
+    let (prepared, registered) = super::explained(done, &notes)?;
     // A texture that is asked for and cannot be had is known before anything is written.
     let baked = args.texture.is_some() || args.picture.is_some() && coloured(&prepared.scan);
     let texture = baked
         .then(|| bake(template, &prepared.scan, &registered))
-        .transpose()?;
+        .transpose();
+    let texture = super::explained(texture, &prepared.notes)?;
     let written = match settings.neutral {
         true => &registered.neutral(),
         false => &registered.positions,
@@ -204,7 +207,9 @@ fn many(
         }
         if args.textures {
             let mut bare = bare.lock().unwrap_or_else(PoisonError::into_inner);
-            bare.push(job.scan.clone());
+            let notes = prepared.scan.notes.iter();
+            let why = notes.filter(|note| note.starts_with("no ")).cloned();
+            bare.push((job.scan.clone(), why.collect::<Vec<_>>()));
         }
         Ok(())
     };
@@ -216,8 +221,12 @@ fn many(
     bar.finish_and_clear();
     let mut bare = bare.into_inner().unwrap_or_else(PoisonError::into_inner);
     bare.sort_unstable();
-    for scan in bare {
-        println!("{}: it has no colours, so there is no PNG", scan.display());
+    for (scan, why) in bare {
+        let why: String = why.iter().map(|note| format!("; {note}")).collect();
+        println!(
+            "{}: it has no colours, so there is no PNG{why}",
+            scan.display()
+        );
     }
     // Whose scans they are is whose faces they become.
     let about = folder.join("about.json");
