@@ -19,6 +19,7 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
 use indicatif::ProgressBar;
 
 use phiz::blob::pack;
@@ -284,6 +285,26 @@ fn read_model(path: &Path) -> FitResult<FaceModel> {
     FaceModel::parse(&read(path)?).map_err(|e| FitError::file(path, e))
 }
 
+/// The names and the vertices of the faces of a folder, without those that are there before, which is said: they would
+/// count twice, and be held out from themselves.
+fn read_faces(folder: &Path, template: &Template) -> FitResult<(Vec<String>, Vec<Vec<DVec3>>)> {
+    let (mut names, mut faces): (Vec<_>, Vec<_>) = step("reading faces", || {
+        ply::read_faces(folder, template.positions.len())
+    })?
+    .into_iter()
+    .unzip();
+    let doubled = doubled(&faces);
+    for &(face, before) in &doubled {
+        let (face, before) = (&names[face], &names[before]);
+        println!("{face}.ply is the same face as {before}.ply: counted once");
+    }
+    for &(face, _) in doubled.iter().rev() {
+        names.remove(face);
+        faces.remove(face);
+    }
+    Ok((names, faces))
+}
+
 /// Refuses to write over what belongs to a scan, before the work on it.
 fn check_beside(written: &[&Path], scan: &Scan) -> FitResult<()> {
     let what = "a material, an image or a buffer of the scan";
@@ -373,19 +394,7 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     check_apart(&[&args.output], &[("the template", &args.template)])?;
     check_writable(&args.output)?;
     let template = read_template(&args.template)?;
-    let (names, mut faces): (Vec<_>, Vec<_>) = step("reading faces", || {
-        ply::read_faces(&args.faces, template.positions.len())
-    })?
-    .into_iter()
-    .unzip();
-    let doubled = doubled(&faces);
-    for &(face, before) in &doubled {
-        let (face, before) = (&names[face], &names[before]);
-        println!("{face}.ply is the same face as {before}.ply: counted once");
-    }
-    for &(face, _) in doubled.iter().rev() {
-        faces.remove(face);
-    }
+    let (_, faces) = read_faces(&args.faces, &template)?;
     let about = about(&args.faces)?;
     let settings = Settings {
         tau: args.tau,
