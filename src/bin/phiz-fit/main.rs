@@ -530,6 +530,11 @@ fn inspect(args: &InspectArgs) -> FitResult<()> {
 
 fn draw(args: &PicturesArgs) -> FitResult<()> {
     let bytes = read(&args.file)?;
+    let template = Template::from_bytes(&bytes);
+    if template.is_err() && args.ict.is_none() && args.expressions.is_none() {
+        let drawn = pictures::of_model(&read_model(&args.file)?, &args.output);
+        return drawn.map_err(|e| e.of(&args.file));
+    }
     std::fs::create_dir_all(&args.output).map_err(|e| FitError::file(&args.output, e))?;
     if let Some(ict) = &args.ict {
         let ict = step("reading ICT-FaceKit", || Ict::read(ict))?;
@@ -541,8 +546,5 @@ fn draw(args: &PicturesArgs) -> FitResult<()> {
         let expressions = expressions.map_err(|e| FitError::file(path, e))?;
         return pictures::of_expressions(&model, &expressions, &args.output);
     }
-    match Template::from_bytes(&bytes) {
-        Ok(template) => pictures::of_template(&template, &args.output),
-        Err(_) => pictures::of_model(&read_model(&args.file)?, &args.output),
-    }
+    pictures::of_template(&template?, &args.output)
 }
