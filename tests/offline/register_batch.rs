@@ -176,6 +176,12 @@ fn folders_that_cannot_be_meant_are_refused() {
     for name in ["anna.OBJ", "recipe.ply", "emil.stl", "emil.pts"] {
         fs::write(scans.join(name), "").expect("writes");
     }
+    // Hidden files are no scans and no faces, and neither are folders that are called like some.
+    for folder in [&scans, &faces] {
+        fs::write(folder.join("._emil.ply"), "").expect("writes");
+        fs::create_dir(folder.join("otto.ply")).expect("makes");
+    }
+    assert!(!phiz::fit::format::ply::has_faces(&faces).expect("a folder"));
     let Jobs { jobs, refused } = batch::jobs(&scans, &faces).expect("emil");
     let emil = Job {
         scan: scans.join("emil.stl"),

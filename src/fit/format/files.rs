@@ -63,6 +63,25 @@ pub fn check_writable(path: &Path) -> FitResult<()> {
     }
 }
 
+/// The files of a folder, in no order: without its folders, and without hidden ones, as macOS leaves beside each file
+/// on disks of others (`._me.obj`).
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn files_of(folder: &Path) -> FitResult<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).map_err(|e| FitError::file(folder, e))?;
+    let mut files = Vec::new();
+    for entry in entries {
+        let entry = entry.map_err(|e| FitError::file(folder, e))?;
+        let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
+        // A link counts as what it leads to.
+        if !hidden && !entry.path().is_dir() {
+            files.push(entry.path());
+        }
+    }
+    Ok(files)
+}
+
 /// Whether files that are to be written are other ones than each other, and than those that a verb reads: as
 /// `(what it is, file)`. By their places on the disk, however they are named, and before the work: what is written over
 /// may be all that there is of a scan.

@@ -10,7 +10,7 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::colours;
-use super::files::write_atomically;
+use super::files::{files_of, write_atomically};
 use super::text::{decoded, plain};
 use crate::fit::{FitError, FitResult};
 
@@ -238,15 +238,11 @@ pub fn has_faces(dir: &Path) -> FitResult<bool> {
 
 /// Every `.ply` of a folder.
 fn faces(dir: &Path) -> FitResult<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(dir).map_err(|e| FitError::file(dir, e))?;
-    let mut paths = Vec::new();
-    for entry in entries {
-        let path = entry.map_err(|e| FitError::file(dir, e))?.path();
+    let mut paths = files_of(dir)?;
+    paths.retain(|path| {
         let ending = path.extension();
-        if ending.is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
-            paths.push(path);
-        }
-    }
+        ending.is_some_and(|e| e.eq_ignore_ascii_case("ply"))
+    });
     Ok(paths)
 }
 

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{Registered, Registrar, Settings, TOLD};
 use crate::fit::detect::{Detection, Detector};
-use crate::fit::format::files::write_atomically;
+use crate::fit::format::files::{files_of, write_atomically};
 use crate::fit::format::ply;
 use crate::fit::head::people::RegisteredFace;
 use crate::fit::head::template::Template;
@@ -114,7 +114,7 @@ pub struct Jobs {
 /// # Errors
 /// When the folder cannot be read or holds no scan, and when the output folder is the scans' own.
 pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
-    let entries = std::fs::read_dir(scans).map_err(|e| FitError::file(scans, e))?;
+    let files = files_of(scans)?;
     if let (Ok(a), Ok(b)) = (scans.canonicalize(), output.canonicalize())
         && a == b
     {
@@ -122,8 +122,7 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
         return Err(FitError::file(output, cause));
     }
     let mut found: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
-    for entry in entries {
-        let path = entry.map_err(|e| FitError::file(scans, e))?.path();
+    for path in files {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         if !ending.is_some_and(|e| ENDINGS.contains(&e.as_str())) {
             continue;
