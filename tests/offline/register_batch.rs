@@ -599,3 +599,44 @@ fn an_expression_is_taken_off_where_that_is_asked_for() {
         "{err}"
     );
 }
+
+#[test]
+fn a_scan_that_fails_leaves_no_former_face_and_no_scans_no_folder() {
+    let Some(registrar) = heads::registrar() else {
+        return;
+    };
+    let root = tempfile::tempdir().expect("a folder");
+    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
+    for folder in [&scans, &faces] {
+        fs::create_dir(folder).expect("makes");
+    }
+    for name in ["anna.ply", "anna.json", "emil.ply"] {
+        fs::write(faces.join(name), "").expect("writes");
+    }
+    // Newer than its face, and no scan any more.
+    let changed = fs::File::create(scans.join("anna.ply")).expect("writes");
+    let later = SystemTime::now() + std::time::Duration::from_secs(60);
+    changed.set_modified(later).expect("a time");
+    let Jobs { jobs, .. } = batch::jobs(&scans, &faces).expect("anna");
+    let also = |_: &Job, _: &batch::Prepared, _: &phiz::fit::register::Registered| Ok(());
+    let settings = Settings::default();
+    let failed = batch::run(registrar, &jobs, None, &settings, also, |_, _| {});
+    let [error] = &failed[..] else {
+        panic!("{failed:?}")
+    };
+    let error = error.to_string();
+    assert!(
+        error.contains("anna.ply: the file is empty; the face of"),
+        "{error}"
+    );
+    assert_eq!(names(&faces), ["emil.ply"]);
+
+    let Some(template) = heads::template() else {
+        return;
+    };
+    let file = template_file(root.path(), template);
+    let (nowhere, new) = (root.path().join("nowhere"), root.path().join("new"));
+    let done = register(&file, &["--scans".as_ref(), &nowhere, "-o".as_ref(), &new]);
+    assert_eq!(done.status.code(), Some(1));
+    assert!(!new.exists());
+}

@@ -143,3 +143,30 @@ fn what_is_read_is_not_written_over() {
         assert!(error.contains("No such file"), "{arguments}: {error}");
     }
 }
+
+#[test]
+fn a_model_is_not_taken_for_a_template() {
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/head.phiz");
+    let (code, error) = called(&format!("landmarks --template {model} --scan s"));
+    assert_eq!(code, Some(1), "{error}");
+    assert!(
+        error.contains("head.phiz: a model, not a template"),
+        "{error}"
+    );
+}
+
+#[test]
+fn one_scan_is_not_registered_to_where_nothing_can_be_written() {
+    let register = "register --template t --scan s";
+    for arguments in [
+        "-o no/a.ply",
+        "-o a.ply --texture no/a.ply",
+        "-o a.ply --picture no/a.ply",
+    ] {
+        let (_, error) = called(&format!("{register} {arguments}"));
+        assert!(
+            error.starts_with("phiz-fit: no/a.ply: "),
+            "{arguments}: {error}"
+        );
+    }
+}

@@ -278,7 +278,14 @@ fn read(path: &Path) -> FitResult<Vec<u8>> {
 }
 
 fn read_template(path: &Path) -> FitResult<Template> {
-    Template::from_bytes(&read(path)?).map_err(|e| FitError::file(path, e))
+    let bytes = read(path)?;
+    Template::from_bytes(&bytes).map_err(|e| match FaceModel::parse(&bytes) {
+        Ok(_) => FitError::file(
+            path,
+            "a model, not a template: `phiz-fit template` makes one",
+        ),
+        Err(_) => FitError::file(path, e),
+    })
 }
 
 fn read_model(path: &Path) -> FitResult<FaceModel> {

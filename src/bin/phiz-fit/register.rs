@@ -177,8 +177,8 @@ fn many(
     folder: &Path,
 ) -> FitResult<()> {
     let output = &args.output;
-    std::fs::create_dir_all(output).map_err(|e| FitError::file(output, e))?;
     let Jobs { jobs, refused } = batch::jobs(folder, output)?;
+    std::fs::create_dir_all(output).map_err(|e| FitError::file(output, e))?;
     let all = jobs.len() + refused.len();
     let bytes = super::read(&args.template)?;
     let recipe = Recipe {

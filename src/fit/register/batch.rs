@@ -373,9 +373,26 @@ pub fn read_registered(dir: &Path, template: &Template) -> FitResult<Vec<Registe
         .collect()
 }
 
+/// Takes away the face that was made of a scan before it changed, where the scan now fails: a model would be
+/// trained on it. The error says so.
+fn without_former(job: &Job, error: FitError) -> FitError {
+    if std::fs::remove_file(&job.output).is_err() {
+        return error;
+    }
+    // Its landmarks are of no use without it, and may not be there.
+    let _ = std::fs::remove_file(job.output.with_extension("json"));
+    match error.of(&job.scan) {
+        FitError::File { path, cause } => {
+            let cause = format!("{cause}; the face of what it was before is taken away");
+            FitError::File { path, cause }
+        }
+        error => error,
+    }
+}
+
 /// Registers the jobs that are not done, on all cores, each with its landmarks in mm
 /// beside it; `also` may write more of each, `done` is told of each. Returns what failed, in the
-/// order of the jobs.
+/// order of the jobs; where there is a former face of that, it goes.
 pub fn run(
     registrar: &Registrar<'_>,
     jobs: &[Job],
@@ -405,6 +422,7 @@ pub fn run(
                     landmarks::write(&file, points, &prepared.errors, 1.0, template)?;
                     ply::write_mesh(&job.output, positions, &registrar.triangles)
                 });
+            let result = result.map_err(|error| without_former(job, error));
             done(job, &result);
             result.err()
         })
