@@ -1475,11 +1475,21 @@ fn textures_come_the_same_way_up_from_every_format() {
         png.len(),
         binary.len()
     );
+    // The picture where an older extension has it, and as light alone.
+    let base = r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0}}"#;
+    let of = |other: &str| json.replacen(base, other, 1);
+    let glossy = of(
+        r#""extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseTexture":{"index":0}}}"#,
+    );
+    let emissive = of(r#""emissiveTexture":{"index":0}"#);
+    assert!(glossy != json && emissive != json);
     for (name, content) in [
         ("s.obj", obj.as_bytes()),
         ("vertex.ply", by_vertex.as_bytes()),
         ("face.ply", by_face.as_bytes()),
         ("s.glb", &glb(&json, &binary)[..]),
+        ("glossy.glb", &glb(&glossy, &binary)[..]),
+        ("emissive.glb", &glb(&emissive, &binary)[..]),
     ] {
         let scan = Scan::read(&write(name, content), None).expect(name);
         assert_eq!(scan.triangles.len(), 2, "{name}");

@@ -366,10 +366,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The texture coordinates of the base colour, v up; none where there is none.
+    /// The texture coordinates of the picture, v up; none where there is none.
     fn uvs(&self, primitive: &gltf::Primitive, count: u32) -> Result<Vec<DVec2>, String> {
-        let material = primitive.material();
-        let Some(colour) = material.pbr_metallic_roughness().base_color_texture() else {
+        let Some(colour) = colour_texture(primitive) else {
             return Ok(Vec::new());
         };
         let moved = colour.texture_transform();
@@ -421,9 +420,7 @@ impl Reader<'_> {
 
     /// The primitive's image, among those of the file; the bytes are decoded when it is met first.
     fn picture(&mut self, primitive: &gltf::Primitive) -> Option<usize> {
-        let material = primitive.material();
-        let colour = material.pbr_metallic_roughness().base_color_texture();
-        let texture = colour?.texture();
+        let texture = colour_texture(primitive)?.texture();
         let Some(image) = texture.source() else {
             let name = texture.index();
             let note =
@@ -566,6 +563,18 @@ impl Reader<'_> {
         let read = Iter::<[T; N]>::new(accessor.clone(), |buffer| self.bytes(&buffer))?;
         Some(read.map(|vector| vector.map(&number)).collect())
     }
+}
+
+/// The picture on a primitive: its base colour, or what that was called before it was in the format itself; or, where
+/// vertices have no colours either, the light that it gives off, since many a scan is to be seen as it is, without any
+/// other light.
+fn colour_texture<'a>(primitive: &gltf::Primitive<'a>) -> Option<gltf::texture::Info<'a>> {
+    let material = primitive.material();
+    let base = material.pbr_metallic_roughness().base_color_texture();
+    let diffuse = || material.pbr_specular_glossiness()?.diffuse_texture();
+    let bare = primitive.get(&gltf::Semantic::Colors(0)).is_none();
+    let emissive = || material.emissive_texture().filter(|_| bare);
+    base.or_else(diffuse).or_else(emissive)
 }
 
 /// What positions and texture coordinates may consist of.
