@@ -1475,11 +1475,21 @@ fn textures_come_the_same_way_up_from_every_format() {
         png.len(),
         binary.len()
     );
+    // The picture where an older extension has it, and as light alone.
+    let base = r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0}}"#;
+    let of = |other: &str| json.replacen(base, other, 1);
+    let glossy = of(
+        r#""extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseTexture":{"index":0}}}"#,
+    );
+    let emissive = of(r#""emissiveTexture":{"index":0}"#);
+    assert!(glossy != json && emissive != json);
     for (name, content) in [
         ("s.obj", obj.as_bytes()),
         ("vertex.ply", by_vertex.as_bytes()),
         ("face.ply", by_face.as_bytes()),
         ("s.glb", &glb(&json, &binary)[..]),
+        ("glossy.glb", &glb(&glossy, &binary)[..]),
+        ("emissive.glb", &glb(&emissive, &binary)[..]),
     ] {
         let scan = Scan::read(&write(name, content), None).expect(name);
         assert_eq!(scan.triangles.len(), 2, "{name}");
@@ -1900,4 +1910,26 @@ fn landmarks_of_which_nobody_knows_how_far_they_are_off_are_written_without_that
     let json: serde_json::Value = serde_json::from_slice(&bytes).expect("JSON");
     let numbers = |i: usize| json[format!("ibug_{i:02}")].as_array().map_or(0, Vec::len);
     assert_eq!([0, 1, 2, 3].map(numbers), [3, 3, 3, 4]);
+}
+
+#[test]
+fn a_scan_says_which_files_belong_to_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let write = |name: &str, bytes: &[u8]| std::fs::write(at(name), bytes).expect("writes");
+    let (positions, triangles) = egg();
+    let mesh = obj(&positions, &triangles);
+    write(
+        "a.obj",
+        format!("mtllib a.mtl\nmtllib gone.mtl\n{mesh}").as_bytes(),
+    );
+    write("a.mtl", b"newmtl skin\nmap_Kd skin.png\n");
+    let scan = Scan::read(&at("a.obj"), None).expect("reads");
+    for name in ["a.mtl", "gone.mtl", "skin.png"] {
+        assert!(scan.beside.contains(&at(name)), "{name}: {:?}", scan.beside);
+    }
+    write("a.gltf", &gltf_triangle("my%20buffer.bin"));
+    write("my buffer.bin", &triangle_bytes([0, 1, 2]));
+    let scan = Scan::read(&at("a.gltf"), Some(phiz::fit::scan::Unit::Metre)).expect("reads");
+    assert_eq!(scan.beside, [at("my buffer.bin")]);
 }

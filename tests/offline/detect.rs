@@ -248,6 +248,66 @@ fn a_face_in_units_of_its_own_is_found_and_nothing_else_is() {
     assert_eq!((scan.scale, scan.notes), (scale, notes));
 }
 
+/// A square of so many mm around a place, of small triangles that face up.
+fn floor(side: f64, at: DVec3) -> Mesh {
+    const CELLS: u32 = 40;
+    let step = |i: u32| side * (f64::from(i) / f64::from(CELLS) - 0.5);
+    let positions = (0..=CELLS)
+        .flat_map(|i| (0..=CELLS).map(move |j| at + DVec3::new(step(i), 0.0, step(j))))
+        .collect();
+    let triangles = (0..CELLS * CELLS)
+        .map(|c| c / CELLS * (CELLS + 1) + c % CELLS)
+        .flat_map(|v| {
+            let next = v + CELLS + 1;
+            [[v, v + 1, next + 1], [v, next + 1, next]]
+        })
+        .collect();
+    (positions, triangles)
+}
+
+#[test]
+fn a_floor_or_a_wall_does_not_turn_a_face_inside_out() {
+    let Some((template, detector)) = head() else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scan.ply");
+    let data = base_mesh::folder().expect("it was there for the head");
+    let face = population::sample(template, &data, 1, 33).expect("samples");
+    let face = (face.faces[0].clone(), template.triangles());
+    // The face alone, as a camera sees it: what it has of a volume is little.
+    let front = part(&face, |p| p.z > -60.0);
+    let below = floor(800.0, DVec3::Y * -230.0);
+    let turn = DMat3::from_rotation_x(std::f64::consts::FRAC_PI_2);
+    let stand = |p: &DVec3| turn * *p - DVec3::Z * 100.0;
+    let (flat, triangles) = floor(1000.0, DVec3::ZERO);
+    let wall = (flat.iter().map(stand).collect(), triangles);
+    for (what, around) in [("floor", below), ("wall", wall)] {
+        let (positions, triangles) = together(&front, &around);
+        for inside_out in [false, true] {
+            let mut triangles = triangles.clone();
+            if inside_out {
+                triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            }
+            write_mesh(&path, &positions, &triangles).expect("writes");
+            for unit in [None, Some(Unit::Millimetre)] {
+                let mut scan = Scan::read(&path, unit).expect("reads");
+                let found = detector.find_on(&mut scan, template).expect("a face");
+                let mean = error(template, &found, &points(template, &face.0), INNER);
+                assert!(mean < 3.0, "{what}: {mean}");
+                // What is registered is the way round in which the face was found, and only that is said.
+                let said = |note: &&String| note.starts_with("triangles: all turned");
+                let said = scan.notes.iter().filter(said).count();
+                assert_eq!(said, usize::from(inside_out), "{what}: {:?}", scan.notes);
+                let [a, b, c] = scan.triangles[0].map(|v| scan.positions[v as usize]);
+                let [d, e, f] = front.1[0].map(|v| front.0[v as usize]);
+                let facing = (b - a).cross(c - a).dot((e - d).cross(f - d));
+                assert!(facing > 0.0, "{what}, inside out: {inside_out}");
+            }
+        }
+    }
+}
+
 #[test]
 fn of_two_people_one_is_found_and_the_other_said() {
     let Some((template, detector)) = head() else {

@@ -65,3 +65,17 @@ fn its_face_is_the_median_person_and_it_does_all_that_a_face_does() {
         "it is another model"
     );
 }
+
+#[test]
+fn it_has_no_pictures_of_modes_and_that_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let pictures = folder.path().join("pictures");
+    let head = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/head.phiz");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+    let done = command.args(["pictures", head, "-o"]).arg(&pictures);
+    let done = done.output().expect("runs");
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert_eq!(done.status.code(), Some(1), "{said}");
+    assert!(said.contains("head.phiz: a head alone"), "{said}");
+    assert!(!pictures.exists());
+}

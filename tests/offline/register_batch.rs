@@ -176,6 +176,12 @@ fn folders_that_cannot_be_meant_are_refused() {
     for name in ["anna.OBJ", "recipe.ply", "emil.stl", "emil.pts"] {
         fs::write(scans.join(name), "").expect("writes");
     }
+    // Hidden files are no scans and no faces, and neither are folders that are called like some.
+    for folder in [&scans, &faces] {
+        fs::write(folder.join("._emil.ply"), "").expect("writes");
+        fs::create_dir(folder.join("otto.ply")).expect("makes");
+    }
+    assert!(!phiz::fit::format::ply::has_faces(&faces).expect("a folder"));
     let Jobs { jobs, refused } = batch::jobs(&scans, &faces).expect("emil");
     let emil = Job {
         scan: scans.join("emil.stl"),
@@ -471,6 +477,24 @@ fn one_scan_gets_its_texture_and_its_picture() {
         "{err}"
     );
     assert!(!texture.exists() && !at("face.ply").exists());
+    // Why it has none is said before.
+    let materials = at("materials.obj");
+    let mut text = String::from("mtllib gone.mtl\n");
+    for p in &scan.positions {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    for [a, b, c] in &scan.triangles {
+        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    fs::write(&materials, text).expect("writes");
+    let refused = one(&materials, &["--texture".as_ref(), &texture]);
+    let err = said(&refused.stderr);
+    let (before, last) = err.trim_end().rsplit_once('\n').expect("two lines");
+    assert!(
+        before.contains("no materials: ") && before.contains("gone.mtl"),
+        "{err}"
+    );
+    assert!(last.contains("neither a texture nor colours"), "{err}");
 
     let (coloured, picture) = (at("coloured.ply"), at("picture.png"));
     write_coloured(&coloured, &scan);
@@ -574,4 +598,45 @@ fn an_expression_is_taken_off_where_that_is_asked_for() {
         err.contains("knows no expressions") && !face.exists(),
         "{err}"
     );
+}
+
+#[test]
+fn a_scan_that_fails_leaves_no_former_face_and_no_scans_no_folder() {
+    let Some(registrar) = heads::registrar() else {
+        return;
+    };
+    let root = tempfile::tempdir().expect("a folder");
+    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
+    for folder in [&scans, &faces] {
+        fs::create_dir(folder).expect("makes");
+    }
+    for name in ["anna.ply", "anna.json", "emil.ply"] {
+        fs::write(faces.join(name), "").expect("writes");
+    }
+    // Newer than its face, and no scan any more.
+    let changed = fs::File::create(scans.join("anna.ply")).expect("writes");
+    let later = SystemTime::now() + std::time::Duration::from_secs(60);
+    changed.set_modified(later).expect("a time");
+    let Jobs { jobs, .. } = batch::jobs(&scans, &faces).expect("anna");
+    let also = |_: &Job, _: &batch::Prepared, _: &phiz::fit::register::Registered| Ok(());
+    let settings = Settings::default();
+    let failed = batch::run(registrar, &jobs, None, &settings, also, |_, _| {});
+    let [error] = &failed[..] else {
+        panic!("{failed:?}")
+    };
+    let error = error.to_string();
+    assert!(
+        error.contains("anna.ply: the file is empty; the face of"),
+        "{error}"
+    );
+    assert_eq!(names(&faces), ["emil.ply"]);
+
+    let Some(template) = heads::template() else {
+        return;
+    };
+    let file = template_file(root.path(), template);
+    let (nowhere, new) = (root.path().join("nowhere"), root.path().join("new"));
+    let done = register(&file, &["--scans".as_ref(), &nowhere, "-o".as_ref(), &new]);
+    assert_eq!(done.status.code(), Some(1));
+    assert!(!new.exists());
 }

@@ -76,3 +76,97 @@ fn a_folder_that_is_not_there_is_said_before_the_work() {
         assert_eq!(error.lines().count(), 1, "{error}");
     }
 }
+
+#[test]
+fn what_is_read_is_not_written_over() {
+    let register = "register --template t --scan s.ply --landmarks l";
+    for (arguments, said) in [
+        (format!("{register} -o s.ply"), "s.ply: is the scan"),
+        (format!("{register} -o ./s.ply"), "s.ply: is the scan"),
+        (
+            format!("{register} --texture s.ply -o o.ply"),
+            "s.ply: is the scan",
+        ),
+        (
+            format!("{register} --picture l -o o.ply"),
+            "l: is the scan's landmarks",
+        ),
+        (
+            format!("{register} --texture t -o o.ply"),
+            "t: is the template",
+        ),
+        (
+            format!("{register} --texture p --picture p -o o.ply"),
+            "p: two files",
+        ),
+        (
+            "landmarks --template t --scan s -o s".into(),
+            "s: is the scan",
+        ),
+        (
+            "landmarks --template t --scan s -o t".into(),
+            "t: is the template",
+        ),
+        (
+            "template --base-mesh b --faces f --registered-to t -o t".into(),
+            "t: is the template",
+        ),
+        (
+            "train --template t --faces f -o t".into(),
+            "t: is the template",
+        ),
+        (
+            "basis --template t --faces f -o t".into(),
+            "t: is the template",
+        ),
+        (
+            "attributes --template t --faces f m -o t".into(),
+            "t: is the template",
+        ),
+        (
+            "expressions --template t --base-mesh b m -o m".into(),
+            "m: is the model",
+        ),
+        ("head m -o m".into(), "m: is the model"),
+    ] {
+        let (code, error) = called(&arguments);
+        assert_eq!(code, Some(1), "{arguments}: {error}");
+        assert!(error.contains(said), "{arguments}: {error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    // A model with more in it may take its place.
+    for arguments in [
+        "attributes --template t --faces f m -o m",
+        "describe m -o m",
+    ] {
+        let (_, error) = called(arguments);
+        assert!(error.contains("No such file"), "{arguments}: {error}");
+    }
+}
+
+#[test]
+fn a_model_is_not_taken_for_a_template() {
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/head.phiz");
+    let (code, error) = called(&format!("landmarks --template {model} --scan s"));
+    assert_eq!(code, Some(1), "{error}");
+    assert!(
+        error.contains("head.phiz: a model, not a template"),
+        "{error}"
+    );
+}
+
+#[test]
+fn one_scan_is_not_registered_to_where_nothing_can_be_written() {
+    let register = "register --template t --scan s";
+    for arguments in [
+        "-o no/a.ply",
+        "-o a.ply --texture no/a.ply",
+        "-o a.ply --picture no/a.ply",
+    ] {
+        let (_, error) = called(&format!("{register} {arguments}"));
+        assert!(
+            error.starts_with("phiz-fit: no/a.ply: "),
+            "{arguments}: {error}"
+        );
+    }
+}

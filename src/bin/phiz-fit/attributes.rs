@@ -7,8 +7,7 @@ use clap::Args;
 use phiz::FaceModel;
 use phiz::blob::pack;
 use phiz::fit::FitResult;
-use phiz::fit::format::files::{check_writable, write_atomically};
-use phiz::fit::format::ply;
+use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
 use phiz::fit::learn::attributes::{Labels, learn};
 use phiz::model::Attribute;
 
@@ -28,14 +27,12 @@ pub struct AttributesArgs {
 }
 
 pub fn run(args: &AttributesArgs) -> FitResult<()> {
+    // The model may be written over: it is what is written, with more.
+    check_apart(&[&args.output], &[("the template", &args.template)])?;
     check_writable(&args.output)?;
     let template = super::read_template(&args.template)?;
     let model = super::read_model(&args.model)?;
-    let (names, faces): (Vec<_>, Vec<_>) = super::step("reading faces", || {
-        ply::read_faces(&args.faces, template.positions.len())
-    })?
-    .into_iter()
-    .unzip();
+    let (names, faces) = super::read_faces(&args.faces, &template)?;
     let labels = Labels::read(&args.faces.join("labels.json"), &names)?;
     let source = super::about(&args.faces)?.title;
     let learned = super::step("learning", || {

@@ -7,8 +7,7 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use glam::DVec3;
-use phiz::fit::format::files::{check_writable, write_atomically};
-use phiz::fit::format::ply;
+use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
 use phiz::fit::head::template::Template;
 use phiz::fit::mesh::align::{procrustes, vertex_areas};
 use phiz::fit::mesh::mirror::with_mirror_images;
@@ -144,12 +143,10 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
         let cause = format!("{option} is of no use with --kind pca, which optimises nothing");
         super::refuse("basis", ErrorKind::ArgumentConflict, cause);
     }
+    check_apart(&[&args.output], &[("the template", &args.template)])?;
     check_writable(&args.output)?;
     let template = super::read_template(&args.template)?;
-    let faces = super::step("reading faces", || {
-        ply::read_faces(&args.faces, template.positions.len())
-    })?;
-    let mut faces: Vec<_> = faces.into_iter().map(|(_, face)| face).collect();
+    let (_, mut faces) = super::read_faces(&args.faces, &template)?;
     if let Some(train) = args.compare {
         return compare(args, &template, &faces, train);
     }

@@ -1,12 +1,12 @@
 //! `phiz-fit expressions`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use phiz::blob::pack;
 use phiz::expression;
-use phiz::fit::format::files::write_atomically;
+use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
 use phiz::fit::{FitError, FitResult};
 
 #[derive(Args)]
@@ -25,6 +25,9 @@ pub struct ExpressionsArgs {
 }
 
 pub fn run(args: &ExpressionsArgs) -> FitResult<()> {
+    let read: [(&str, &Path); 2] = [("the template", &args.template), ("the model", &args.model)];
+    check_apart(&[&args.output], &read)?;
+    check_writable(&args.output)?;
     let template = super::read_template(&args.template)?;
     let model = super::read_model(&args.model)?;
     let baked = super::step("expressions on the mean head", || {

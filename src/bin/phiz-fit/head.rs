@@ -6,7 +6,7 @@ use clap::Args;
 
 use phiz::blob::pack;
 use phiz::fit::FitResult;
-use phiz::fit::format::files::write_atomically;
+use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
 
 #[derive(Args)]
 pub struct HeadArgs {
@@ -20,6 +20,8 @@ pub struct HeadArgs {
 /// Writes a model without blocks, controls and attributes, whose one face is the median person of the other: a
 /// seventh of the bytes, for a page to show while the rest is on its way.
 pub fn run(args: &HeadArgs) -> FitResult<()> {
+    check_apart(&[&args.output], &[("the model", &args.model)])?;
+    check_writable(&args.output)?;
     let model = super::read_model(&args.model)?;
     let mut parts = model.parts().clone();
     parts.mean = model.face().positions().to_vec();

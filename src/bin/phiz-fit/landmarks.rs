@@ -1,12 +1,12 @@
 //! `phiz-fit landmarks`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use phiz::fit::FitResult;
 use phiz::fit::detect::Detector;
-use phiz::fit::format::files::check_writable;
+use phiz::fit::format::files::{check_apart, check_writable};
 use phiz::fit::register::batch;
 use phiz::fit::scan::{Scan, Unit, landmarks};
 
@@ -40,13 +40,19 @@ pub struct LandmarksArgs {
 }
 
 pub fn run(args: &LandmarksArgs) -> FitResult<()> {
+    let written: Vec<&Path> = args.output.as_deref().into_iter().collect();
+    let read: [(&str, &Path); 2] = [("the template", &args.template), ("the scan", &args.scan)];
+    check_apart(&written, &read)?;
     args.output.as_deref().map_or(Ok(()), check_writable)?;
     let template = super::read_template(&args.template)?;
     let mut scan = super::step("reading the scan", || Scan::read(&args.scan, args.unit))?;
+    super::check_beside(&written, &scan)?;
     let found = super::step("looking for the face", || {
         batch::find(&Detector::new(&template)?, &mut scan, &template)
-    })?;
+    });
+    // What was decided may be why there is no face.
     scan.notes.iter().for_each(|note| eprintln!("{note}"));
+    let found = found?;
     let points = found.landmarks(args.least);
     let Some(output) = &args.output else {
         println!("{:16} {:>12} {:>12} {:>12}  confidence", "", "x", "y", "z");

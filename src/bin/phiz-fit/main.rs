@@ -19,10 +19,11 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
 use indicatif::ProgressBar;
 
 use phiz::blob::pack;
-use phiz::fit::format::files::{check_writable, write_atomically};
+use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::head::expression;
 use phiz::fit::head::generic_head;
@@ -32,6 +33,7 @@ use phiz::fit::learn::semantic::{Method, Table};
 use phiz::fit::learn::{Learned, Settings, doubled, learn};
 use phiz::fit::picture::pictures;
 use phiz::fit::register::batch;
+use phiz::fit::scan::Scan;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population;
 use phiz::fit::{FitError, FitResult};
@@ -276,11 +278,50 @@ fn read(path: &Path) -> FitResult<Vec<u8>> {
 }
 
 fn read_template(path: &Path) -> FitResult<Template> {
-    Template::from_bytes(&read(path)?).map_err(|e| FitError::file(path, e))
+    let bytes = read(path)?;
+    Template::from_bytes(&bytes).map_err(|e| match FaceModel::parse(&bytes) {
+        Ok(_) => FitError::file(
+            path,
+            "a model, not a template: `phiz-fit template` makes one",
+        ),
+        Err(_) => FitError::file(path, e),
+    })
 }
 
 fn read_model(path: &Path) -> FitResult<FaceModel> {
     FaceModel::parse(&read(path)?).map_err(|e| FitError::file(path, e))
+}
+
+/// The names and the vertices of the faces of a folder, without those that are there before, which is said: they would
+/// count twice, and be held out from themselves.
+fn read_faces(folder: &Path, template: &Template) -> FitResult<(Vec<String>, Vec<Vec<DVec3>>)> {
+    let (mut names, mut faces): (Vec<_>, Vec<_>) = step("reading faces", || {
+        ply::read_faces(folder, template.positions.len())
+    })?
+    .into_iter()
+    .unzip();
+    let doubled = doubled(&faces);
+    for &(face, before) in &doubled {
+        let (face, before) = (&names[face], &names[before]);
+        println!("{face}.ply is the same face as {before}.ply: counted once");
+    }
+    for &(face, _) in doubled.iter().rev() {
+        names.remove(face);
+        faces.remove(face);
+    }
+    Ok((names, faces))
+}
+
+/// Refuses to write over what belongs to a scan, before the work on it.
+fn check_beside(written: &[&Path], scan: &Scan) -> FitResult<()> {
+    let what = "a material, an image or a buffer of the scan";
+    let beside = scan.beside.iter().map(|path| (what, path.as_path()));
+    check_apart(written, &beside.collect::<Vec<_>>())
+}
+
+/// Says what was decided of a scan before an error that may come of it.
+fn explained<T>(result: FitResult<T>, notes: &[String]) -> FitResult<T> {
+    result.inspect_err(|_| notes.iter().for_each(|note| eprintln!("{note}")))
 }
 
 /// Does one step of a verb and says so while it lasts, where a person watches.
@@ -293,6 +334,18 @@ fn step<T>(what: &'static str, work: impl FnOnce() -> FitResult<T>) -> FitResult
 }
 
 fn template(args: &TemplateArgs) -> FitResult<()> {
+    let written = [Some(&args.output), args.people.as_ref()]
+        .into_iter()
+        .flatten();
+    let former = args.registered_to.iter();
+    let former = former.map(|path| {
+        (
+            "the template that the faces were registered to",
+            path.as_path(),
+        )
+    });
+    let written: Vec<&Path> = written.map(PathBuf::as_path).collect();
+    check_apart(&written, &former.collect::<Vec<_>>())?;
     check_writable(&args.output)?;
     args.people.as_deref().map_or(Ok(()), check_writable)?;
     let plain = step("building the generic head", || {
@@ -345,21 +398,10 @@ fn synthetic(args: &PopulationArgs) -> FitResult<()> {
 }
 
 fn train(args: &TrainArgs) -> FitResult<()> {
+    check_apart(&[&args.output], &[("the template", &args.template)])?;
     check_writable(&args.output)?;
     let template = read_template(&args.template)?;
-    let (names, mut faces): (Vec<_>, Vec<_>) = step("reading faces", || {
-        ply::read_faces(&args.faces, template.positions.len())
-    })?
-    .into_iter()
-    .unzip();
-    let doubled = doubled(&faces);
-    for &(face, before) in &doubled {
-        let (face, before) = (&names[face], &names[before]);
-        println!("{face}.ply is the same face as {before}.ply: counted once");
-    }
-    for &(face, _) in doubled.iter().rev() {
-        faces.remove(face);
-    }
+    let (_, faces) = read_faces(&args.faces, &template)?;
     let about = about(&args.faces)?;
     let settings = Settings {
         tau: args.tau,
@@ -495,6 +537,11 @@ fn inspect(args: &InspectArgs) -> FitResult<()> {
 
 fn draw(args: &PicturesArgs) -> FitResult<()> {
     let bytes = read(&args.file)?;
+    let template = Template::from_bytes(&bytes);
+    if template.is_err() && args.ict.is_none() && args.expressions.is_none() {
+        let drawn = pictures::of_model(&read_model(&args.file)?, &args.output);
+        return drawn.map_err(|e| e.of(&args.file));
+    }
     std::fs::create_dir_all(&args.output).map_err(|e| FitError::file(&args.output, e))?;
     if let Some(ict) = &args.ict {
         let ict = step("reading ICT-FaceKit", || Ict::read(ict))?;
@@ -506,8 +553,5 @@ fn draw(args: &PicturesArgs) -> FitResult<()> {
         let expressions = expressions.map_err(|e| FitError::file(path, e))?;
         return pictures::of_expressions(&model, &expressions, &args.output);
     }
-    match Template::from_bytes(&bytes) {
-        Ok(template) => pictures::of_template(&template, &args.output),
-        Err(_) => pictures::of_model(&read_model(&args.file)?, &args.output),
-    }
+    pictures::of_template(&template?, &args.output)
 }

@@ -67,6 +67,20 @@ pub fn run(args: &RegisterArgs) -> FitResult<()> {
         );
         super::refuse("register", ErrorKind::ValueValidation, cause);
     }
+    if let Some(scan) = &args.scan {
+        let read = [
+            ("the template", Some(&args.template)),
+            ("the scan", Some(scan)),
+            ("the scan's landmarks", args.landmarks.as_ref()),
+        ];
+        let read = read
+            .into_iter()
+            .filter_map(|(what, path)| Some((what, path?.as_path())));
+        files::check_apart(&written(args), &read.collect::<Vec<_>>())?;
+        written(args)
+            .into_iter()
+            .try_for_each(files::check_writable)?;
+    }
     let template = super::read_template(&args.template)?;
     if args.neutral && template.expressions.is_empty() {
         let cause = "knows no expressions, which --neutral takes off: `phiz-fit template` makes one \
@@ -84,6 +98,16 @@ pub fn run(args: &RegisterArgs) -> FitResult<()> {
         (None, Some(folder)) => many(args, &template, &registrar, &settings, folder),
         (None, None) => Err(FitError::Input("--scan or --scans is needed".into())),
     }
+}
+
+/// What is written of one scan.
+fn written(args: &RegisterArgs) -> Vec<&Path> {
+    let files = [
+        Some(&args.output),
+        args.texture.as_ref(),
+        args.picture.as_ref(),
+    ];
+    files.into_iter().flatten().map(PathBuf::as_path).collect()
 }
 
 /// A side of a baked image, texels. A face takes a quarter of it.
@@ -110,14 +134,19 @@ fn one(
         landmarks: args.landmarks.clone(),
         output: args.output.clone(),
     };
-    let (prepared, registered) = super::step("registering", || {
-        batch::register_scan(registrar, &job, args.unit, settings)
-    })?;
+    let scan = super::step("reading the scan", || Scan::read(scan, args.unit))?;
+    super::check_beside(&written(args), &scan)?;
+    let notes = scan.notes.clone();
+    let done = super::step("registering", || {
+        batch::register_read(registrar, scan, &job, settings)
+    });
+    let (prepared, registered) = super::explained(done, &notes)?;
     // A texture that is asked for and cannot be had is known before anything is written.
     let baked = args.texture.is_some() || args.picture.is_some() && coloured(&prepared.scan);
     let texture = baked
         .then(|| bake(template, &prepared.scan, &registered))
-        .transpose()?;
+        .transpose();
+    let texture = super::explained(texture, &prepared.notes)?;
     let written = match settings.neutral {
         true => &registered.neutral(),
         false => &registered.positions,
@@ -148,8 +177,8 @@ fn many(
     folder: &Path,
 ) -> FitResult<()> {
     let output = &args.output;
-    std::fs::create_dir_all(output).map_err(|e| FitError::file(output, e))?;
     let Jobs { jobs, refused } = batch::jobs(folder, output)?;
+    std::fs::create_dir_all(output).map_err(|e| FitError::file(output, e))?;
     let all = jobs.len() + refused.len();
     let bytes = super::read(&args.template)?;
     let recipe = Recipe {
@@ -178,7 +207,9 @@ fn many(
         }
         if args.textures {
             let mut bare = bare.lock().unwrap_or_else(PoisonError::into_inner);
-            bare.push(job.scan.clone());
+            let notes = prepared.scan.notes.iter();
+            let why = notes.filter(|note| note.starts_with("no ")).cloned();
+            bare.push((job.scan.clone(), why.collect::<Vec<_>>()));
         }
         Ok(())
     };
@@ -190,8 +221,12 @@ fn many(
     bar.finish_and_clear();
     let mut bare = bare.into_inner().unwrap_or_else(PoisonError::into_inner);
     bare.sort_unstable();
-    for scan in bare {
-        println!("{}: it has no colours, so there is no PNG", scan.display());
+    for (scan, why) in bare {
+        let why: String = why.iter().map(|note| format!("; {note}")).collect();
+        println!(
+            "{}: it has no colours, so there is no PNG{why}",
+            scan.display()
+        );
     }
     // Whose scans they are is whose faces they become.
     let about = folder.join("about.json");

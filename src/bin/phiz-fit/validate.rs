@@ -8,7 +8,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::evaluate::{self, Evaluator};
 use phiz::fit::format::files::check_writable;
-use phiz::fit::format::ply;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population::Labels;
 use phiz::fit::validate::bases;
@@ -46,9 +45,8 @@ pub struct ValidateArgs {
 pub fn run(args: &ValidateArgs) -> FitResult<()> {
     one_arena();
     let template = super::read_template(&args.template)?;
-    let named = super::step("reading faces", || {
-        ply::read_faces(&args.faces, template.positions.len())
-    })?;
+    let (names, faces) = super::read_faces(&args.faces, &template)?;
+    let named: Vec<_> = names.into_iter().zip(faces).collect();
     for folder in [Some(&args.output), args.short.as_ref()]
         .into_iter()
         .flatten()

@@ -20,6 +20,9 @@ const TRIED: f64 = 1.2;
 impl Detector {
     /// Finds the landmarks of the detector's template on a scan.
     ///
+    /// Where no face is found, it is looked for on the scan turned inside out: what surrounds a face may have
+    /// told its reader the wrong side. Where that finds it, the triangles of the scan stay so.
+    ///
     /// Where the scan's unit was guessed and no face is found, it may be in another unit, or in one of its own, as
     /// what a camera alone has made: then it is taken to be as large as several kinds of scans are, and where
     /// a face is found, the unit is the one by which that is a person's, or of average size. Scale and notes of the
@@ -44,10 +47,22 @@ impl Detector {
         let measured = |unit: &Unit| unit.millimetres() == scan.scale;
         let own = scan.unit_guessed && !Unit::ALL.iter().any(measured);
         let first = match self.find(&scan.positions, &scan.triangles) {
-            Err(error) if scan.unit_guessed => error,
             Ok(found) if own => return Ok(sized(found, scan, template)),
-            found => return found.map_err(|e| FitError::file(&scan.path, e)),
+            Ok(found) => return Ok(found),
+            Err(error) => error,
         };
+        scan.turn_inside_out();
+        if let Ok(found) = self.find(&scan.positions, &scan.triangles) {
+            scan.say_turned_by_face();
+            return Ok(match own {
+                true => sized(found, scan, template),
+                false => found,
+            });
+        }
+        scan.turn_inside_out();
+        if !scan.unit_guessed {
+            return Err(FitError::file(&scan.path, first));
+        }
         let (guessed, taken) = (scan.scale, extent(&scan.positions));
         for size in SIZES {
             if (size / taken).ln().abs() < f64::ln(TRIED) {

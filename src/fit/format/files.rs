@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
@@ -63,20 +63,78 @@ pub fn check_writable(path: &Path) -> FitResult<()> {
     }
 }
 
+/// The files of a folder, in no order: without its folders, and without hidden ones, as macOS leaves beside each file
+/// on disks of others (`._me.obj`).
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn files_of(folder: &Path) -> FitResult<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).map_err(|e| FitError::file(folder, e))?;
+    let mut files = Vec::new();
+    for entry in entries {
+        let entry = entry.map_err(|e| FitError::file(folder, e))?;
+        let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
+        // A link counts as what it leads to.
+        if !hidden && !entry.path().is_dir() {
+            files.push(entry.path());
+        }
+    }
+    Ok(files)
+}
+
+/// Whether files that are to be written are other ones than each other, and than those that a verb reads: as
+/// `(what it is, file)`. By their places on the disk, however they are named, and before the work: what is written over
+/// may be all that there is of a scan.
+///
+/// # Errors
+/// When two are the same, with what it is.
+pub fn check_apart(written: &[&Path], read: &[(&str, &Path)]) -> FitResult<()> {
+    let kept: Vec<(&str, PathBuf)> = read
+        .iter()
+        .map(|&(what, path)| (what, place(path)))
+        .collect();
+    for (i, path) in written.iter().enumerate() {
+        let at = place(path);
+        if let Some((what, _)) = kept.iter().find(|(_, kept)| *kept == at) {
+            let cause = format!("is {what}, which would be lost: it is written to another file");
+            return Err(FitError::file(path, cause));
+        }
+        if written[..i].iter().any(|other| place(other) == at) {
+            let cause = "two files are to be written there: each needs a name of its own";
+            return Err(FitError::file(path, cause));
+        }
+    }
+    Ok(())
+}
+
+/// Where a file is, or will be: without links and dots.
+fn place(path: &Path) -> PathBuf {
+    let there = path.canonicalize().ok();
+    let new = || {
+        let folder = folder(path).canonicalize().ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    there.or_else(new).unwrap_or_else(|| path.to_owned())
+}
+
+/// The folder that a file is in.
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
 /// A new file in the folder of another. It is for whom the umask says, where a temporary file is for its
 /// owner alone.
 fn beside(path: &Path) -> std::io::Result<NamedTempFile> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder(path))
 }
 
 #[cfg(all(test, unix))]
@@ -106,6 +164,27 @@ mod tests {
                 (own, b"2".to_vec())
             );
         }
+    }
+
+    #[test]
+    fn what_is_read_is_not_written_over_however_it_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("sub")).unwrap();
+        fs::write(at("me.ply"), "").unwrap();
+        std::os::unix::fs::symlink(at("me.ply"), at("link.ply")).unwrap();
+        let (scan, new) = (at("me.ply"), at("new.png"));
+        let read: [(&str, &Path); 1] = [("the scan", &scan)];
+        check_apart(&[&new, &at("sub/new.png")], &read).unwrap();
+        for same in ["me.ply", "sub/../me.ply", "link.ply"] {
+            let error = check_apart(&[&at(same)], &read).unwrap_err().to_string();
+            assert!(
+                error.contains("is the scan, which would be lost"),
+                "{error}"
+            );
+        }
+        let error = check_apart(&[&new, &at("sub/../new.png")], &read).unwrap_err();
+        assert!(error.to_string().contains("two files"), "{error}");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! takes the last texture coordinate for one that is missing, and panics on a texture index below
 //! the first (`f 1/-9 2 3`): hence this reader.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
@@ -114,9 +115,14 @@ impl Obj {
         let bytes = plain(bytes)?;
         let mut lines = lines(&bytes);
         let mut joined = Vec::new();
+        let mut broken: HashMap<u32, String> = HashMap::new();
         while let Some((number, mut line)) = lines.next() {
             // A path in a comment or a name may end with the sign that continues a line of numbers.
-            if matches!(line.trim_ascii(), [b'v' | b'f', .., b'\\']) {
+            let commented = || {
+                line.windows(2)
+                    .any(|pair| pair[0].is_ascii_whitespace() && pair[1] == b'#')
+            };
+            if matches!(line.trim_ascii(), [b'v' | b'f', .., b'\\']) && !commented() {
                 joined.clear();
                 while let Some(part) = line.trim_ascii_end().strip_suffix(b"\\") {
                     joined.extend_from_slice(part);
@@ -126,8 +132,22 @@ impl Obj {
                 joined.extend_from_slice(line);
                 line = &joined;
             }
-            obj.line(line)
-                .map_err(|cause| format!("line {number}: {cause}"))?;
+            let fail = |cause: String| format!("line {number}: {cause}");
+            let before = obj.positions.len();
+            obj.line(line).map_err(fail)?;
+            let new = obj.positions.get(before).filter(|p| !p.is_finite());
+            if new.is_some() {
+                // It is named as it is written there.
+                let word = words(line).skip(1).find(|word| number_of(word).is_none());
+                let cause = format!("`{}` is not finite", shown(word.unwrap_or_default()));
+                broken.insert(before as u32, fail(cause));
+            }
+        }
+        // What sees nothing in a place writes a vertex there all the same; it is no harm where no face has it.
+        if !broken.is_empty()
+            && let Some(cause) = obj.corners.iter().find_map(|[v, _]| broken.get(v))
+        {
+            return Err(cause.clone());
         }
         if !obj.colours.is_empty() {
             obj.colours.resize(obj.positions.len(), BARE);
@@ -153,7 +173,7 @@ impl Obj {
         match keyword {
             b"v" => {
                 let mut words = words(rest);
-                let [x, y, z] = [(); 3].map(|()| number(words.next()));
+                let [x, y, z] = [(); 3].map(|()| coordinate(words.next()));
                 self.positions.push(DVec3::new(x?, y?, z?));
                 // A fourth number alone is a weight; three more are a colour.
                 let more: Vec<&[u8]> = words.collect();
@@ -205,13 +225,32 @@ impl Obj {
     }
 }
 
+/// The words of a line of numbers, up to a comment.
 fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace)
         .filter(|word| !word.is_empty())
+        .take_while(|word| !word.starts_with(b"#"))
 }
 
 fn text(bytes: &[u8]) -> String {
     decoded(bytes).into_owned()
+}
+
+/// The value of a word, if that is finite.
+fn number_of(word: &[u8]) -> Option<f64> {
+    let value: f64 = std::str::from_utf8(word).ok()?.parse().ok()?;
+    value.is_finite().then_some(value)
+}
+
+/// A number of a position, NaN where it is not finite: also as Microsoft's libraries write that, `-1.#IND` and
+/// `-nan(ind)`.
+fn coordinate(word: Option<&[u8]>) -> Result<f64, String> {
+    let lower = word.unwrap_or_default().to_ascii_lowercase();
+    let digits = lower.strip_prefix(b"-").unwrap_or(&lower);
+    match digits.starts_with(b"1.#") || digits.starts_with(b"nan") || digits.starts_with(b"inf") {
+        true => Ok(f64::NAN),
+        false => number(word),
+    }
 }
 
 fn number(word: Option<&[u8]>) -> Result<f64, String> {
@@ -329,7 +368,14 @@ mod tests {
         for (text, cause) in [
             ("v 0 0\n", "line 1: too few numbers"),
             ("v 0 0 x\n", "line 1: `x` is no number"),
-            ("v 0 0 0\n\nv nan 0 0\n", "line 3: `nan` is not finite"),
+            (
+                "v 0 0 0\n\nv 0 nan 0\nf 1 1 2\n",
+                "line 3: `nan` is not finite",
+            ),
+            (
+                "v -1.#IND 0 0\nf 1 1 1\n",
+                "line 1: `-1.#IND` is not finite",
+            ),
             (
                 "v 0 0 0\nf 1 1 2\n",
                 "line 2: vertex 2, and there are 1 so far",
@@ -342,6 +388,18 @@ mod tests {
             let found = Obj::parse(text.as_bytes()).expect_err(text);
             assert!(found.starts_with(cause), "{found}");
         }
+    }
+
+    #[test]
+    fn comments_end_a_line_and_vertices_without_a_face_may_be_anything() {
+        let obj = Obj::parse(
+            b"v 0 0 0 # C:\\scans\\\nv 1 0 0\nv 0 1 0 #\nv nan nan nan\nv -1.#IND 0 1.#QNAN\n\
+              v -nan(ind) 0 0\nf 1 2 3 # comment 9\n",
+        )
+        .expect("parses");
+        assert_eq!(obj.positions.len(), 6);
+        assert_eq!(obj.polygon(0), [[0, NONE], [1, NONE], [2, NONE]]);
+        assert!(obj.colours.is_empty());
     }
 
     #[test]

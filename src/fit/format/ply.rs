@@ -10,7 +10,7 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::colours;
-use super::files::write_atomically;
+use super::files::{files_of, write_atomically};
 use super::text::{decoded, plain};
 use crate::fit::{FitError, FitResult};
 
@@ -170,14 +170,20 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
     Ok(mesh)
 }
 
-/// The library takes UTF-8 alone, in comments too.
+/// The library takes UTF-8 alone, in comments too, and no line that is empty.
 fn with_readable_header(bytes: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
     const END: &[u8] = b"end_header";
     let end = bytes.windows(END.len()).position(|word| word == END);
     let (header, rest) = bytes.split_at(end.unwrap_or(0));
+    let text = decoded(header);
+    let blank = |line: &&str| line.trim().is_empty();
+    let lines = || text.split_inclusive('\n');
     match std::str::from_utf8(header) {
-        Ok(_) => bytes,
-        Err(_) => [decoded(header).as_bytes(), rest].concat().into(),
+        Ok(_) if !lines().any(|line| blank(&line)) => bytes,
+        _ => {
+            let lines = lines().filter(|line| !blank(line));
+            [lines.collect::<String>().as_bytes(), rest].concat().into()
+        }
     }
 }
 
@@ -238,15 +244,11 @@ pub fn has_faces(dir: &Path) -> FitResult<bool> {
 
 /// Every `.ply` of a folder.
 fn faces(dir: &Path) -> FitResult<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(dir).map_err(|e| FitError::file(dir, e))?;
-    let mut paths = Vec::new();
-    for entry in entries {
-        let path = entry.map_err(|e| FitError::file(dir, e))?.path();
+    let mut paths = files_of(dir)?;
+    paths.retain(|path| {
         let ending = path.extension();
-        if ending.is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
-            paths.push(path);
-        }
-    }
+        ending.is_some_and(|e| e.eq_ignore_ascii_case("ply"))
+    });
     Ok(paths)
 }
 
@@ -370,4 +372,22 @@ fn scalar(property: &Property) -> Option<f64> {
         Property::UInt(value) => value.into(),
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_header_may_have_empty_lines() {
+        for end in ["\n", "\r\n"] {
+            let header = "ply\nformat ascii 1.0\n\ncomment a\n  \nelement vertex 1\nproperty float x\n\
+                          property float y\nproperty float z\n\nend_header\n1 2 3\n";
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("a.ply");
+            std::fs::write(&path, header.replace('\n', end)).unwrap();
+            let read = read_positions(&path).unwrap();
+            assert_eq!(read, [DVec3::new(1.0, 2.0, 3.0)]);
+        }
+    }
 }

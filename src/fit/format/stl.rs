@@ -29,7 +29,8 @@ fn parse(bytes: &[u8]) -> Result<Vec<[DVec3; 3]>, String> {
     let held = bytes.len().saturating_sub(HEADER) / RECORD;
     // Binary files may begin with `solid` too, but their count has a zero in it, or is right.
     let binary = bytes.iter().take(HEADER).any(|&b| b == 0) || said == Some(held);
-    if !binary && bytes.trim_ascii_start().starts_with(b"solid") {
+    let begins = bytes.trim_ascii_start().get(..5);
+    if !binary && begins.is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
         return in_text(bytes);
     }
     match said {
@@ -56,7 +57,10 @@ fn in_text(bytes: &[u8]) -> Result<Vec<[DVec3; 3]>, String> {
     for (number, line) in lines(&plain(bytes)?) {
         let line = decoded(line);
         let mut words = line.split_whitespace();
-        if words.next() != Some("vertex") {
+        if !words
+            .next()
+            .is_some_and(|word| word.eq_ignore_ascii_case("vertex"))
+        {
             continue;
         }
         let mut coordinate = || {
@@ -70,5 +74,19 @@ fn in_text(bytes: &[u8]) -> Result<Vec<[DVec3; 3]>, String> {
     match left {
         [] => Ok(triangles.to_vec()),
         _ => Err("ends in the middle of a triangle".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_may_be_in_capitals() {
+        let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+                    vertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+        let read = parse(text.as_bytes()).unwrap();
+        assert_eq!(read, [[DVec3::ZERO, DVec3::X, DVec3::Y]]);
+        assert_eq!(parse(text.to_uppercase().as_bytes()).unwrap(), read);
     }
 }

@@ -55,7 +55,8 @@ pub fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
 /// The file that a text names, as seen from a folder: in the first of these ways in which it is there.
 ///
 /// As it is written; by its last part alone, since what was written on another machine may name that
-/// machine's folders; and each with the name in Latin-1, as an old archive may have unpacked it.
+/// machine's folders; each with the name in Latin-1, as an old archive may have unpacked it; and in letters of another
+/// case, which are the same to the systems that most scanners run on.
 pub fn named(folder: &Path, name: &str) -> PathBuf {
     let name = name.replace('\\', "/");
     let last = name.rsplit('/').next().unwrap_or_default();
@@ -68,8 +69,25 @@ pub fn named(folder: &Path, name: &str) -> PathBuf {
             ways.push(folder.join(std::ffi::OsStr::from_bytes(&bytes)));
         }
     }
-    let there = ways.iter().position(|file| file.is_file());
-    ways.swap_remove(there.unwrap_or(0))
+    let there = ways.iter().find(|file| file.is_file()).cloned();
+    let there = there.or_else(|| ways.iter().find_map(|file| in_another_case(file)));
+    there.unwrap_or_else(|| ways.swap_remove(0))
+}
+
+/// The first file, by name, that has a file's name but for the case of its letters.
+fn in_another_case(file: &Path) -> Option<PathBuf> {
+    let name = file.file_name()?;
+    let folder = file
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
+    let alike = entries.flatten().map(|entry| entry.file_name());
+    let mut alike: Vec<_> = alike
+        .filter(|other| other.eq_ignore_ascii_case(name))
+        .collect();
+    alike.sort();
+    let mut paths = alike.into_iter().map(|name| file.with_file_name(name));
+    paths.find(|path| path.is_file())
 }
 
 #[cfg(test)]
@@ -89,6 +107,19 @@ mod tests {
             (6, b"d"),
         ];
         assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn a_file_is_found_in_letters_of_another_case() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("Skin.JPG"), "").unwrap();
+        assert!(named(folder.path(), "skin.jpg").is_file());
+        assert!(named(folder.path(), r"C:\scans\SKIN.jpg").is_file());
+        // As it is written comes first; what is not there is named as it is written.
+        std::fs::write(at("skin.jpg"), "").unwrap();
+        assert_eq!(named(folder.path(), "skin.jpg"), at("skin.jpg"));
+        assert_eq!(named(folder.path(), "gone.jpg"), at("gone.jpg"));
     }
 
     #[test]

@@ -9,13 +9,13 @@ use rayon::prelude::*;
 
 use super::colour_bar;
 use super::render::{self, Camera, Image, Mesh, Options};
-use crate::fit::FitResult;
 use crate::fit::head::template::Template;
 use crate::fit::learn::FEATURES;
 use crate::fit::mesh::align::Rigid;
 use crate::fit::mesh::surface::Surface;
 use crate::fit::scan::{Scan, Texture};
 use crate::fit::truth::ict::Ict;
+use crate::fit::{FitError, FitResult};
 use crate::{Expressions, Face, FaceModel, Performance, Randomize};
 
 /// Distinct colours for regions, in the order of their numbers.
@@ -81,11 +81,16 @@ const MODES: usize = 4;
 
 /// `modes-FEATURE.png` for each feature (a column a mode, at -3 sigma, the mean, +3 sigma),
 /// `attributes.png` (heads at both ends of each attribute) and
-/// `faces.png` (random faces).
+/// `faces.png` (random faces). The folder is made.
 ///
 /// # Errors
-/// When a picture cannot be written.
+/// When the model has not all features, as a head alone has none, and when a picture cannot be written.
 pub fn of_model(model: &FaceModel, folder: &Path) -> FitResult<()> {
+    if model.parts().blocks.len() < FEATURES.len() {
+        let cause = "a head alone, without the modes that pictures of a model show";
+        return Err(FitError::Input(cause.into()));
+    }
+    std::fs::create_dir_all(folder).map_err(|e| FitError::file(folder, e))?;
     for (b, feature) in FEATURES.iter().enumerate() {
         let block = &model.parts().blocks[b];
         let height = block

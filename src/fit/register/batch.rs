@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{Registered, Registrar, Settings, TOLD};
 use crate::fit::detect::{Detection, Detector};
-use crate::fit::format::files::write_atomically;
+use crate::fit::format::files::{files_of, write_atomically};
 use crate::fit::format::ply;
 use crate::fit::head::people::RegisteredFace;
 use crate::fit::head::template::Template;
@@ -114,7 +114,7 @@ pub struct Jobs {
 /// # Errors
 /// When the folder cannot be read or holds no scan, and when the output folder is the scans' own.
 pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
-    let entries = std::fs::read_dir(scans).map_err(|e| FitError::file(scans, e))?;
+    let files = files_of(scans)?;
     if let (Ok(a), Ok(b)) = (scans.canonicalize(), output.canonicalize())
         && a == b
     {
@@ -122,8 +122,7 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
         return Err(FitError::file(output, cause));
     }
     let mut found: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
-    for entry in entries {
-        let path = entry.map_err(|e| FitError::file(scans, e))?.path();
+    for path in files {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         if !ending.is_some_and(|e| ENDINGS.contains(&e.as_str())) {
             continue;
@@ -215,8 +214,16 @@ pub fn prepare(
     points: Option<&Path>,
     unit: Option<Unit>,
 ) -> FitResult<Prepared> {
+    prepare_read(registrar, Scan::read(scan, unit)?, points)
+}
+
+/// The same of a scan that was read.
+fn prepare_read(
+    registrar: &Registrar<'_>,
+    mut scan: Scan,
+    points: Option<&Path>,
+) -> FitResult<Prepared> {
     let template = registrar.template;
-    let mut scan = Scan::read(scan, unit)?;
     let mut said = Vec::new();
     let (points, errors) = match points {
         Some(path) => {
@@ -324,7 +331,20 @@ pub fn register_scan(
     unit: Option<Unit>,
     settings: &Settings,
 ) -> FitResult<(Prepared, Registered)> {
-    let prepared = prepare(registrar, &job.scan, job.landmarks.as_deref(), unit)?;
+    register_read(registrar, Scan::read(&job.scan, unit)?, job, settings)
+}
+
+/// Registers one scan that was read.
+///
+/// # Errors
+/// Those of [`prepare`] and of [`Registrar::register`].
+pub fn register_read(
+    registrar: &Registrar<'_>,
+    scan: Scan,
+    job: &Job,
+    settings: &Settings,
+) -> FitResult<(Prepared, Registered)> {
+    let prepared = prepare_read(registrar, scan, job.landmarks.as_deref())?;
     let settings = Settings {
         point_errors: prepared.errors.clone(),
         ..settings.clone()
@@ -353,9 +373,26 @@ pub fn read_registered(dir: &Path, template: &Template) -> FitResult<Vec<Registe
         .collect()
 }
 
+/// Takes away the face that was made of a scan before it changed, where the scan now fails: a model would be
+/// trained on it. The error says so.
+fn without_former(job: &Job, error: FitError) -> FitError {
+    if std::fs::remove_file(&job.output).is_err() {
+        return error;
+    }
+    // Its landmarks are of no use without it, and may not be there.
+    let _ = std::fs::remove_file(job.output.with_extension("json"));
+    match error.of(&job.scan) {
+        FitError::File { path, cause } => {
+            let cause = format!("{cause}; the face of what it was before is taken away");
+            FitError::File { path, cause }
+        }
+        error => error,
+    }
+}
+
 /// Registers the jobs that are not done, on all cores, each with its landmarks in mm
 /// beside it; `also` may write more of each, `done` is told of each. Returns what failed, in the
-/// order of the jobs.
+/// order of the jobs; where there is a former face of that, it goes.
 pub fn run(
     registrar: &Registrar<'_>,
     jobs: &[Job],
@@ -385,6 +422,7 @@ pub fn run(
                     landmarks::write(&file, points, &prepared.errors, 1.0, template)?;
                     ply::write_mesh(&job.output, positions, &registrar.triangles)
                 });
+            let result = result.map_err(|error| without_former(job, error));
             done(job, &result);
             result.err()
         })

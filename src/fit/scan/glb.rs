@@ -1,7 +1,7 @@
 //! Scans as glTF: binary, or as JSON with its buffers and images in it or beside it.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64ct::{Base64Unpadded, Encoding};
 use glam::{DMat4, DVec2, DVec3, Mat4};
@@ -41,7 +41,10 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
     let mut reader = Reader {
         buffers,
         folder,
-        file: MeshFile::default(),
+        file: MeshFile {
+            beside: beside(&gltf, folder),
+            ..MeshFile::default()
+        },
         images: Vec::new(),
         white: 0,
     };
@@ -100,13 +103,32 @@ fn load(folder: &Path, uri: &str) -> Result<Vec<u8>, String> {
     if uri.contains("://") {
         return Err(format!("{uri:.60}: no file beside it"));
     }
+    std::fs::read(file(folder, uri)).map_err(|e| format!("{uri}: {e}"))
+}
+
+/// The file that a URI names.
+fn file(folder: &Path, uri: &str) -> PathBuf {
     // Spaces and such are written as %20, though not by everyone.
     let unescaped = named(folder, &unescaped(uri));
-    let file = match unescaped.is_file() {
+    match unescaped.is_file() {
         true => unescaped,
         false => named(folder, uri),
-    };
-    std::fs::read(file).map_err(|e| format!("{uri}: {e}"))
+    }
+}
+
+/// The files that a document names.
+fn beside(gltf: &gltf::Document, folder: &Path) -> Vec<PathBuf> {
+    let buffers = gltf.buffers().filter_map(|buffer| match buffer.source() {
+        gltf::buffer::Source::Uri(uri) => Some(uri),
+        gltf::buffer::Source::Bin => None,
+    });
+    let images = gltf.images().filter_map(|image| match image.source() {
+        gltf::image::Source::Uri { uri, .. } => Some(uri),
+        gltf::image::Source::View { .. } => None,
+    });
+    let in_files = |uri: &&str| !uri.starts_with("data:") && !uri.contains("://");
+    let uris = buffers.chain(images).filter(in_files);
+    uris.map(|uri| file(folder, uri)).collect()
 }
 
 /// A URI with its escaped bytes (`%20`) as they are; what is no text then stays as it was.
@@ -344,10 +366,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The texture coordinates of the base colour, v up; none where there is none.
+    /// The texture coordinates of the picture, v up; none where there is none.
     fn uvs(&self, primitive: &gltf::Primitive, count: u32) -> Result<Vec<DVec2>, String> {
-        let material = primitive.material();
-        let Some(colour) = material.pbr_metallic_roughness().base_color_texture() else {
+        let Some(colour) = colour_texture(primitive) else {
             return Ok(Vec::new());
         };
         let moved = colour.texture_transform();
@@ -399,9 +420,7 @@ impl Reader<'_> {
 
     /// The primitive's image, among those of the file; the bytes are decoded when it is met first.
     fn picture(&mut self, primitive: &gltf::Primitive) -> Option<usize> {
-        let material = primitive.material();
-        let colour = material.pbr_metallic_roughness().base_color_texture();
-        let texture = colour?.texture();
+        let texture = colour_texture(primitive)?.texture();
         let Some(image) = texture.source() else {
             let name = texture.index();
             let note =
@@ -544,6 +563,18 @@ impl Reader<'_> {
         let read = Iter::<[T; N]>::new(accessor.clone(), |buffer| self.bytes(&buffer))?;
         Some(read.map(|vector| vector.map(&number)).collect())
     }
+}
+
+/// The picture on a primitive: its base colour, or what that was called before it was in the format itself; or, where
+/// vertices have no colours either, the light that it gives off, since many a scan is to be seen as it is, without any
+/// other light.
+fn colour_texture<'a>(primitive: &gltf::Primitive<'a>) -> Option<gltf::texture::Info<'a>> {
+    let material = primitive.material();
+    let base = material.pbr_metallic_roughness().base_color_texture();
+    let diffuse = || material.pbr_specular_glossiness()?.diffuse_texture();
+    let bare = primitive.get(&gltf::Semantic::Colors(0)).is_none();
+    let emissive = || material.emissive_texture().filter(|_| bare);
+    base.or_else(diffuse).or_else(emissive)
 }
 
 /// What positions and texture coordinates may consist of.

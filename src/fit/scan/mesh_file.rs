@@ -1,10 +1,11 @@
 //! What mesh files say, before it is a scan.
 
 use std::collections::HashMap;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
-use image::{ImageFormat, RgbImage, imageops};
+use image::{DynamicImage, ImageFormat, ImageReader, ImageResult, Limits, RgbImage, imageops};
 
 use super::polygon::triangulate;
 use super::{Scan, Texture};
@@ -27,6 +28,8 @@ pub(super) struct MeshFile {
     /// Which of the images is on each triangle; any where none is.
     pub image_of: Vec<usize>,
     pub notes: Vec<String>,
+    /// What it consists of besides the file itself.
+    pub beside: Vec<PathBuf>,
 }
 
 /// Reads an OBJ file and what it refers to.
@@ -36,7 +39,9 @@ pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
         notes: obj.notes.clone(),
         ..MeshFile::default()
     };
-    let mut images = obj_images(path, &obj, &mut file.notes);
+    let mut images = obj_images(path, &obj, &mut file);
+    file.beside
+        .extend(images.iter().map(|(_, image)| image.clone()));
     // Many a scan is passed on without its materials, but with its image.
     let beside = match images.is_empty() && !obj.uvs.is_empty() {
         true => file.image_beside(path),
@@ -99,15 +104,16 @@ pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
 
 /// The images of an OBJ file's materials. What cannot be read is noted: a scan without its
 /// picture is still a scan.
-fn obj_images(path: &Path, obj: &Obj, notes: &mut Vec<String>) -> Vec<(String, PathBuf)> {
+fn obj_images(path: &Path, obj: &Obj, scan: &mut MeshFile) -> Vec<(String, PathBuf)> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut images = Vec::new();
     for line in &obj.libraries {
         for file in libraries(folder, line) {
             match obj::read_images(&file) {
                 Ok(more) => images.extend(more),
-                Err(error) => notes.push(format!("no materials: {error}")),
+                Err(error) => scan.notes.push(format!("no materials: {error}")),
             }
+            scan.beside.push(file);
         }
     }
     images
@@ -218,8 +224,39 @@ fn one_sided(triangles: &mut Vec<[u32; 3]>, uv_triangles: &mut Vec<[u32; 3]>) ->
     doubled
 }
 
-/// Images that are one together have at most so many pixels (400 MB); they are halved until they do.
+/// An image, and images that are one together, have at most so many pixels (400 MB); they are halved until they
+/// do.
 const MOST_PIXELS: u64 = 1 << 27;
+
+/// An image may take so many bytes as it is decoded: 16384 x 16384 pixels, which scanners write, take 0.8 GB, and
+/// 1.1 GB with alpha. Beside that are its file and, for a moment, the half of its sides (0.2 GB), or with alpha what
+/// it is without (0.8 GB): 2 GB at the most, of which 0.4 GB stay.
+const MOST_BYTES: u64 = (1 << 30) + (1 << 28);
+
+/// Decodes an image of a kind.
+fn decoded(bytes: &[u8], kind: ImageFormat) -> ImageResult<DynamicImage> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), kind);
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MOST_BYTES);
+    reader.limits(limits);
+    reader.decode()
+}
+
+/// An image of half the sides.
+fn half(image: &RgbImage) -> RgbImage {
+    let [width, height] = [image.width(), image.height()].map(|side| side.div_ceil(2));
+    imageops::thumbnail(image, width, height)
+}
+
+/// An image of at most so many pixels, and how often it was halved for that.
+fn within(mut image: RgbImage, most: u64) -> (RgbImage, u32) {
+    let mut times = 0;
+    while u64::from(image.width()) * u64::from(image.height()) > most {
+        image = half(&image);
+        times += 1;
+    }
+    (image, times)
+}
 
 /// The size of images above each other, pixels.
 fn column(images: &[RgbImage]) -> (u32, u32) {
@@ -264,6 +301,7 @@ impl MeshFile {
 
     /// Opens an image: its place among the scan's. Where that fails it has none and says so.
     fn open_image(&mut self, name: &Path) -> Option<usize> {
+        self.beside.push(name.to_owned());
         match std::fs::read(name) {
             Ok(bytes) => self.decode_image(&bytes, &name.display().to_string()),
             Err(e) => {
@@ -282,9 +320,18 @@ impl MeshFile {
             let tga = tga.is_some_and(|ending| ending.eq_ignore_ascii_case("tga"));
             tga.then_some(ImageFormat::Tga).ok_or(e)
         });
-        match kind.and_then(|kind| image::load_from_memory_with_format(bytes, kind)) {
+        match kind.and_then(|kind| decoded(bytes, kind)) {
             Ok(image) => {
-                self.images.push(image.into_rgb8());
+                let (width, height) = (image.width(), image.height());
+                let (image, times) = within(image.into_rgb8(), MOST_PIXELS);
+                if times > 0 {
+                    let by = 1 << times;
+                    let note = format!(
+                        "texture: {name}: {width} x {height} pixels, sides divided by {by}"
+                    );
+                    self.notes.push(note);
+                }
+                self.images.push(image);
                 Some(self.images.len() - 1)
             }
             Err(e) => {
@@ -308,9 +355,7 @@ impl MeshFile {
         };
         while pixels(&self.images) > MOST_PIXELS {
             for image in &mut self.images {
-                let half = |side: u32| side.div_ceil(2);
-                let (width, height) = (half(image.width()), half(image.height()));
-                *image = imageops::thumbnail(image, width, height);
+                *image = half(image);
             }
         }
         let (width, height) = column(&self.images);
@@ -365,9 +410,11 @@ impl MeshFile {
             return fail(&format!("vertex {bad} is not finite"));
         }
         self.join_images();
+        let beside = std::mem::take(&mut self.beside);
         let mut scan = Scan {
             path: path.to_owned(),
             scale: 1.0,
+            beside,
             ..Scan::default()
         };
         let mut used = vec![false; self.positions.len()];
@@ -447,5 +494,34 @@ impl MeshFile {
         });
         scan.notes = self.notes;
         Ok(scan)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_large_image_is_halved_and_not_refused() {
+        let image = RgbImage::from_pixel(65, 40, image::Rgb([10, 20, 30]));
+        let (small, times) = within(image.clone(), 700);
+        assert_eq!((small.dimensions(), times), ((33, 20), 1));
+        assert_eq!(small.get_pixel(32, 19).0, [10, 20, 30]);
+        assert_eq!(within(image, 65 * 40).1, 0);
+        // Of an image that is all head: what is wrong is that no pixels follow, not how many would.
+        let mut bytes = Vec::new();
+        let pixel = RgbImage::new(1, 1);
+        let to = &mut Cursor::new(&mut bytes);
+        pixel.write_to(to, ImageFormat::Bmp).expect("writes");
+        let said = |side: i32| {
+            let mut bytes = bytes.clone();
+            bytes[18..22].copy_from_slice(&side.to_le_bytes());
+            bytes[22..26].copy_from_slice(&side.to_le_bytes());
+            let mut file = MeshFile::default();
+            assert_eq!(file.decode_image(&bytes, "skin.bmp"), None);
+            file.notes.concat().to_lowercase()
+        };
+        assert!(!said(16384).contains("limit"), "{}", said(16384));
+        assert!(said(32768).contains("limit"), "{}", said(32768));
     }
 }

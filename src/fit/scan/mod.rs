@@ -52,10 +52,19 @@ pub struct Scan {
     pub notes: Vec<String>,
     /// The file, for messages.
     pub path: PathBuf,
+    /// The other files that belong to it: materials, images, buffers, also those that could not be read.
+    pub beside: Vec<PathBuf>,
 }
 
 /// How the note begins that says which unit was guessed.
 const UNITS: &str = "units: ";
+
+/// The note that triangles were turned by the sign of the volume, which is only likely: a floor below a
+/// head, or a wall behind it, may have the other sign and more of it.
+const TURNED: &str = "triangles: all turned, because the surface was inside out";
+
+/// The note that the face on a scan told what the volume had not.
+const TURNED_BY_FACE: &str = "triangles: all turned, because there then is a face";
 
 /// A picture on a mesh.
 #[derive(Debug, Clone, Default)]
@@ -124,8 +133,7 @@ impl Scan {
             .map_err(|error| scan.doubting_unit(error))?;
         if volume(&scan.positions, &scan.triangles) < 0.0 {
             scan.turn_inside_out();
-            let note = "triangles: all turned, because the surface was inside out";
-            scan.notes.push(note.into());
+            scan.notes.push(TURNED.into());
         }
         Ok(scan)
     }
@@ -189,7 +197,17 @@ impl Scan {
         Err(FitError::file(&self.path, cause))
     }
 
-    fn turn_inside_out(&mut self) {
+    /// Says that the face on it is found the other way round than the volume told. What was turned as
+    /// a whole is then as in its file, of which nothing is to be said.
+    pub(in crate::fit) fn say_turned_by_face(&mut self) {
+        let before = self.notes.len();
+        self.notes.retain(|note| note != TURNED);
+        if self.notes.len() == before {
+            self.notes.push(TURNED_BY_FACE.into());
+        }
+    }
+
+    pub(in crate::fit) fn turn_inside_out(&mut self) {
         self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         if let Some(texture) = &mut self.texture {
             texture.triangles.iter_mut().for_each(|t| t.swap(1, 2));
