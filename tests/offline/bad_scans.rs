@@ -271,13 +271,13 @@ fn bad_scans_get_one_clear_line() {
         case(
             "NaN",
             "a.obj",
-            format!("{v}v 0 nan 0\n"),
+            format!("{v}v 0 nan 0\nf 1 2 4\n"),
             &["line 4", "`nan` is not finite"],
         ),
         case(
             "infinite",
             "a.obj",
-            format!("{v}v 0 0 1e999\n"),
+            format!("{v}v 0 0 1e999\nf 1 2 4\n"),
             &["line 4", "not finite"],
         ),
         case(

@@ -295,7 +295,8 @@ fn doubled_faces_are_told_and_too_few_are_refused_in_words() {
     }
     let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
     command.args(["train", "--template"]).arg(&file);
-    command.arg("--faces").arg(&people).arg("-o").arg(&file);
+    let model = root.path().join("m.phiz");
+    command.arg("--faces").arg(&people).arg("-o").arg(&model);
     let done = command.output().unwrap();
     let [out, err] = [done.stdout, done.stderr].map(|said| String::from_utf8(said).unwrap());
     assert_eq!(
