@@ -229,7 +229,7 @@ wasm() {
     mkdir -p "pkg/$build"
     cp "$out/bindings/$name.js" "pkg/$build/$name.js"
     # Functions that one other calls are not put into it: many begin alike, and gzip finds that.
-    quietly "optimise-$build" wasm-opt -Os -ocimfs=1 --low-memory-unused --strip-debug --strip-producers \
+    quietly "optimise-$build" wasm-opt -Os -ocimfs=1 --low-memory-unused --strip-debug --strip-producers --strip-target-features \
         "${WASM_FEATURES[@]}" "$@" "$module.trap" -o "pkg/$build/${name}_bg.wasm"
 }
 

@@ -354,7 +354,9 @@ impl Face {
             Some(seed) => seed,
             // 53 bits, so that the seed survives as a JavaScript number.
             None => {
-                getrandom::u64().map_err(|e| Error::Mismatch(format!("no randomness: {e}")))? >> 11
+                let nothing =
+                    |_| Error::Mismatch("nothing random is to be had: give a seed".into());
+                getrandom::u64().map_err(nothing)? >> 11
             }
         };
         let before = self.before();

@@ -3,9 +3,12 @@
 //     PHIZ_MONKEY_MINUTES=10 PHIZ_MONKEY_SEED=7 node --test tests/browser/monkey.test.js
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
+import { setTimeout as later } from 'node:timers/promises';
 import { open, settled, siteAndBrowser } from './site.js';
 
 const MINUTES = Number(process.env.PHIZ_MONKEY_MINUTES ?? 1);
+/** Longer than any file takes to be made on a busy machine, in ms. */
+const HUNG = 120_000;
 const SEED = Number(process.env.PHIZ_MONKEY_SEED ?? 1);
 
 const { browser, site } = await siteAndBrowser();
@@ -182,23 +185,36 @@ test(`a monkey for ${MINUTES} min, seed ${SEED}`, { timeout: MINUTES * 60_000 + 
 
   const unexpected = () => complaints.filter((line) => !EXPECTED.test(line));
   const last = () => `seed ${SEED}, after ${done.length} actions, the last of which: ${done.slice(-25).join(' · ')}`;
+  /** A page that hangs is told with what was done last: most of what a browser is asked waits for ever. @template T @param {Promise<T>} action @returns {Promise<T>} */
+  async function inTime(action) {
+    const answered = new AbortController();
+    const hung = later(HUNG, null, { signal: answered.signal }).then(
+      () => assert.fail(`nothing for ${HUNG / 1000} s: ${last()}`),
+      () => action,
+    );
+    try {
+      return await Promise.race([action, hung]);
+    } finally {
+      answered.abort();
+    }
+  }
   const end = performance.now() + MINUTES * 60_000;
   /** @type {Awaited<ReturnType<typeof weight>> | null} */
   let early = null;
   while (performance.now() < end) {
     const name = one(bag);
     if (name !== 'press') done.push(name);
-    await actions[name][1]();
+    await inTime(actions[name][1]());
     if (done.length % 25 === 0) {
       assert.deepEqual(unexpected(), [], last());
-      const sound = await page.evaluate(() => {
+      const sound = await inTime(page.evaluate(() => {
         const { face } = window.designer;
         return face.positions.every(Number.isFinite) && face.code.length > 0 && !document.querySelector('.failure');
-      });
+      }));
       assert.ok(sound, last());
     }
     // Once everything has been opened and looked at.
-    if (!early && performance.now() > end - 0.6 * MINUTES * 60_000) early = await weight(session, page);
+    if (!early && performance.now() > end - 0.6 * MINUTES * 60_000) early = await inTime(weight(session, page));
   }
 
   // Whatever is open is closed, and the card comes back.
