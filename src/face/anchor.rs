@@ -121,16 +121,18 @@ impl Face {
             if regions == 0 {
                 continue;
             }
-            let was = self.state[own.clone()].to_vec();
-            let anchor = self.anchor(regions);
-            for ((e, &new), old) in anchor.state[own.clone()]
-                .iter_mut()
-                .zip(&state[own])
-                .zip(was)
-            {
-                *e = (*e - (new - old)).clamp(-MOST, MOST);
+            let mut change = vec![0; state.len()];
+            for i in own {
+                change[i] = self.state[i] - state[i];
             }
+            self.add(regions, &change);
         }
+    }
+
+    /// Changes the coefficients of the anchor of some regions.
+    fn add(&mut self, regions: Regions, change: &[i32]) {
+        let state = self.anchor(regions).state.iter_mut();
+        (state.zip(change)).for_each(|(e, change)| *e = (*e + change).clamp(-MOST, MOST));
     }
 
     /// Forgets anchors that hold nothing.
@@ -138,8 +140,12 @@ impl Face {
         self.anchors.retain(|a| a.state.iter().any(|&e| e != 0));
     }
 
-    /// Lets go of what former locks left in the named regions (all, when absent); what is locked
-    /// still stays. Returns whether there was any.
+    /// Lets go of what former locks left in the named regions (all, when absent). Returns whether
+    /// there was any.
+    ///
+    /// What is locked, S, stays, on its border as well, which an anchor of regions L beside it reaches.
+    /// So that nothing is left of that deep in L, its e goes over to the anchor of S from that of both:
+    /// with their weights, w(L) - w(L and S) + w(S), that is 0 in L and w(L) in S.
     ///
     /// # Errors
     /// When there is no such region.
@@ -149,13 +155,38 @@ impl Face {
             let own = self.model.region(region)?;
             named.iter_mut().zip(own).for_each(|(n, own)| *n |= own);
         }
-        let count = self.anchors.len();
-        let stays = |b: &usize| self.locked[*b] || !named[*b];
-        let stay = (0..named.len()).filter(stays);
-        let stay = stay.fold(0, |regions, b| regions | 1 << b);
-        self.anchors.retain(|a| a.regions & stay != 0);
-        let gone = self.anchors.len() < count;
+        let (mut stay, mut others): (Regions, Regions) = (0, 0);
+        for (b, block) in self.model.parts().blocks.iter().enumerate() {
+            match (&block.local_to, self.locked[b], named[b]) {
+                (None, true, _) => stay |= 1 << b,
+                (None, false, false) => others |= 1 << b,
+                _ => {}
+            }
+        }
+        let mut gone = false;
+        let each: Vec<Regions> = (self.anchors.iter()).map(|a| a.regions & !stay).collect();
+        for going in each {
+            if going == 0 || going & others != 0 {
+                continue;
+            }
+            let mut left = vec![0; self.state.len()];
+            for anchor in self.anchors.iter().filter(|a| a.regions & !stay == going) {
+                left.iter_mut()
+                    .zip(&anchor.state)
+                    .for_each(|(l, e)| *l += e);
+            }
+            if left.iter().all(|&e| e == 0) {
+                continue;
+            }
+            gone = true;
+            if stay != 0 {
+                self.add(stay, &left);
+            }
+            left.iter_mut().for_each(|l| *l = -*l);
+            self.add(going | stay, &left);
+        }
         if gone {
+            self.tidy();
             self.evaluate_all();
         }
         Ok(gone)

@@ -177,13 +177,20 @@ impl Face {
         self.keep(measure, &own, before)
     }
 
-    /// After `measure` was set by moving `own` coefficients: it is held where it is now, if it was
-    /// held, and so are the others.
+    /// After `measure` was set by moving `own` coefficients: the others that are held are brought
+    /// back while it stays as it is now, and from now on if it was held.
     fn keep(&mut self, measure: usize, own: &[usize], before: Before) -> Result<()> {
-        if self.held.iter().any(|held| held.0 == measure) {
-            self.hold_measure(measure);
+        let others = self.held.iter().any(|held| held.0 != measure);
+        let held = self.held.iter().any(|held| held.0 == measure);
+        self.hold_measure(measure);
+        let kept = match others {
+            true => self.hold_without(own, before),
+            false => Ok(()),
+        };
+        if !held {
+            want(&mut self.held, measure, None);
         }
-        self.hold_without(own, before)
+        kept
     }
 
     /// Brings held measures back after a control was moved, without moving it.

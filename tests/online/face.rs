@@ -549,6 +549,80 @@ fn a_locked_region_stays_in_place_whatever_happens_elsewhere() {
     }
 }
 
+/// "Keep the nose, draw, let it go, keep the eyes, draw": what is let go is like anybody's, but for a
+/// border beside what is locked now, which stays.
+#[test]
+fn what_was_locked_before_lets_go_beside_what_is_locked_now() {
+    let model = head_model();
+    let parts = model.parts();
+    let names: Vec<String> = (parts.blocks.iter())
+        .filter(|b| b.local_to.is_none())
+        .map(|b| b.name.clone())
+        .collect();
+    let vertices = |name: &String| vertices_of(model, std::slice::from_ref(name));
+    for former in &names {
+        let mut before = random(model, 3);
+        before.lock(former).unwrap();
+        before.randomize(&seeded(4)).unwrap();
+        before.unlock(former).unwrap();
+        for locked in names.iter().filter(|name| *name != former) {
+            let kept = vertices(locked);
+            // Farther from what stays than weights are worth anything.
+            let mut deep = vertices(former);
+            deep.retain(|&v| {
+                let far = |&k: &usize| parts.mean[v].distance(parts.mean[k]) > 60.0;
+                kept.iter().all(far)
+            });
+            let start = before.positions().to_vec();
+            let one = Some(vec![former.clone()]);
+            type Change<'a> = (&'a str, &'a dyn Fn(&mut Face));
+            let changes: [Change; 4] = [
+                ("drawn", &|face| drop(face.randomize(&seeded(5)))),
+                ("reset", &|face| face.reset(None).unwrap()),
+                ("reset of it", &|face| face.reset(Some(former)).unwrap()),
+                ("drawn alone", &|face| {
+                    let regions = one.clone();
+                    drop(face.randomize(&Randomize {
+                        regions,
+                        ..seeded(5)
+                    }))
+                }),
+            ];
+            for (what, change) in changes {
+                let mut face = before.clone();
+                face.lock(locked).unwrap();
+                change(&mut face);
+                let what = format!("{former}, then {locked}, {what}");
+                let moved = farthest_of(face.positions(), &start, &kept);
+                assert!(moved < 1e-4, "{what}: {moved} mm");
+                let mut plain = model.face();
+                plain.set_coefficients(&face.coefficients()).unwrap();
+                let off = farthest_of(face.positions(), plain.positions(), &deep);
+                // Of the centimetre between two people a hundredth may be: weights end nowhere.
+                assert!(off < 0.1, "{what}: {off} mm of it are left");
+                assert_eq!(
+                    model.from_code(&face.code()).unwrap().positions(),
+                    face.positions()
+                );
+            }
+        }
+    }
+
+    // In turn, again and again.
+    let mut face = random(model, 3);
+    for (seed, name) in (10..).zip(["nose", "eyes"].repeat(6)) {
+        face.lock(name).unwrap();
+        let kept = vertices(&name.to_owned());
+        let start = face.positions().to_vec();
+        face.randomize(&seeded(seed)).unwrap();
+        let moved = farthest_of(face.positions(), &start, &kept);
+        assert!(moved < 1e-4, "{seed}, {name}: {moved} mm");
+        face.unlock(name).unwrap();
+    }
+    face.randomize(&seeded(7)).unwrap();
+    assert_eq!(face.positions(), random(model, 7).positions());
+}
+
 #[test]
 fn a_locked_region_follows_its_own_sliders_and_no_other_locked_one_does() {
     let model = head_model();

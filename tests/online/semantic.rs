@@ -359,6 +359,35 @@ fn a_measure_without_a_control_is_met_beside_what_is_held() {
     }
 }
 
+/// Whatever is set beside whatever is held: both have their length, or the face stays as it was.
+#[test]
+fn any_measure_is_met_beside_any_that_is_held() {
+    let measures = &head_model().parts().measures;
+    let mut start = head_model().face();
+    start.randomize(&seeded(3)).unwrap();
+    let mut refused = Vec::new();
+    for held in measures {
+        let mut holding = start.clone();
+        holding.lock_measure(&held.name).unwrap();
+        let length = start.measure(&held.name).unwrap();
+        for set in measures.iter().filter(|m| m.name != held.name) {
+            let mut face = holding.clone();
+            let wanted = start.measure(&set.name).unwrap() + 1.5;
+            if face.set_measure(&set.name, wanted).is_err() {
+                refused.push(format!("{} beside {}", set.name, held.name));
+                assert_eq!(face.code(), holding.code());
+                continue;
+            }
+            let what = format!("{} beside {}", set.name, held.name);
+            let off = face.measure(&set.name).unwrap() - wanted;
+            assert!(off.abs() <= 0.01, "{what} is {off} mm off");
+            let off = face.measure(&held.name).unwrap() - length;
+            assert!(off.abs() <= 1e-4, "{what} moves that by {off} mm");
+        }
+    }
+    assert!(refused.is_empty(), "{refused:?}");
+}
+
 /// Semantic reshaping, Fig. 9: a liar's nose grows far beyond all limits.
 #[test]
 fn pinocchio_has_a_nose_and_otherwise_his_own_face() {
