@@ -125,14 +125,14 @@ impl Face {
             for i in own {
                 change[i] = self.state[i] - state[i];
             }
-            self.add(regions, &change);
+            self.add(regions, &change, 1);
         }
     }
 
-    /// Changes the coefficients of the anchor of some regions.
-    fn add(&mut self, regions: Regions, change: &[i32]) {
+    /// Adds `sign` times a change of coefficients to the anchor of some regions.
+    fn add(&mut self, regions: Regions, change: &[i32], sign: i32) {
         let state = self.anchor(regions).state.iter_mut();
-        (state.zip(change)).for_each(|(e, change)| *e = (*e + change).clamp(-MOST, MOST));
+        (state.zip(change)).for_each(|(e, change)| *e = (*e + sign * change).clamp(-MOST, MOST));
     }
 
     /// Forgets anchors that hold nothing.
@@ -164,26 +164,15 @@ impl Face {
             }
         }
         let mut gone = false;
-        let each: Vec<Regions> = (self.anchors.iter()).map(|a| a.regions & !stay).collect();
-        for going in each {
-            if going == 0 || going & others != 0 {
-                continue;
+        for anchor in self.anchors.clone() {
+            let going = anchor.regions & !stay;
+            if going != 0 && going & others == 0 {
+                if stay != 0 {
+                    self.add(stay, &anchor.state, 1);
+                }
+                self.add(going | stay, &anchor.state, -1);
+                gone = true;
             }
-            let mut left = vec![0; self.state.len()];
-            for anchor in self.anchors.iter().filter(|a| a.regions & !stay == going) {
-                left.iter_mut()
-                    .zip(&anchor.state)
-                    .for_each(|(l, e)| *l += e);
-            }
-            if left.iter().all(|&e| e == 0) {
-                continue;
-            }
-            gone = true;
-            if stay != 0 {
-                self.add(stay, &left);
-            }
-            left.iter_mut().for_each(|l| *l = -*l);
-            self.add(going | stay, &left);
         }
         if gone {
             self.tidy();

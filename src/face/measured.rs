@@ -180,16 +180,13 @@ impl Face {
     /// After `measure` was set by moving `own` coefficients: the others that are held are brought
     /// back while it stays as it is now, and from now on if it was held.
     fn keep(&mut self, measure: usize, own: &[usize], before: Before) -> Result<()> {
-        let others = self.held.iter().any(|held| held.0 != measure);
-        let held = self.held.iter().any(|held| held.0 == measure);
+        let all = self.held.len();
         self.hold_measure(measure);
-        let kept = match others {
-            true => self.hold_without(own, before),
-            false => Ok(()),
+        let kept = match self.held.len() {
+            1 => Ok(()),
+            _ => self.hold_without(own, before),
         };
-        if !held {
-            want(&mut self.held, measure, None);
-        }
+        self.held.truncate(all);
         kept
     }
 
