@@ -7,8 +7,8 @@
 //! changes drift by nothing. An event costs what it changes.
 //!
 //! Each step works on four or eight numbers at once, by the `wide` crate: with the instructions of
-//! wasm's simd128, SSE2 or NEON, and one number after the other where there are none of these. All of
-//! them give the same bits.
+//! wasm's simd128, SSE2 or NEON. Where there are none of these, modes are summed two to a word of 64
+//! bits, and all else is done one number after the other. All of them give the same bits.
 
 mod modes;
 mod normals;

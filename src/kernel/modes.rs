@@ -8,6 +8,8 @@ use crate::quantise::{Quantised, STEPS, nearest_step};
 
 /// Eights of a tile that have the same two modes, or fours of sums: as many as there are registers for.
 const FOURS: usize = 6;
+/// Words of two sums each that are summed together where there are no vectors.
+const WORDS: usize = 6;
 /// Numbers that are summed side by side: whole vertices.
 const TILE: usize = 4 * FOURS;
 /// Tiles that are summed before their sums are used.
@@ -210,15 +212,76 @@ impl Modes {
         let count = part.pairs.len().min(row - part.first.min(row));
         let own = part.first..part.first + count;
         for (tile, out) in self.tiles[start..end].chunks_exact(row).zip(outs) {
-            let mut sums = [i32x4::ZERO; FOURS];
-            for (pair, &weights) in tile[own.clone()].iter().zip(&part.pairs[..count]) {
-                for (sum, &numbers) in sums.iter_mut().zip(pair) {
-                    *sum += numbers.dot(weights);
-                }
-            }
-            *out = sums;
+            let (pairs, weights) = (&tile[own.clone()], &part.pairs[..count]);
+            *out = if ONE_BY_ONE {
+                in_words(pairs, weights)
+            } else {
+                in_vectors(pairs, weights)
+            };
         }
     }
+}
+
+/// Whether there are no instructions for eight numbers at once.
+const ONE_BY_ONE: bool = cfg!(not(any(
+    target_feature = "simd128",
+    target_feature = "sse2",
+    target_feature = "neon"
+)));
+
+/// Sums of a tile, by instructions that multiply eight numbers and add pairs.
+#[inline(always)]
+fn in_vectors(pairs: &[[i16x8; FOURS]], weights: &[i16x8]) -> [i32x4; FOURS] {
+    let mut sums = [i32x4::ZERO; FOURS];
+    for (pair, &weights) in pairs.iter().zip(weights) {
+        for (sum, &numbers) in sums.iter_mut().zip(pair) {
+            *sum += numbers.dot(weights);
+        }
+    }
+    sums
+}
+
+/// The same sums where there are no such instructions: two of them to a word of 64 bits, which a multiplication
+/// moves on together. Numbers are made positive for that, and the sums begin below zero by as much.
+#[inline(always)]
+fn in_words(pairs: &[[i16x8; FOURS]], weights: &[i16x8]) -> [i32x4; FOURS] {
+    const EVEN: u64 = 0x0000_ffff_0000_ffff;
+    const SIGNS: u64 = 0x8000_8000_8000_8000;
+    let of = |weights: &i16x8| {
+        let [a, b, ..] = weights.to_array();
+        [a, b].map(|w| i64::from(w) as u64)
+    };
+    let all =
+        (weights.iter().map(of)).fold(0_u64, |all, [a, b]| all.wrapping_add(a).wrapping_add(b));
+    let start = all.wrapping_mul(1 << 15).wrapping_neg();
+    let start = start.wrapping_add(start << 32);
+    let mut sums = [[0; 4]; FOURS];
+    // As many at a time as there are registers for.
+    for (group, sums) in sums.chunks_exact_mut(WORDS / 2).enumerate() {
+        let mut words = [start; WORDS];
+        for (pair, weights) in pairs.iter().zip(weights) {
+            let [a, b] = of(weights);
+            let own = &pair[group * (WORDS / 2)..][..WORDS / 2];
+            let own: &[u64] = bytemuck::cast_slice(own);
+            for (word, numbers) in words.iter_mut().zip(own) {
+                let numbers = numbers ^ SIGNS;
+                let even = (numbers & EVEN).wrapping_mul(a);
+                let odd = (numbers >> 16 & EVEN).wrapping_mul(b);
+                *word = word.wrapping_add(even).wrapping_add(odd);
+            }
+        }
+        for (sums, word) in sums
+            .as_flattened_mut()
+            .as_chunks_mut::<2>()
+            .0
+            .iter_mut()
+            .zip(words)
+        {
+            let low = word as i32;
+            *sums = [low, (word.wrapping_sub(i64::from(low) as u64) >> 32) as i32];
+        }
+    }
+    sums.map(i32x4::new)
 }
 
 /// Puts up to four numbers into the eights of a tile that are theirs, at `place` of each pair, and notes
@@ -265,6 +328,11 @@ mod tests {
     fn check(modes: &Modes, weights: &[i32]) {
         let mut sums = vec![0.0; modes.numbers()];
         for part in modes.weights(weights) {
+            for (tile, own) in modes.tiles.chunks_exact(modes.row().max(1)).enumerate() {
+                let own = &own[part.first..][..part.pairs.len()];
+                let (vectors, words) = (in_vectors(own, &part.pairs), in_words(own, &part.pairs));
+                assert_eq!(vectors, words, "tile {tile}");
+            }
             for (chunk, sums) in sums.chunks_mut(CHUNK).enumerate() {
                 let mut own = [i32x4::ONE; CHUNK / 4];
                 modes.sum(&part, CHUNK * chunk, &mut own);
