@@ -55,8 +55,8 @@ impl Texture {
     /// are known.
     ///
     /// # Errors
-    /// When the mesh is not the model's, the face is not in the photo, or the size is not from 64 to
-    /// 4096.
+    /// When the mesh is not the model's, the face is not in the photo, the size is not from 64 to
+    /// 4096, or the finer pixels have no place.
     pub fn of(
         model: &FaceModel,
         camera: &Camera,
@@ -72,6 +72,19 @@ impl Texture {
                 wanted: format!("from {} to {} texels", SIZES.start(), SIZES.end()),
                 got: size as f64,
             });
+        }
+        if let Some(Detail { corner, scale, .. }) = detail {
+            let place = [
+                ("a detail's scale", "above 0", *scale, *scale > 0.0),
+                ("a detail's left edge", "a number of px", corner.x, true),
+                ("a detail's upper edge", "a number of px", corner.y, true),
+            ];
+            for (what, wanted, got, fits) in place {
+                if !(got.is_finite() && fits) {
+                    let wanted = wanted.into();
+                    return Err(Error::Value { what, wanted, got });
+                }
+            }
         }
         let skin = Skin::new(model, camera, light, mesh, image)?;
         let (fill, shine) = fill(&skin);

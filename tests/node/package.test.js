@@ -465,6 +465,16 @@ for (const build of ['simd', 'scalar']) {
       const given = Uint8Array.from(bytes);
       const packed = await load(given.buffer, { build });
       assert.deepEqual(given, Uint8Array.from(bytes), 'what is given is left as it is');
+    // A view of another kind, into the middle of a buffer; and of a blob that was unpacked, which is read at once.
+    for (const own of [bytes, gunzipSync(bytes)]) {
+      const within = new Uint8Array(own.length + 8);
+      within.set(own, 8);
+      for (const view of [new DataView(within.buffer, 8), new Uint8ClampedArray(within.buffer, 8)]) {
+        const loaded = await load(view);
+        assert.equal(loaded.face().code, model.face().code);
+        loaded.free();
+      }
+    }
       const plain = await load(gunzipSync(bytes), { build });
       assert.equal(plain.fromCode(packed.face().code).code, packed.face().code);
       packed.free();

@@ -189,6 +189,10 @@ describe('a photo', () => {
       await fails({ width }, /a photo's width must be a whole number of pixels above 0/);
     }
     await fails({ focal: -3 }, /the focal length must be above 0 px/);
+    await fails({ focalLength: 900 }, /fitPhoto knows no option "focalLength"/);
+    for (const rgba of [new Float32Array(4 * SIZE.width * SIZE.height), [1, 2, 3], 'pixels']) {
+      await fails({ rgba }, /rgba must be a Uint8Array or Uint8ClampedArray/);
+    }
     const backwards = [];
     for (let i = 0; i < 136; i += 2) backwards.unshift(points[i], points[i + 1]);
     const { quality } = await model.fitPhoto({ ...SIZE, points: backwards });
@@ -201,6 +205,26 @@ describe('a photo', () => {
     gone.free();
     await assert.rejects(late, /was freed/);
     await assert.rejects(gone.fitPhoto({ ...SIZE, points }), /was freed/);
+    const edited = await load(bytes);
+    const fit = await edited.fitPhoto({ ...SIZE, points });
+    const opened = edited.editPhoto({ ...SIZE, fit });
+    edited.free();
+    await assert.rejects(opened, /was freed/);
+  });
+
+  test('is not edited by what is no pixels and no shape', async () => {
+    const fit = await model.fitPhoto({ ...SIZE, points });
+    await assert.rejects(model.editPhoto({ ...SIZE, fit, mask: 1 }), /editPhoto knows no option "mask"/);
+    const edit = await model.editPhoto({ ...SIZE, fit });
+    const pixels = new Uint8Array(4 * SIZE.width * SIZE.height);
+    assert.throws(() => edit.field(), /a shape is a code and an expression/);
+    assert.throws(() => edit.render(null, pixels), /a shape is a code and an expression/);
+    for (const call of ['looks', 'texture']) assert.throws(() => edit[call](), /rgba must be a Uint8Array/);
+    assert.throws(() => edit.render(fit), /rgba must be a Uint8Array/);
+    const detail = { width: 1, height: 1, rgba: new Uint8Array(4), left: 0, top: 0 };
+    assert.throws(() => edit.texture(pixels, 512, detail), /scale must be a number/);
+    assert.throws(() => edit.texture(pixels, 512, { ...detail, scale: 1, rgba: [0, 0, 0, 0] }), /a detail's rgba must be a Uint8Array/);
+    edit.free();
   });
 
   test('has a first fit that takes no longer than others once it is prepared', async () => {

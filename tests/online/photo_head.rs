@@ -431,6 +431,20 @@ fn colours_that_nobody_knows_are_refused() {
         let why = lit.texture(&image, None, size).unwrap_err().to_string();
         assert!(why.contains("from 64 to 4096 texels"), "{why}");
     }
+    for (left, scale, wanted) in [
+        (0.0, 0.0, "scale must be above 0"),
+        (0.0, f64::NAN, "scale must be above 0"),
+        (f64::INFINITY, 1.0, "left edge must be a number of px"),
+    ] {
+        let corner = DVec2::new(left, 0.0);
+        let detail = Some(&Detail {
+            image,
+            corner,
+            scale,
+        });
+        let why = lit.texture(&image, detail, 512).unwrap_err().to_string();
+        assert!(why.contains(wanted), "{why}");
+    }
     let half = Image::new(SIZE[0], SIZE[1] / 2, &grey[..grey.len() / 2]).unwrap();
     let why = lit.texture(&half, None, 512).unwrap_err().to_string();
     assert!(why.contains("pixels, its image"), "{why}");

@@ -121,6 +121,12 @@ function noMore(what, others) {
   if (unknown !== undefined) throw new Error(`${what} knows no option "${unknown}"`);
 }
 
+/** @param {string} what @param {unknown} value @returns {Uint8Array} what it holds */
+function rgbaOf(what, value) {
+  if (!(value instanceof Uint8Array || value instanceof Uint8ClampedArray)) wrong(what, 'a Uint8Array or Uint8ClampedArray of RGBA, as `ImageData.data` is', value);
+  return new Uint8Array(value.buffer, value.byteOffset, value.byteLength);
+}
+
 /** Names, and a number for each. @param {Readonly<Record<string, number>>} values @returns {[string[], Float32Array]} */
 function namedNumbers(values) {
   if (typeof values !== 'object' || !values) wrong('attributes', 'an object', values);
@@ -218,9 +224,18 @@ async function unpack(bytes) {
 /** A copy comes out of it, whatever becomes of the bytes. @param {Uint8Array} bytes */
 const streamOf = (bytes) => new Blob([/** @type {BlobPart} */ (bytes)]).stream();
 
-/** What brings a file. @param {string} what @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>} file */
+/**
+ * The bytes of a buffer, or of a view of one, whatever its numbers are; all else as it is.
+ * @template T @param {T} file @returns {Exclude<T, ArrayBuffer> | Uint8Array}
+ */
+function bytesOf(file) {
+  if (ArrayBuffer.isView(file)) return new Uint8Array(file.buffer, file.byteOffset, file.byteLength);
+  return file instanceof ArrayBuffer ? new Uint8Array(file) : /** @type {Exclude<T, ArrayBuffer>} */ (file);
+}
+
+/** What brings a file. @param {string} what @param {Uint8Array | Blob | Response | ReadableStream<Uint8Array>} file */
 function opened(what, file) {
-  if (file instanceof ArrayBuffer || ArrayBuffer.isView(file)) return streamOf(/** @type {Uint8Array} */ (file));
+  if (ArrayBuffer.isView(file)) return streamOf(file);
   if (file instanceof Blob) return file.stream();
   if (file instanceof Response) {
     if (!file.ok) throw new Error(`${file.url || 'the response'}: ${file.status} ${file.statusText}`.trim());
@@ -258,11 +273,11 @@ export async function prepare({ build = fastestBuild(), wasm, ...others } = {}) 
  */
 export async function load(file, { build = fastestBuild(), ...others } = {}) {
   noMore('load', others);
-  const given = file instanceof ArrayBuffer ? new Uint8Array(file) : file;
+  const given = bytesOf(file);
   const there = ready.get(build);
   // A blob has far more bytes than a file: where nothing has to be waited for, the module's copy is the
   // only one.
-  if (there && ArrayBuffer.isView(given) && !isPacked(given)) {
+  if (there && given instanceof Uint8Array && !isPacked(given)) {
     const incoming = new there.glue.IncomingModel();
     incoming.push(given);
     try {
@@ -376,7 +391,7 @@ export class FaceModel {
     const blob = [];
     /** @type {Uint8Array[]} */
     const kept = [];
-    await unpackTo(opened('a file of expressions', file), (bytes) => blob.push(bytes), (bytes) => kept.push(bytes));
+    await unpackTo(opened('a file of expressions', bytesOf(file)), (bytes) => blob.push(bytes), (bytes) => kept.push(bytes));
     const raw = this.#glue.Expressions.parse(joined(blob), this.#live);
     // Faces may show those that are there.
     if (this.#expressions) raw.free();
@@ -393,21 +408,26 @@ export class FaceModel {
   }
 
   /** @param {import('phiz').PhotoPoints} photo */
-  async fitPhoto({ width, height, points, focal, jawNoise, rgba, progress }) {
+  async fitPhoto({ width, height, points, focal, jawNoise, rgba, progress, ...others }) {
+    noMore('fitPhoto', others);
     const size = Uint32Array.of(pixels('width', width), pixels('height', height));
     if (!(points?.length >= 0)) wrong('points', 'an array of x, y, x, y ...', points);
     const pairs = Float64Array.from(points);
     if (pairs.length % 2) throw new Error('points are pairs of x and y, and one has no y');
+    const image = rgba && rgbaOf('rgba', rgba);
     const fitter = await this.#photoFitter();
     // It may have been freed while the module came.
     this.#live;
-    return fitter.fit(size, pairs, focal, jawNoise, rgba, progress);
+    return fitter.fit(size, pairs, focal, jawNoise, image, progress);
   }
 
   /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit, rgba?: Uint8Array | Uint8ClampedArray }} photo */
-  async editPhoto({ width, height, fit, rgba }) {
+  async editPhoto({ width, height, fit, rgba, ...others }) {
+    noMore('editPhoto', others);
     const size = Uint32Array.of(pixels('width', width), pixels('height', height));
     const { camera, light, code, expression } = fit;
+    const image = rgba && rgbaOf('rgba', rgba);
+    const [glue, { PhotoEdit }] = await Promise.all([loadedPhotoModule(), import('./photoedit.js')]);
     const fitter = await this.#photoFitter();
     this.#live;
     const names = this.expressions;
@@ -416,7 +436,6 @@ export class FaceModel {
       if (unknown !== undefined) throw new Error(`the model has no expression "${unknown}"`);
       return Float64Array.from(names, (name) => shown[name] ?? 0);
     };
-    const [glue, { PhotoEdit }] = await Promise.all([loadedPhotoModule(), import('./photoedit.js')]);
     const raw = glue.PhotoEdit.open(
       fitter,
       size,
@@ -426,12 +445,12 @@ export class FaceModel {
       weigh(expression),
     );
     try {
-      if (rgba) raw.set_background(new Uint8Array(rgba.buffer, rgba.byteOffset, rgba.byteLength));
+      if (image) raw.set_background(image);
     } catch (error) {
       raw.free();
       throw error;
     }
-    return new PhotoEdit(raw, weigh, { pixels, string });
+    return new PhotoEdit(raw, weigh, { pixels, string, number, rgbaOf });
   }
 
   /** Prepared for the expressions that there are; a failed download may be tried again. */

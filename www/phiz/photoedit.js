@@ -8,7 +8,7 @@ export class PhotoEdit {
   /**
    * @param {import('./raw-photo.js').PhotoEdit} raw
    * @param {(expression: Readonly<Record<string, number>>) => Float64Array} weigh
-   * @param {{ pixels: (what: string, value: unknown) => number, string: (what: string, value: unknown) => string }} checks
+   * @param {{ pixels: (what: string, value: unknown) => number, string: (what: string, value: unknown) => string, number: (what: string, value: unknown) => number, rgbaOf: (what: string, value: unknown) => Uint8Array }} checks
    *   of the package: imported they would be a third file, which the first face would wait for
    */
   constructor(raw, weigh, checks) {
@@ -23,22 +23,29 @@ export class PhotoEdit {
   }
 
   /** @param {import('phiz').PhotoShape} shape */
-  field({ code, expression }) {
-    return this.#live.field(this.#checks.string('a code', code), this.#weigh(expression));
+  field(shape) {
+    return this.#live.field(...this.#shape(shape));
   }
   /** @param {import('phiz').PhotoShape} shape @param {Uint8Array | Uint8ClampedArray} rgba */
-  render({ code, expression }, rgba) {
-    return new Uint8ClampedArray(this.#live.render(rgba, this.#checks.string('a code', code), this.#weigh(expression)).buffer);
+  render(shape, rgba) {
+    return new Uint8ClampedArray(this.#live.render(this.#checks.rgbaOf('rgba', rgba), ...this.#shape(shape)).buffer);
   }
   /** @param {Uint8Array | Uint8ClampedArray} rgba @param {number} [size] @param {import('phiz').PhotoDetail} [detail] */
   texture(rgba, size = 1024, detail) {
-    const place = detail ? [this.#checks.pixels('width', detail.width), this.#checks.pixels('height', detail.height), detail.left, detail.top, detail.scale] : [];
-    const finer = detail && new Uint8Array(detail.rgba.buffer, detail.rgba.byteOffset, detail.rgba.byteLength);
-    return new Uint8ClampedArray(this.#live.texture(rgba, this.#checks.pixels('texture', size), finer, Float64Array.from(place)).buffer);
+    const { pixels, number, rgbaOf } = this.#checks;
+    const at = detail && [number('left', detail.left), number('top', detail.top), number('scale', detail.scale)];
+    const place = detail && at ? [pixels('width', detail.width), pixels('height', detail.height), ...at] : [];
+    const finer = detail && rgbaOf("a detail's rgba", detail.rgba);
+    return new Uint8ClampedArray(this.#live.texture(rgbaOf('rgba', rgba), pixels('texture', size), finer, Float64Array.from(place)).buffer);
   }
   /** @param {Uint8Array | Uint8ClampedArray} rgba */
   looks(rgba) {
-    return this.#live.looks(rgba);
+    return this.#live.looks(this.#checks.rgbaOf('rgba', rgba));
+  }
+  /** @param {import('phiz').PhotoShape} shape @returns {[string, Float64Array]} */
+  #shape(shape) {
+    if (typeof shape?.expression !== 'object' || !shape.expression) throw new TypeError('a shape is a code and an expression, as a Face or a fit has them');
+    return [this.#checks.string('a code', shape.code), this.#weigh(shape.expression)];
   }
   free() {
     this.#raw?.free();
