@@ -305,8 +305,7 @@ fn doubled_faces_are_told_and_too_few_are_refused_in_words() {
     );
     let few = format!("phiz-fit: {}: 2 faces are too few", people.display());
     assert!(err.starts_with(&few), "{err}");
-    // Other verbs name the folder, too.
-    std::fs::remove_file(people.join("anna again.ply")).unwrap();
+    // Other verbs leave them out and name the folder, too.
     for (verb, option) in [("basis", Some("--one-sided")), ("validate", None)] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
         command
@@ -318,4 +317,15 @@ fn doubled_faces_are_told_and_too_few_are_refused_in_words() {
         let err = String::from_utf8(command.output().unwrap().stderr).unwrap();
         assert!(err.starts_with(&few), "{err}");
     }
+    // The generic head learns from them once, too.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+    command.args(["template", "--base-mesh"]).arg(&folder);
+    command.arg("--faces").arg(&people);
+    command.arg("--registered-to").arg(&file);
+    command.arg("-o").arg(root.path().join("learned.phiz"));
+    let done = command.output().unwrap();
+    let out = String::from_utf8(done.stdout).unwrap();
+    let err = String::from_utf8(done.stderr).unwrap();
+    let copied = "anna.ply is the same face as anna again.ply: counted once\n";
+    assert!(out.starts_with(copied), "{out}{err}");
 }

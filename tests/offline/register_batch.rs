@@ -275,6 +275,39 @@ fn a_folder_tells_of_each_scan_what_was_guessed_or_found() {
     assert!(line("far: ").contains("from the origin"), "{out}");
     let all = line("units guessed: 1 in inches, 2 in millimetres (see --unit)");
     assert!(all.contains("with expressions (see --neutral)"), "{out}");
+
+    // Where maps have their people, f32 are half a metre apart.
+    let scan = root.path().join("map.obj");
+    let moved: Vec<DVec3> = template
+        .positions
+        .iter()
+        .map(|p| *p + DVec3::X * 5e9)
+        .collect();
+    let skin = heads::skin(template, &moved);
+    let mut text = String::new();
+    (skin.positions.iter()).for_each(|p| text += &format!("v {} {} {}\n", p.x, p.y, p.z));
+    (skin.triangles.iter())
+        .for_each(|t| text += &format!("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1));
+    fs::write(&scan, text).expect("writes");
+    let marks = root.path().join("map.json");
+    landmarks::write(&marks, &heads::points(template, &moved), &[], 1.0, template).expect("writes");
+    let face = root.path().join("map.ply");
+    let paths = [
+        "--scan".as_ref(),
+        &*scan,
+        "--landmarks".as_ref(),
+        &*marks,
+        "-o".as_ref(),
+        &*face,
+    ];
+    let done = register(&file, &paths);
+    let err = said(&done.stderr);
+    assert_eq!(done.status.code(), Some(1), "{err}");
+    assert!(
+        err.contains("from the origin, where a PLY has steps of 512.00 mm"),
+        "{err}"
+    );
+    assert!(!face.exists());
 }
 
 #[test]
@@ -575,7 +608,7 @@ fn an_expression_is_taken_off_where_that_is_asked_for() {
     let corner = |folder: &Path| {
         let read = batch::read_registered(folder, template).expect("reads");
         let name = |p: &&(usize, DVec3)| template.landmarks[p.0].name == "ibug_48";
-        read[0].points.iter().find(name).expect("is there").1
+        read[0].1.points.iter().find(name).expect("is there").1
     };
     let at = template.landmarks.iter().position(|l| l.name == "ibug_48");
     let rest = template.landmark(at.expect("is there"), &template.positions);

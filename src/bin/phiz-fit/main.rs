@@ -295,21 +295,25 @@ fn read_model(path: &Path) -> FitResult<FaceModel> {
 /// The names and the vertices of the faces of a folder, without those that are there before, which is said: they would
 /// count twice, and be held out from themselves.
 fn read_faces(folder: &Path, template: &Template) -> FitResult<(Vec<String>, Vec<Vec<DVec3>>)> {
-    let (mut names, mut faces): (Vec<_>, Vec<_>) = step("reading faces", || {
+    let read = step("reading faces", || {
         ply::read_faces(folder, template.positions.len())
-    })?
-    .into_iter()
-    .unzip();
+    })?;
+    Ok(once(read, |face| face).into_iter().unzip())
+}
+
+/// Leaves each face once, and says which were there before by another name.
+fn once<T>(named: Vec<(String, T)>, positions: impl Fn(&T) -> &Vec<DVec3>) -> Vec<(String, T)> {
+    let faces: Vec<&Vec<DVec3>> = named.iter().map(|(_, face)| positions(face)).collect();
     let doubled = doubled(&faces);
+    let is_doubled = |i: usize| doubled.iter().find(|&&(face, _)| face == i);
     for &(face, before) in &doubled {
-        let (face, before) = (&names[face], &names[before]);
+        let (face, before) = (&named[face].0, &named[before].0);
         println!("{face}.ply is the same face as {before}.ply: counted once");
     }
-    for &(face, _) in doubled.iter().rev() {
-        names.remove(face);
-        faces.remove(face);
-    }
-    Ok((names, faces))
+    let kept = named.into_iter().enumerate();
+    kept.filter(|&(i, _)| is_doubled(i).is_none())
+        .map(|(_, face)| face)
+        .collect()
 }
 
 /// Refuses to write over what belongs to a scan, before the work on it.
@@ -353,10 +357,12 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
     })?;
     let mut template = match (&args.faces, &args.registered_to) {
         (Some(faces), Some(registered_to)) => {
+            let former = read_template(registered_to)?;
+            let read = step("reading faces", || batch::read_registered(faces, &former))?;
+            let (_, once): (Vec<_>, Vec<_>) =
+                once(read, |face| &face.positions).into_iter().unzip();
             let people = step("learning from people", || {
-                let former = read_template(registered_to)?;
-                let faces = batch::read_registered(faces, &former)?;
-                People::learn(&former, &plain, &faces)
+                People::learn(&former, &plain, &once)
             })
             .map_err(|e| e.of(faces))?;
             let bytes = people.to_bytes()?;

@@ -133,12 +133,17 @@ const SAME: f64 = 1e-3;
 
 /// Which faces are there before: `(face, the first that is the same)`, in their order. A face that is
 /// there twice would count twice, and among few it leaves measures without a spread.
-pub fn doubled(faces: &[Vec<DVec3>]) -> Vec<(usize, usize)> {
+pub fn doubled(faces: &[impl AsRef<[DVec3]>]) -> Vec<(usize, usize)> {
     let same = |a: &[DVec3], b: &[DVec3]| {
         a.len() == b.len() && a.iter().zip(b).all(|(p, q)| p.distance(*q) < SAME)
     };
     (1..faces.len())
-        .filter_map(|i| Some((i, (0..i).find(|&j| same(&faces[i], &faces[j]))?)))
+        .filter_map(|i| {
+            Some((
+                i,
+                (0..i).find(|&j| same(faces[i].as_ref(), faces[j].as_ref()))?,
+            ))
+        })
         .collect()
 }
 

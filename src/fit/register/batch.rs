@@ -192,22 +192,27 @@ pub struct Prepared {
 /// Faces are written as f32; coarser steps than this are said, mm.
 const COARSE: f64 = 0.01;
 
-/// Says how coarse a face becomes that is written where the scan is, if that is far from the origin.
-fn rounding(scan: &Scan) -> Option<String> {
+/// Coarser than this a face is no face, mm.
+const TOO_COARSE: f64 = 1.0;
+
+/// How coarse a face becomes that is written where the scan is, if that is far from the origin, mm, and that in words.
+fn rounding(scan: &Scan) -> Option<(f64, String)> {
     let coordinates = scan.positions.iter().map(|p| p.abs().max_element());
     let farthest = coordinates.fold(0.0, f64::max) as f32;
     let step = f64::from(farthest.next_up() - farthest);
     (step > COARSE).then(|| {
-        format!(
+        let words = format!(
             "place: {farthest:.0} mm from the origin, where a PLY has steps of {step:.2} mm: move the scan there"
-        )
+        );
+        (step, words)
     })
 }
 
 /// Reads a scan and its landmarks, or finds them, and looks at both.
 ///
 /// # Errors
-/// Those of the readers, of [`check`] and of the [`Detector`].
+/// Those of the readers, of [`check`] and of the [`Detector`], and when a face would be written with steps of more than a
+/// millimetre, which f32 have that far from the origin.
 pub fn prepare(
     registrar: &Registrar<'_>,
     scan: &Path,
@@ -224,6 +229,10 @@ fn prepare_read(
     points: Option<&Path>,
 ) -> FitResult<Prepared> {
     let template = registrar.template;
+    let coarse = rounding(&scan);
+    if let Some((_, why)) = coarse.as_ref().filter(|coarse| coarse.0 > TOO_COARSE) {
+        return Err(FitError::Input(why.clone()));
+    }
     let mut said = Vec::new();
     let (points, errors) = match points {
         Some(path) => {
@@ -247,7 +256,7 @@ fn prepare_read(
     let mut notes = scan.notes.clone();
     notes.extend(said);
     notes.extend(checked);
-    notes.extend(rounding(&scan));
+    notes.extend(coarse.map(|coarse| coarse.1));
     Ok(Prepared {
         scan,
         points,
@@ -295,7 +304,7 @@ impl Tally {
             let told: Vec<String> = told.map(|(n, s)| format!("{n} {s:.1}")).collect();
             words.push(format!("shows {}", told.join(", ")));
         }
-        words.extend(rounding(scan));
+        words.extend(rounding(scan).map(|coarse| coarse.1));
         (!words.is_empty()).then(|| words.join("; "))
     }
 
@@ -359,7 +368,10 @@ pub fn register_read(
 ///
 /// # Errors
 /// When a face is not registered to `template`, or a file cannot be understood.
-pub fn read_registered(dir: &Path, template: &Template) -> FitResult<Vec<RegisteredFace>> {
+pub fn read_registered(
+    dir: &Path,
+    template: &Template,
+) -> FitResult<Vec<(String, RegisteredFace)>> {
     ply::read_faces(dir, template.positions.len())?
         .into_iter()
         .map(|(name, positions)| {
@@ -368,7 +380,7 @@ pub fn read_registered(dir: &Path, template: &Template) -> FitResult<Vec<Registe
                 true => landmarks::read_file(&path, template)?.points,
                 false => Vec::new(),
             };
-            Ok(RegisteredFace { positions, points })
+            Ok((name, RegisteredFace { positions, points }))
         })
         .collect()
 }
