@@ -11,7 +11,9 @@ mod info;
 #[global_allocator]
 static ALLOCATOR: rlsf::SmallGlobalTlsf = rlsf::SmallGlobalTlsf::new();
 
+use std::arch::wasm32::memory_size;
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::Vec3;
 use wasm_bindgen::prelude::*;
@@ -21,6 +23,23 @@ use crate::{Performance, Randomize};
 #[cold]
 fn error(why: crate::Error) -> JsError {
     JsError::new(&why.to_string())
+}
+
+/// Where a face has made memory grow, it grows by a part of what it is: there are more to come. Whenever it
+/// grows, V8 looks through all of a program's objects, for it takes all of memory for new: that would take longer
+/// than a face.
+fn leave_room() {
+    /// Of memory, as of what room there is when it grows.
+    const PART: usize = 8;
+    const PAGE: usize = 65_536;
+    static SEEN: AtomicUsize = AtomicUsize::new(0);
+    if memory_size::<0>() > SEEN.load(Ordering::Relaxed) {
+        let mut room: Vec<u8> = Vec::new();
+        // Where there is none left, nothing is lost.
+        let _ = room.try_reserve_exact(memory_size::<0>() * (PAGE / PART));
+        drop(std::hint::black_box(room));
+        SEEN.store(memory_size::<0>(), Ordering::Relaxed);
+    }
 }
 
 /// Names and a value for each.
@@ -154,6 +173,7 @@ pub struct Face {
 
 impl From<crate::Face> for Face {
     fn from(face: crate::Face) -> Self {
+        leave_room();
         Self {
             face,
             performance: None,

@@ -248,6 +248,25 @@ for (const build of ['simd', 'scalar']) {
       many.forEach((clone) => clone.free());
     });
 
+    test('the memory of many faces grows in few steps', () => {
+      let size = face.positions.buffer.byteLength;
+      let steps = 0;
+      const start = size;
+      const many = Array.from({ length: 200 }, (_, seed) => {
+        const own = model.face();
+        own.randomize({ seed });
+        const { byteLength } = own.positions.buffer;
+        if (byteLength !== size) steps += 1;
+        size = byteLength;
+        return own;
+      });
+      // By an eighth each: a face may need one itself, where what is left does not hold it.
+      const most = 2 * Math.ceil(Math.log(size / start) / Math.log(9 / 8)) + 2;
+      assert.ok(size > 1.5 * start, 'there was room for all of them: the test says nothing');
+      assert.ok(steps <= most, `${steps} steps from ${start} to ${size} bytes, at most ${most} were to be expected`);
+      many.forEach((own) => own.free());
+    });
+
     test('a code gives the same face again, and only on this model', () => {
       face.randomize({ seed: 11 });
       const again = model.fromCode(face.code);
