@@ -103,9 +103,9 @@ need_cargo_tool() {
 }
 
 need_node() {
-    have node && have npm || die "Node is missing: install Node 20 or newer and run this again"
-    node -e 'process.exit(Number(process.versions.node.split(".")[0]) >= 20 ? 0 : 1)' ||
-        die "Node $(node --version) is too old: install Node 20 or newer and run this again"
+    have node && have npm || die "Node is missing: install Node 20.19 or newer and run this again"
+    node -e 'const [a, b] = process.versions.node.split(".").map(Number); process.exit(a > 20 || (a === 20 && b >= 19) ? 0 : 1)' ||
+        die "Node $(node --version) is too old: install Node 20.19 or newer and run this again"
     # npm leaves a copy of the lock file; an older one means that packages changed since.
     if [ www/package-lock.json -nt www/node_modules/.package-lock.json ]; then
         quietly npm-ci npm ci --prefix www

@@ -222,7 +222,7 @@ describe('installable', () => {
 });
 
 describe('a strict content security policy', () => {
-  const policy = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'";
+  const policy = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; img-src 'self' data:; object-src 'none'; base-uri 'none'; frame-ancestors 'none'";
   for (const [name, path, done] of /** @type {const} */ ([
     ['the page', '', () => document.documentElement.dataset.ready === 'true'],
     ['the element in a plain page', 'examples/plain/', () => document.querySelector('phiz-designer')?.model],
@@ -254,6 +254,11 @@ describe('a strict content security policy', () => {
           assert.ok((await readFile(await file.path())).length > 10_000);
         }
         await page.keyboard.press('Escape');
+        // Faces have portraits there.
+        for (const tab of ['Mix', 'Faces']) {
+          await page.getByRole('tab', { name: tab }).click();
+          await page.waitForFunction(() => [...document.querySelectorAll('[role=tabpanel]:not([hidden]) img')].some((image) => image.naturalWidth > 0));
+        }
         // Workers take the policy of their answers, which here is the page's.
         await page.getByRole('tab', { name: 'Photo' }).click();
         await page.getByRole('button', { name: 'An example' }).click();

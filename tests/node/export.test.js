@@ -216,6 +216,19 @@ for (const name of ['model', 'synthetic']) {
       });
     });
 
+    test('morph targets are those of the face without what is held on it', () => {
+      const free = morphTargets(face);
+      const held = face.clone();
+      held.lock('nose');
+      held.lockMeasure('face width');
+      const code = held.code;
+      const targets = morphTargets(held);
+      assert.deepEqual(targets.map(({ name, direction }) => [name, direction]), free.map(({ name, direction }) => [name, direction]));
+      for (const [i, target] of targets.entries()) assert.equal(farthest(target.positions, free[i].positions), 0, target.name);
+      assert.deepEqual([held.locked, held.lockedMeasures, held.code], [['nose'], ['face width'], code]);
+      held.free();
+    });
+
     test('a freed face is refused', () => {
       const gone = model.face();
       gone.free();

@@ -606,7 +606,7 @@ for (const build of ['simd', 'scalar']) {
 test('the module may be given', async () => {
   const place = (name) => new URL(`../../pkg/${name}_bg.wasm`, import.meta.url);
   const wasm = await readFile(place('simd/phiz'));
-  for (const [i, given] of [wasm, new WebAssembly.Module(wasm), new Response(wasm, { headers: { 'content-type': 'application/wasm' } }), place('simd/phiz')].entries()) {
+  for (const [i, given] of [wasm, new WebAssembly.Module(wasm), new Response(wasm, { headers: { 'content-type': 'application/wasm' } }), place('simd/phiz'), place('simd/phiz').href].entries()) {
     // As many packages as there are ways: each is instantiated once.
     const own = await import(`../../pkg/index.js?${i}`);
     await own.prepare({ build: 'simd', wasm: given });

@@ -307,6 +307,10 @@ fn a_folder_tells_of_each_scan_what_was_guessed_or_found() {
         err.contains("from the origin, where a PLY has steps of 512.00 mm"),
         "{err}"
     );
+    assert!(
+        err.contains(&format!("phiz-fit: {}: place: ", scan.display())),
+        "{err}"
+    );
     assert!(!face.exists());
 }
 

@@ -134,6 +134,28 @@ fn what_is_read_is_not_written_over() {
         assert!(error.contains(said), "{arguments}: {error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
+    // Nor is a face of a folder, nor what is told of them; a model of before may lie there.
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["anna.ply", "labels.json", "ours.phiz"] {
+        std::fs::write(folder.path().join(name), "").expect("writes");
+    }
+    let faces = folder.path().display();
+    for verb in [
+        "template --base-mesh b --registered-to t",
+        "train --template t",
+        "basis --template t",
+        "attributes m --template t",
+    ] {
+        for (name, said) in [
+            ("anna.ply", "is one of the files of the faces"),
+            ("labels.json", "is one of the files of the faces"),
+            ("ours.phiz", "No such file"),
+        ] {
+            let (code, error) = called(&format!("{verb} --faces {faces} -o {faces}/{name}"));
+            assert_eq!(code, Some(1), "{verb} {name}: {error}");
+            assert!(error.contains(said), "{verb} {name}: {error}");
+        }
+    }
     // A model with more in it may take its place.
     for arguments in [
         "attributes --template t --faces f m -o m",

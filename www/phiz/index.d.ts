@@ -223,7 +223,7 @@ export interface PhotoEdit {
   /** The photo's pixels, changed so: by the processor, without WebGL. */
   render(shape: PhotoShape, rgba: Uint8Array | Uint8ClampedArray): Uint8ClampedArray;
   /**
-   * The head's colours as the photo has them, without its light: `size` x `size` texels in the model's
+   * The head's colours as the photo has them, without its light: `size` x `size` texels, 64 to 4096 a side and 1024 unless given, in the model's
    * texture coordinates, row by row from v = 1, sRGB; alpha is how much of it is the photo's. What the
    * camera does not see, or glasses cover, is taken from the other side, or continued; a photo that is too dark
    * counts as exposed as most are. `detail` is the face in the pixels of a larger photo, of which `rgba` has fewer.
@@ -409,7 +409,7 @@ export class FaceModel implements ModelInfo {
   /** The vertex on the other side of the face, for each vertex. */
   readonly mirror: Uint32Array;
 
-  /** Releases the model's memory and that of its faces. Any later use throws. */
+  /** Releases the model's memory and that of its faces. Later calls throw; what was read of it before may still be read. */
   free(): void;
 }
 
@@ -424,14 +424,15 @@ export class Face {
 
   /**
    * Moves a control.
-   * @throws Error when no control has that name or the value is not a number.
+   * @throws Error when no control has that name, the value is no percentile from 0 to 1 (of a control of that unit), or a measure
+   *   that is held cannot be.
    */
   set(control: string, value: number): void;
   /** Where the face stands on a control, in the control's unit. */
   get(control: string): number;
   /** Back to the median: all of the face, or the controls of one region. */
   reset(region?: string): void;
-  /** Moves towards another face of the same model: t = 0 changes nothing, 1 takes it over. */
+  /** Moves towards another face of the same model: t from 0, which changes nothing, to 1, which takes it over. */
   blend(other: Face, t: number, options?: { regions?: readonly string[] }): void;
   /**
    * Where the face stands on an attribute, in its unit. Edits by semantic controls do not count.
@@ -447,7 +448,8 @@ export class Face {
    */
   setAttributes(values: Readonly<Record<string, number>>): void;
   /**
-   * A random person of the population. `spread` 1 is the population's own variety. Locked
+   * A random person of the population. `spread`, from 0 to 3, is 1 for the population's own variety, `seed` a whole number to
+   * 2^53 - 1. Locked
    * regions stay. Of `attributes` those that are named read what is asked, to a thousandth of their
    * limits, and all else is random as before; where regions stay, the others go their own part of
    * the way there.
@@ -526,7 +528,7 @@ export class Face {
   /** Unit normals, as `positions`. */
   readonly normals: Float32Array;
   /**
-   * `[first, end)`: the smallest range that has all vertices that the last call moved or turned, and others between them.
+   * `[first, end)`: a range that has all vertices that the last call moved or turned, and others between them.
    * Of a face that has had expressions those that differ from what they were when positions, normals or this were last asked for.
    */
   readonly changed: [number, number];

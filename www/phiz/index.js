@@ -45,11 +45,11 @@ async function instantiate(build, wasm) {
  * @returns {Promise<Wasm>}
  */
 async function wasmSource(wasm) {
-  if (!(wasm instanceof URL && wasm.protocol === 'file:')) return wasm;
+  if (!/^file:/i.test(wasm instanceof URL ? wasm.href : typeof wasm === 'string' ? wasm : '')) return wasm;
   // Node's fetch does not read files. The name is in a variable so that bundlers for pages do not
   // try to resolve it.
   const fs = 'node:fs/promises';
-  return (await import(/* webpackIgnore: true */ /* @vite-ignore */ fs)).readFile(wasm);
+  return (await import(/* webpackIgnore: true */ /* @vite-ignore */ fs)).readFile(new URL(/** @type {URL | string} */ (wasm)));
 }
 
 /**
@@ -402,7 +402,8 @@ export class FaceModel {
   }
 
   /** @param {{ wasm?: Wasm }} [options] */
-  async preparePhotos({ wasm } = {}) {
+  async preparePhotos({ wasm, ...others } = {}) {
+    noMore('preparePhotos', others);
     await loadedPhotoModule(wasm);
     await this.#photoFitter();
   }

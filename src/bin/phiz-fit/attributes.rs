@@ -29,6 +29,7 @@ pub struct AttributesArgs {
 pub fn run(args: &AttributesArgs) -> FitResult<()> {
     // The model may be written over: it is what is written, with more.
     check_apart(&[&args.output], &[("the template", &args.template)])?;
+    super::check_apart_from(&args.faces, &[&args.output])?;
     check_writable(&args.output)?;
     let template = super::read_template(&args.template)?;
     let model = super::read_model(&args.model)?;

@@ -144,6 +144,7 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
         super::refuse("basis", ErrorKind::ArgumentConflict, cause);
     }
     check_apart(&[&args.output], &[("the template", &args.template)])?;
+    super::check_apart_from(&args.faces, &[&args.output])?;
     check_writable(&args.output)?;
     let template = super::read_template(&args.template)?;
     let (_, mut faces) = super::read_faces(&args.faces, &template)?;

@@ -23,7 +23,7 @@ use glam::DVec3;
 use indicatif::ProgressBar;
 
 use phiz::blob::pack;
-use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
+use phiz::fit::format::files::{check_apart, check_writable, files_of, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::head::expression;
 use phiz::fit::head::generic_head;
@@ -328,6 +328,20 @@ fn explained<T>(result: FitResult<T>, notes: &[String]) -> FitResult<T> {
     result.inspect_err(|_| notes.iter().for_each(|note| eprintln!("{note}")))
 }
 
+/// Refuses to write over a face, or what is told of the faces, that is to be read from a folder.
+fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
+    // A folder that cannot be read is told of where its faces are.
+    let files = files_of(faces).unwrap_or_default();
+    let told = ["ply", "json"];
+    let is_read = |path: &&PathBuf| {
+        let ending = path.extension().unwrap_or_default();
+        told.iter().any(|end| ending.eq_ignore_ascii_case(end))
+    };
+    let read = files.iter().filter(is_read);
+    let read = read.map(|path| ("one of the files of the faces", path.as_path()));
+    check_apart(written, &read.collect::<Vec<_>>())
+}
+
 /// Does one step of a verb and says so while it lasts, where a person watches.
 fn step<T>(what: &'static str, work: impl FnOnce() -> FitResult<T>) -> FitResult<T> {
     let spinner = ProgressBar::new_spinner().with_message(what);
@@ -350,6 +364,9 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
     });
     let written: Vec<&Path> = written.map(PathBuf::as_path).collect();
     check_apart(&written, &former.collect::<Vec<_>>())?;
+    if let Some(faces) = &args.faces {
+        check_apart_from(faces, &written)?;
+    }
     check_writable(&args.output)?;
     args.people.as_deref().map_or(Ok(()), check_writable)?;
     let plain = step("building the generic head", || {
@@ -393,6 +410,7 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
 
 fn synthetic(args: &PopulationArgs) -> FitResult<()> {
     let template = read_template(&args.template)?;
+    std::fs::create_dir_all(&args.output).map_err(|e| FitError::file(&args.output, e))?;
     let people = step("sampling faces", || {
         population::sample(&template, &args.base_mesh, args.count as usize, args.seed)
     })?;
@@ -405,6 +423,7 @@ fn synthetic(args: &PopulationArgs) -> FitResult<()> {
 
 fn train(args: &TrainArgs) -> FitResult<()> {
     check_apart(&[&args.output], &[("the template", &args.template)])?;
+    check_apart_from(&args.faces, &[&args.output])?;
     check_writable(&args.output)?;
     let template = read_template(&args.template)?;
     let (_, faces) = read_faces(&args.faces, &template)?;

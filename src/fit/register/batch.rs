@@ -353,7 +353,8 @@ pub fn register_read(
     job: &Job,
     settings: &Settings,
 ) -> FitResult<(Prepared, Registered)> {
-    let prepared = prepare_read(registrar, scan, job.landmarks.as_deref())?;
+    let prepared = prepare_read(registrar, scan, job.landmarks.as_deref())
+        .map_err(|error| error.of(&job.scan))?;
     let settings = Settings {
         point_errors: prepared.errors.clone(),
         ..settings.clone()

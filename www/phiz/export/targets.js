@@ -91,6 +91,9 @@ export function expressionTargets(face) {
  */
 export function morphTargets(face) {
   const probe = atRest(face);
+  // What is held here is not held in the file, whose sliders do what they do by themselves.
+  for (const region of probe.locked) probe.unlock(region);
+  for (const measure of probe.lockedMeasures) probe.unlockMeasure(measure);
   const median = face.model.face();
   try {
     const base = face.coefficients;

@@ -44,9 +44,9 @@ const TASKS = {
     await prepared(wish);
     return { answer: true };
   },
-  async fit({ photo, ...wish }, progress) {
+  async fit({ photo: { width, height, points, focal, jawNoise, rgba }, ...wish }, progress) {
     const loaded = await prepared(wish);
-    return { answer: await loaded.fitPhoto({ ...photo, progress }) };
+    return { answer: await loaded.fitPhoto({ width, height, points, focal, jawNoise, rgba, progress }) };
   },
   async edit({ photo: { width, height, rgba }, fit, ...wish }) {
     const loaded = await prepared(wish);
