@@ -529,6 +529,19 @@ describe('a face in a photo', () => {
     assert.ok(await page.locator('.photo-lens').isHidden());
     const dragged = await stateOf(page);
     assert.ok(Math.abs(dragged.points[17] - state.points[17] - 30 * scale) < 0.6 * scale, `the chin went ${dragged.points[17] - state.points[17]} px`);
+    // Who stops the fit, or opens what is no photo, still has the points.
+    const pressed = (/** @type {string[]} */ ...names) =>
+      page.evaluate((words) => {
+        for (const word of words) [...document.querySelectorAll('.photo-panel button')].find(({ textContent }) => textContent === word)?.click();
+      }, names);
+    await pressed('Fit again', 'Cancel');
+    assert.equal(await sentence(page), 'Stopped.');
+    const stopped = await stateOf(page);
+    assert.deepEqual([stopped.mode, stopped.points], ['adjust', dragged.points]);
+    await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'broken.jpg', mimeType: 'image/jpeg', buffer: Buffer.from('no photo') });
+    await page.waitForFunction(() => window.designer.photo.mode !== 'busy' && document.querySelector('.photo-status.is-wrong'));
+    const broken = await stateOf(page);
+    assert.deepEqual([broken.mode, broken.points], ['adjust', dragged.points]);
     await again.click();
     const corrected = await done(page);
     assert.equal(corrected.mode, 'ready');
@@ -553,6 +566,14 @@ describe('a face in a photo', () => {
     await done(page);
     assert.equal(await page.evaluate(() => window.designer.face.code), code);
     assert.deepEqual(await page.evaluate(() => window.designer.colouring), chosen);
+    // What was stopped, and left, is changed as before.
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    await page.getByRole('button', { name: 'As found' }).click();
+    await pressed('Fit again', 'Cancel', 'Leave');
+    assert.equal((await done(page)).mode, 'ready');
+    await moveFace(page);
+    assert.ok((await stateOf(page)).changed);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
 
     // Where no face is found, a mean drawing is placed as a whole.
     const wall = await choose(page, await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332));
@@ -704,6 +725,28 @@ describe('one photo after another', () => {
     const one = await done(page);
     assert.equal(one.mode, 'ready');
     assert.ok(one.points[60] > 300 && one.points[60] < 600, `the nose is at ${one.points[60]}`);
+    // Who looks for another may stay with this one.
+    await page.getByRole('button', { name: 'Another face' }).click();
+    await page.getByRole('button', { name: 'Back to the last photo' }).click();
+    const back = await done(page);
+    assert.deepEqual([back.mode, back.points, back.faces.length], ['ready', one.points, 5]);
+
+    // An example that comes late is not wanted any more.
+    let come = () => {};
+    const late = new Promise((resolve) => (come = () => resolve(undefined)));
+    const example = page.waitForResponse('**/astronaut.jpg');
+    await page.route('**/astronaut.jpg', async (route) => {
+      await late;
+      await route.continue();
+    });
+    await page.getByRole('button', { name: 'An example' }).click();
+    assert.equal((await stateOf(page)).mode, 'busy');
+    const own = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');
+    come();
+    await (await example).finished();
+    await page.evaluate(() => new Promise((next) => setTimeout(next, 500)));
+    assert.deepEqual([(await stateOf(page)).mode, (await stateOf(page)).points], ['ready', own.points]);
+    await page.unroute('**/astronaut.jpg');
 
     const again = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');
     assert.deepEqual(again.points, first);

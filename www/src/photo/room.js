@@ -86,6 +86,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let mode = 'empty';
   /** Where a step back leads. @type {Mode} */
   let before = 'empty';
+  /** Where points were moved before something was begun that can be stopped: they are there again then. @type {'place' | 'adjust' | null} */
+  let moving = null;
+  /** Whether what edits the photo was ended with a fit that was stopped. */
+  let unedited = false;
 
   // The stage.
   const comparison = createComparison({ changed: draw, allowed: () => mode === 'ready' });
@@ -143,6 +147,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   const retry = button(text.tryAgain, () => void search((visit += 1)));
   const toLast = element('div', { class: 'row' }, button(text.photo.toLast, () => void bringBack(text.photo.ready)));
   const another = button(text.photo.another, () => {
+    // This one is still there for who changes their mind.
+    keepLast();
     say(text.photo.several(faces.length));
     view.fit();
     show('choose');
@@ -208,7 +214,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       'div',
       { class: 'row' },
       element('button', { type: 'button', class: 'button primary', onclick: () => picker.click() }, icon('upload'), text.photo.choose),
-      button(text.photo.example, () => void openExample()),
+      button(text.photo.example, () => void open(fetchExample, EXAMPLE)),
       picker,
     ),
     element('p', { class: 'note photo-private' }, icon('lock'), text.photo.private),
@@ -224,6 +230,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   }
   /** @param {Mode} next */
   function show(next) {
+    if (next === 'busy') moving ??= mode === 'place' || mode === 'adjust' ? mode : null;
+    else moving = null;
     mode = next;
     for (const [name, block] of Object.entries(blocks)) block.hidden = name !== mode;
     first.hidden = photo !== null;
@@ -315,6 +323,11 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     fitter.cancel();
     editable = false;
     field = null;
+    unedited = true;
+    if (moving) {
+      say(text.photo.cancelled);
+      return show(moving);
+    }
     keepLast();
     if (last) return void bringBack(text.photo.cancelled);
     say(text.photo.cancelled);
@@ -379,6 +392,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     say(sentence, wrong);
     bar.removeAttribute('value');
     show('busy');
+    moving = null;
     try {
       // Whoever stopped a fit has stopped what edits, too.
       await fitter.edit(fitted.pixels, fitted.fit);
@@ -386,6 +400,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       if (here === visit && !(error instanceof Cancelled)) say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
     }
     if (here !== visit) return;
+    unedited = false;
     editable = true;
     await follow();
     if (here !== visit) return;
@@ -399,21 +414,20 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     show(next);
   }
 
-  async function openExample() {
-    let file;
+  async function fetchExample() {
     try {
       const response = await fetch(new URL(EXAMPLE, document.baseURI));
       if (!response.ok) throw new Error(String(response.status));
-      file = await response.blob();
+      return await response.blob();
     } catch (error) {
-      return say(text.photo.noExample(error instanceof Error ? error.message : String(error)), true);
+      throw new Failure(text.photo.noExample(error instanceof Error ? error.message : String(error)));
     }
-    await open(file, EXAMPLE);
   }
 
-  /** @param {Blob} file @param {string} name */
+  /** @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name */
   async function open(file, name) {
     const here = (visit += 1);
+    const from = mode;
     stopFinding();
     prepareFinding();
     bar.removeAttribute('value');
@@ -421,14 +435,14 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     show('busy');
     let next;
     try {
-      next = await readPhoto(file, name);
+      next = await readPhoto(typeof file === 'function' ? await file() : file, name);
     } catch (error) {
       if (here !== visit) return;
       stopFinding();
-      // The photo before stays, whole.
-      editable = fitted !== null;
+      // The photo before stays, whole, and where it was.
+      editable = fitted !== null && !unedited;
       say(error instanceof Failure ? error.message : text.photo.damaged, true);
-      return show(fitted ? 'ready' : photo ? 'none' : 'empty');
+      return show(moving ?? (from === 'choose' ? from : fitted ? 'ready' : photo ? 'none' : 'empty'));
     }
     // The stage has a copy, which it may need again.
     shown = Math.min(1, LONGEST_SHOWN / Math.max(next.width, next.height));
@@ -441,6 +455,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       picture.close();
       return next.bitmap.close();
     }
+    moving = null;
     keepLast();
     forgetPerson();
     forgetPhoto();
@@ -559,6 +574,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       );
       const base = { ...found, expression };
       await fitter.edit(pixels, base);
+      unedited = false;
       // Who corrects points has seen the looks, and may have changed them. Without a light nobody knows them.
       const looks = dressed ? null : await fitter.looks().catch(() => null);
       if (here !== visit) return;
@@ -600,6 +616,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   }
   function leaveAdjusting() {
     if (before !== 'ready' || !fitted) return show('none');
+    if (unedited) {
+      keepLast();
+      return void bringBack(text.photo.ready);
+    }
     editable = true;
     say(text.photo.ready);
     show('ready');
@@ -631,6 +651,9 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     say(text.exporting);
     // The sentence shows before the work begins.
     await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
+    // Nor before the photo is as the face is now.
+    await asking;
+    if (!photo || !fitted) return;
     try {
       const changed = field;
       const options = { strength: comparison.strength, scale: fitted.scale };

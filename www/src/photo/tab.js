@@ -59,6 +59,9 @@ export function createPhotoTab(editor, parts) {
   window.addEventListener('paste', (event) => {
     const file = pictureAmong(event.clipboardData?.files);
     if (!file) return;
+    // Tables and letters are copied as a picture, too: where words are typed, words are meant.
+    const typed = event.target instanceof Element && event.target.closest('input:is([type=text], [type=number], :not([type])), textarea');
+    if (typed && event.clipboardData?.types.includes('text/plain')) return;
     event.preventDefault();
     void open(file);
   });
