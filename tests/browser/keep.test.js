@@ -80,6 +80,93 @@ describe('nothing is lost', () => {
     await context.close();
   });
 
+  test('two tabs have a face each, and its locks, when they are loaded again', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await moveSlider(page, 'nose 1', 0.93);
+    await page.getByRole('button', { name: 'Lock the nose' }).click();
+    const mine = await codeOf(page);
+    const beside = await context.newPage();
+    await beside.goto(site.url);
+    await ready(beside);
+    await beside.getByRole('button', { name: 'Reset all' }).click();
+    await moveSlider(beside, 'nose 2', 0.2);
+    const other = await codeOf(beside);
+    const has = async (/** @type {any} */ tab, /** @type {string} */ code, /** @type {string[]} */ locked) => {
+      await tab.reload();
+      await ready(tab);
+      assert.deepEqual([await codeOf(tab), await locks(tab)], [code, [locked, []]]);
+      assert.equal(await tab.evaluate(() => Object.keys(localStorage).find((name) => name.startsWith('phiz-faces-')) ?? null), null, 'the other tab has a face, which is not lost');
+    };
+    await has(page, mine, ['nose']);
+    await has(beside, other, ['nose']);
+    await has(page, mine, ['nose']);
+    // The median face has an empty address.
+    await page.getByRole('button', { name: 'Lock the nose' }).click();
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    const median = await codeOf(page);
+    assert.equal(new URL(page.url()).hash, '');
+    await has(beside, other, ['nose']);
+    await moveSlider(beside, 'nose 2', 0.3);
+    await has(page, median, []);
+
+    // A browser that takes no more addresses for a while gets the newest then; who loads the page again has it.
+    await page.evaluate(() => {
+      const { replaceState } = window.history;
+      window.history.replaceState = () => {
+        throw new DOMException('too often', 'SecurityError');
+      };
+      window.allow = () => (window.history.replaceState = replaceState);
+    });
+    await moveSlider(page, 'nose 1', 0.4);
+    const late = await codeOf(page);
+    assert.equal(new URL(page.url()).hash, '');
+    await page.evaluate(() => window.allow());
+    await page.waitForFunction((code) => location.hash === `#${code}`, late);
+    await has(page, late, []);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('what was worked on last stays where it is kept until it is among the faces', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    const key = await page.evaluate(() => Object.keys(localStorage).find((name) => name.startsWith('phiz-face-')) ?? null);
+    assert.equal(key, null);
+    await page.getByRole('tab', { name: 'Expressions' }).click();
+    await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor({ timeout: 60_000 });
+    await moveSlider(page, 'Smile mouthSmile', 0.8);
+    const theirs = new URL(page.url()).hash;
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await moveSlider(page, 'nose 1', 0.93);
+    const mine = await codeOf(page);
+    await page.close();
+
+    const linked = await context.newPage();
+    let come = () => {};
+    const late = new Promise((done) => (come = () => done(undefined)));
+    await linked.route('**/expressions.phiz', async (route) => {
+      await late;
+      await route.continue();
+    });
+    await linked.goto(`${site.url}${theirs}`);
+    await linked.waitForFunction(() => window.designer);
+    await moveSlider(linked, 'nose 2', 0.2);
+    const kept = () =>
+      linked.evaluate(() => {
+        const key = Object.keys(localStorage).find((name) => name.startsWith('phiz-face-')) ?? '';
+        return JSON.parse(localStorage.getItem(key) ?? '{}').code;
+      });
+    assert.equal(await kept(), mine);
+    come();
+    await ready(linked);
+    assert.equal(await kept(), await codeOf(linked));
+    await linked.getByRole('tab', { name: 'Faces' }).click();
+    await linked.getByRole('button', { name: /^Open Last visit/ }).click();
+    assert.equal(await codeOf(linked), mine);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('faces are saved, renamed, deleted, brought back, and go through files', async () => {
     const { context, page, complaints } = await open(browser, site, { drawn: true });
     await moveSlider(page, 'nose 1', 0.93);

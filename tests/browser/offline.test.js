@@ -101,6 +101,14 @@ describe('offline', () => {
       const first = await names();
       await moveSlider(page, 'nose 1', 0.2);
       const url = page.url();
+      const beside = await context.newPage();
+      await beside.goto(site.url);
+      await ready(beside);
+      await moveSlider(beside, 'nose 2', 0.8);
+      const code = await beside.evaluate(() => {
+        window.designer.stays = true;
+        return window.designer.face.code;
+      });
 
       // The page changes and a file of it goes.
       const html = await readFile(join(folder, 'index.html'), 'utf8');
@@ -115,6 +123,16 @@ describe('offline', () => {
       await ready(page);
       assert.equal(await page.title(), 'phiz, the next');
       assert.equal(page.url(), url, 'with the same face');
+      // Whoever works in another tab goes on there, and takes it when it suits.
+      const update = beside.getByRole('button', { name: 'Update' });
+      await update.waitFor();
+      assert.equal(await beside.evaluate(() => window.designer.stays), true, 'the other tab was loaded again');
+      assert.ok(await beside.getByRole('button', { name: 'Undo', exact: true }).isEnabled());
+      await Promise.all([beside.waitForEvent('load'), update.click()]);
+      await ready(beside);
+      assert.equal(await beside.title(), 'phiz, the next');
+      assert.equal(await beside.evaluate(() => window.designer.face.code), code);
+      await beside.close();
       await page.waitForFunction(async () => {
         for (const name of await caches.keys()) {
           for (const { url } of await (await caches.open(name)).keys()) if (url.includes('icon-512')) return false;

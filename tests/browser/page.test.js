@@ -121,7 +121,17 @@ describe('the page', () => {
 
   test('a link with nonsense shows the median face and says so', async () => {
     const { context, page } = await open(browser, site, { hash: '#not-a-face' });
-    assert.match((await page.locator('.toast').textContent()) ?? '', /no face of this model/);
+    assert.equal(await page.locator('.toast').textContent(), 'This link holds no face of this model, so you see the median face.');
+    // One that comes while a face is worked on takes nothing of it.
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    const mine = await page.evaluate(() => window.designer.face.code);
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    await page.evaluate(() => (location.hash = '#not-a-face'));
+    await page.getByText('This link holds no face of this model, so yours stays.').waitFor();
+    assert.equal(await page.evaluate(() => window.designer.face.code), mine);
+    assert.ok(new URL(page.url()).hash.startsWith(`#${mine}`), 'the address is the face\u2019s again');
+    assert.ok(await page.getByRole('button', { name: 'Redo', exact: true }).isEnabled());
     await context.close();
   });
 

@@ -54,6 +54,8 @@ export async function serve({ model, root = () => DIST, headers = {}, base = '/s
     });
     createReadStream(file).pipe(response);
   });
+  // A test that fails leaves it open: nobody waits for it.
+  server.unref();
   await new Promise((ready) => server.listen(0, '127.0.0.1', () => ready(undefined)));
   const address = server.address();
   if (!address || typeof address === 'string') throw new Error('the server has no port');

@@ -1,5 +1,5 @@
 import { createAbout } from './frame/about.js';
-import { createAddress } from './keep/address.js';
+import { createAddress, locksOfTab } from './keep/address.js';
 import { decodeColouring, decodeExpression, encodeColouring, joinHash, splitHash } from './keep/addresscode.js';
 import { createAutosave } from './keep/autosave.js';
 import { createBare } from './stage/bare.js';
@@ -19,6 +19,7 @@ import { growHair } from './hair/onhead.js';
 import { layFinework } from './head/finework.js';
 import { createLibrary } from './keep/library.js';
 import { createLimits } from './panel/limits.js';
+import { lockAgain } from './keep/locks.js';
 import { createExpressionFile } from './frame/loading.js';
 import { createMeanings } from './panel/meanings.js';
 import { createMix } from './faces/mix.js';
@@ -40,19 +41,21 @@ import { createViewpoint } from './stage/viewpoint.js';
 /** @typedef {NonNullable<ReturnType<ReturnType<typeof createAutosave>['last']>>} Last */
 
 /**
- * The face to begin with: the link's, or the last visit's, or the median.
+ * The face to begin with: the tab's own, when the page was loaded again; or the link's, or the last visit's, or the median.
  * @param {import('phiz').FaceModel} model
  * @param {Last | null} last
+ * @param {ReturnType<typeof locksOfTab>} again what the tab's own face had locked
  */
-function firstFace(model, last) {
+function firstFace(model, last, again) {
   const { code, expression, colouring } = splitHash(location.hash);
   let refused = false;
-  if (code || expression || colouring) {
+  if (code || expression || colouring || again) {
     try {
       const colours = decodeColouring(colouring);
       const face = code ? model.fromCode(code) : model.face();
-      // The address has had the face since it was changed: when that was here, the page was loaded again.
-      if (last && joinHash(last) === joinHash({ code: face.code, expression, colouring })) lockAgain(face, last);
+      if (again) lockAgain(face, again);
+      // A link to what was worked on last is the way back to it.
+      else if (last && joinHash(last) === joinHash({ code: face.code, expression, colouring })) lockAgain(face, last);
       return { face, expression, colours, refused, restored: false };
     } catch {
       refused = true;
@@ -67,13 +70,6 @@ function firstFace(model, last) {
     }
   }
   return { face: model.face(), expression: '', colours: {}, refused, restored: false };
-}
-
-/** @param {import('phiz').Face} face @param {Last} last */
-function lockAgain(face, { locked, held }) {
-  const { regions, measures } = face.model;
-  for (const region of locked) if (regions.includes(region)) face.lock(region);
-  for (const { name } of measures) if (held.includes(name)) face.lockMeasure(name);
 }
 
 /** @param {Last} last */
@@ -101,7 +97,8 @@ export async function createDesigner(model, stage, chosen) {
   median.free();
   const autosave = createAutosave(chosen.name);
   const last = autosave.last();
-  const { face, expression, colours, refused, restored } = firstFace(model, last);
+  const again = locksOfTab();
+  const { face, expression, colours, refused, restored } = firstFace(model, last, again);
   const editor = createEditor(model, face, colours);
   // Presses of a key may be one step together; what a pointer does is one by itself.
   document.addEventListener('pointerdown', editor.part, true);
@@ -231,7 +228,7 @@ export async function createDesigner(model, stage, chosen) {
   stage.furnish(panel.root);
   const tour = createTour(panel);
   stage.root.append(explanation.open, explanation.root, tour.invitation);
-  const exports = createExports(face, scene, head, file, () => library.nameOf(face.code), () => editor.colouring);
+  const exports = createExports(face, scene, head, file, () => library.nameOf(face.code), () => editor.colouring, () => display.refresh());
   document.body.append(about.root, exports, ...tour.parts);
 
   editor.onShape((range) => {
@@ -287,10 +284,10 @@ export async function createDesigner(model, stage, chosen) {
       return photo.state;
     },
   };
-  // A link shows another face than the one that was being worked on: that one is not lost.
-  const other = last && !restored && (last.code !== face.code || last.colouring !== encodeColouring(colours));
+  // A link shows another face than the one that was being worked on: that one is not lost. What another tab works on is none of
+  // this one's.
+  const other = last && !restored && !again && (last.code !== face.code || last.colouring !== encodeColouring(colours));
   const left = other && (last.code !== medianCode || last.colouring) ? last.code : null;
-  autosave.follow(editor);
   let unexpressed = false;
   const expressed = expression ? editor.awaitExpression(expression) : null;
   if (restored) address.write();
@@ -313,6 +310,8 @@ export async function createDesigner(model, stage, chosen) {
   }
   const when = new Date().toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' });
   const kept = last && left !== null && library.adopt(text.lastVisit(when), { code: left, expression: leftExpression, colouring: lastColours(last) });
+  // Not before: what was worked on last is only there.
+  autosave.follow(editor);
   if (!chosen.known) toast.say(text.unknownModel);
   else if (refused) toast.say(text.badCode);
   else if (unexpressed) toast.say(text.badExpression);

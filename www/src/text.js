@@ -106,6 +106,8 @@ export const text = {
   change: (/** @type {number} */ mm) => (mm < 0 ? '' : '+') + decimal(mm),
   millimetres: (/** @type {number} */ mm) => `${decimal(mm)} mm`,
   badCode: 'This link holds no face of this model, so you see the median face.',
+  badCodeHere: 'This link holds no face of this model, so yours stays.',
+  noExpressionHere: 'The expression of this link could not be loaded, so your face stays.',
   noSavedExpression: 'The face’s expression could not be loaded, so the face is at rest.',
   badExpression: 'The link’s expression could not be shown, so the face is at rest.',
   groups: /** @type {Record<string, string>} */ ({

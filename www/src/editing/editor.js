@@ -287,16 +287,19 @@ export function createEditor(model, face, colouring) {
      * @param {import('phiz').Face} other
      * @param {{ regions?: string[], colours?: import('../head/colouring.js').Colouring }} options all regions when absent;
      *   the colours that it then has unless something is locked, its own when absent
+     * @returns {boolean} whether it did; who asked is told why not
      */
     become(other, { regions, colours }) {
       if (!regions) asked += 1;
-      step('blend', () =>
+      const became = step('blend', () =>
         attempt(() => {
           face.blend(other, 1, regions && { regions });
           if (!regions) leavePhoto();
           if (colours) dress(colours);
+          return true;
         }),
       );
+      return became === true;
     },
     /**
      * Becomes another face; what is locked stays locked, and changes all the same: it was asked for
@@ -306,8 +309,9 @@ export function createEditor(model, face, colouring) {
     take({ code, expression, colouring }, photo = 0) {
       asked += 1;
       step('take', () => {
-        subject.photo = photo;
+        // First what may be no face of this model.
         face.code = code;
+        subject.photo = photo;
         if (expression) express(expression);
         if (colouring) subject.colouring = colouring;
       });

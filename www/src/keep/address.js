@@ -1,5 +1,15 @@
 import { decodeColouring, decodeExpression, encodeColouring, encodeExpression, joinHash, splitHash } from './addresscode.js';
+import { locksOf, readLocks } from './locks.js';
 import { text } from '../text.js';
+
+/** After so long an address that the browser did not take is offered again, ms: Safari takes a hundred in half a minute. */
+const LATER = 2000;
+
+/** What was locked in this tab when the page was loaded again; null in a tab that comes to its address for the first time. */
+export function locksOfTab() {
+  const state = window.history.state;
+  return state === null ? null : readLocks(state);
+}
 
 /**
  * The whole face in the page's address, with its expression and its colours: kept as it changes, followed when it
@@ -26,9 +36,15 @@ export function createAddress(editor, expressions, say) {
     url.hash = joinHash(parts);
     return url;
   }
+  let later = 0;
   function write() {
+    window.clearTimeout(later);
     const parts = shown();
-    window.history.replaceState(null, '', link({ ...parts, code: parts.code === median ? '' : parts.code }));
+    try {
+      window.history.replaceState(locksOf(face), '', link({ ...parts, code: parts.code === median ? '' : parts.code }));
+    } catch {
+      later = window.setTimeout(write, LATER);
+    }
   }
   editor.onStep(write);
   window.addEventListener('hashchange', async () => {
@@ -36,16 +52,25 @@ export function createAddress(editor, expressions, say) {
     asked.code ||= median;
     const isNewest = editor.ask();
     if (joinHash(asked) === joinHash(shown())) return;
+    /** @param {string} sentence */
+    const refuse = (sentence) => {
+      write();
+      say(sentence);
+    };
     try {
       if (asked.expression) await expressions.load();
-      if (!isNewest()) return;
+    } catch {
+      return isNewest() && refuse(text.noExpressionHere);
+    }
+    if (!isNewest()) return;
+    try {
       editor.take({
         code: asked.code,
         expression: decodeExpression(model.expressions, asked.expression),
         colouring: decodeColouring(asked.colouring),
       });
     } catch {
-      if (isNewest()) say(text.badCode);
+      refuse(text.badCodeHere);
     }
   });
 

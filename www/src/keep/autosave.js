@@ -1,4 +1,5 @@
 import { encodeColouring, encodeExpression } from './addresscode.js';
+import { locksOf, readLocks } from './locks.js';
 import { keep, recall } from '../store.js';
 
 /**
@@ -12,14 +13,11 @@ export function createAutosave(modelName) {
     last() {
       const kept = /** @type {any} */ (recall(key));
       if (!kept || typeof kept.code !== 'string') return null;
-      /** @param {unknown} list */
-      const names = (list) => (Array.isArray(list) ? list.filter((name) => typeof name === 'string') : []);
       /** @param {unknown} value */
       const words = (value) => (typeof value === 'string' ? value : '');
       return {
         code: kept.code,
-        locked: names(kept.locked),
-        held: names(kept.held),
+        ...readLocks(kept),
         expression: words(kept.expression),
         colouring: words(kept.colouring),
       };
@@ -27,11 +25,14 @@ export function createAutosave(modelName) {
     /** @param {import('../editing/editor.js').Editor} editor */
     follow(editor) {
       const { face, model } = editor;
-      editor.onStep(() => {
+      const store = () => {
         const expression = editor.awaited || encodeExpression(model.expressions, face.expression);
         const colouring = encodeColouring(editor.colouring);
-        keep(key, { code: face.code, locked: face.locked, held: face.lockedMeasures ?? [], expression, colouring });
-      });
+        keep(key, { code: face.code, ...locksOf(face), expression, colouring });
+      };
+      editor.onStep(store);
+      // Something may have been done before anybody followed.
+      if (editor.canUndo) store();
     },
   };
 }

@@ -20,8 +20,9 @@ const LARGEST = 8192;
  * @param {{ any: boolean, load: () => Promise<void> }} expressions
  * @param {() => string} named what the face is called, '' when it was not saved
  * @param {() => import('../head/colouring.js').Colouring} colouring that the face has, whatever of it is shown
+ * @param {() => void} open shows the face without what passes, such as a blink
  */
-export function createExports(face, view, head, expressions, named, colouring) {
+export function createExports(face, view, head, expressions, named, colouring, open) {
   const status = element('p', { class: 'note', role: 'status' });
 
   /**
@@ -49,6 +50,7 @@ export function createExports(face, view, head, expressions, named, colouring) {
       // What moves in the file is what the model knows of by then.
       if (expressions.any) await expressions.load();
       const { glbAsShown } = await part(import('../appearance/appearance.js'));
+      open();
       // Hair that is hidden is the face's all the same.
       const glb = await glbAsShown(view.renderer, head, face, { colouring: colouring() });
       // The stage may have been drawn meanwhile.
@@ -105,7 +107,8 @@ export function createExports(face, view, head, expressions, named, colouring) {
           onsubmit: (/** @type {Event} */ event) => {
             event.preventDefault();
             const size = { width: width.valueAsNumber, height: height.valueAsNumber };
-            offer('png', () => {
+            offer('png', async () => {
+              open();
               head.finish();
               return portrait(view, { ...size, transparent: transparent.checked });
             });

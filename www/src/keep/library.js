@@ -76,12 +76,14 @@ export function createLibrary(model, modelName) {
     for (const listener of listeners) listener();
     return kept;
   }
-  // Another tab of the same page may save, too.
-  window.addEventListener('storage', (event) => {
-    if (event.key !== key) return;
+  function readAgain() {
     own = read();
     for (const listener of listeners) listener();
-  });
+  }
+  // Another tab of the same page may save, too.
+  window.addEventListener('storage', ({ key: of }) => of === key && readAgain());
+  // And did, where nobody told a page that was put away.
+  window.addEventListener('pageshow', ({ persisted }) => persisted && readAgain());
 
   return {
     /** @param {() => void} listener */

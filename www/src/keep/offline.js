@@ -3,21 +3,33 @@ import { element } from '../frame/element.js';
 import { text } from '../text.js';
 
 /**
- * Keeps the page for visits without a network, and offers a new version when there is one. Nothing
- * is lost by taking it: the address holds the whole face.
+ * Keeps the page for visits without a network, and offers a new version when there is one. Only who takes it is
+ * given it: the address holds the whole face, but not what can be undone, nor a photo, and a tab beside this one
+ * may have them.
  */
 export async function keepOffline() {
   // There is none on an insecure origin, in some private windows, and during development.
   if (!('serviceWorker' in navigator) || import.meta.env.DEV) return;
   const { serviceWorker } = navigator;
   let controlled = serviceWorker.controller !== null;
-  serviceWorker.addEventListener('controllerchange', () => {
-    // The first worker takes over a page that is as new as itself.
-    if (controlled) location.reload();
-    controlled = true;
-  });
+  let taken = false;
   /** @type {ServiceWorkerRegistration} */
   let registration;
+  const offer = () => {
+    const take = () => {
+      taken = true;
+      // Another tab may have let it take over meanwhile.
+      if (registration.waiting) registration.waiting.postMessage('take over');
+      else location.reload();
+    };
+    if (!document.querySelector('.update')) document.body.append(offering(take));
+  };
+  serviceWorker.addEventListener('controllerchange', () => {
+    if (taken) location.reload();
+    // The first worker takes over a page that is as new as itself.
+    else if (controlled) offer();
+    controlled = true;
+  });
   try {
     registration = await serviceWorker.register(new URL('service-worker.js', document.baseURI));
   } catch (error) {
@@ -26,8 +38,7 @@ export async function keepOffline() {
     return;
   }
   const offered = () => {
-    const { waiting } = registration;
-    if (waiting && serviceWorker.controller) offer(waiting);
+    if (registration.waiting && serviceWorker.controller) offer();
   };
   offered();
   registration.addEventListener('updatefound', () => {
@@ -35,19 +46,12 @@ export async function keepOffline() {
   });
 }
 
-/** @param {ServiceWorker} waiting */
-function offer(waiting) {
-  if (document.querySelector('.update')) return;
-  document.body.append(
-    element(
-      'div',
-      { class: 'update', role: 'status' },
-      text.newVersion,
-      element(
-        'button',
-        { type: 'button', class: 'button primary', onclick: () => waiting.postMessage('take over') },
-        text.takeNewVersion,
-      ),
-    ),
+/** @param {() => void} take */
+function offering(take) {
+  return element(
+    'div',
+    { class: 'update', role: 'status' },
+    text.newVersion,
+    element('button', { type: 'button', class: 'button primary', onclick: take }, text.takeNewVersion),
   );
 }
