@@ -109,6 +109,33 @@ describe('taking a face along as a PNG', () => {
       for (let x = 200; x < 280; x++, all++) if (long.alpha?.[y * width + x] === 255 && long.rgb[3 * (y * width + x)] < 120) hair++;
     }
     assert.ok(hair > 0.5 * all, `where the neck ends it hides the hair behind it: ${hair} of ${all} pixels are hair`);
+
+    // A graphics card that is lost leaves an empty picture, which is not kept.
+    const card = await page.evaluateHandle(() => /** @type {HTMLCanvasElement} */ (document.querySelector('canvas.view')).getContext('webgl2')?.getExtension('WEBGL_lose_context'));
+    await card.evaluate((card) => card.loseContext());
+    for (const format of ['PNG', 'GLB']) {
+      await page.getByRole('dialog').getByRole('button', { name: format, exact: true }).click();
+      await page.getByRole('dialog').getByText('the graphics card is not available at the moment').waitFor();
+    }
+    // In the middle of a file, too.
+    await card.evaluate((card) => card.restoreContext());
+    await page.waitForFunction(() => !document.querySelector('canvas.view').getContext('webgl2').isContextLost());
+    await page.evaluate(() => {
+      const { prototype } = WebGL2RenderingContext;
+      const { readPixels } = prototype;
+      prototype.readPixels = function (...asked) {
+        prototype.readPixels = readPixels;
+        this.getExtension('WEBGL_lose_context').loseContext();
+        readPixels.apply(this, asked);
+      };
+    });
+    await page.getByRole('dialog').getByRole('button', { name: 'GLB', exact: true }).click();
+    await page.getByRole('dialog').getByText('the graphics card is not available at the moment').waitFor();
+    await card.evaluate((card) => card.restoreContext());
+    await page.waitForFunction(() => !document.querySelector('canvas.view').getContext('webgl2').isContextLost());
+    const whole = decodePng((await download(page, 'PNG')).bytes);
+    const filled = (/** @type {typeof whole} */ { alpha }) => alpha?.filter((a) => a === 255).length ?? 0;
+    assert.ok(filled(whole) > 0.9 * filled(long), `${filled(whole)} of ${filled(long)} pixels are the head's`);
     assert.deepEqual(visit.complaints, []);
   });
 });

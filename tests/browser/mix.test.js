@@ -132,6 +132,10 @@ describe('mixing', () => {
     assert.ok(Number(share) > 80, `the puck is near the second face: ${share} %`);
     await page.getByRole('button', { name: 'Take Preset 3 out of the circle' }).click();
     assert.equal(await page.locator('.member').count(), 1);
+    // One face has nothing between it and another: beside it nothing is pressed.
+    const alone = await codeOf(page);
+    await page.locator('.ring').click({ position: { x: ring.width / 2, y: ring.height * 0.8 } });
+    assert.equal(await codeOf(page), alone);
     assert.deepEqual(complaints, []);
     await context.close();
   });
@@ -386,6 +390,22 @@ describe('between faces, on one page', () => {
     assert.equal(await codeOf(page), four);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.equal(await codeOf(page), mine);
+
+    // What is locked stays.
+    const nose = await partOf(page, 'nose');
+    const before = await coefficients(page);
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await page.getByRole('button', { name: 'Lock the nose' }).click();
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    await way.fill('100');
+    await page.getByRole('button', { name: 'Keep this face' }).click();
+    const after = await coefficients(page);
+    assert.deepEqual(nose.map((i) => after[i]), nose.map((i) => before[i]));
+    assert.ok(after.some((value, i) => value !== before[i]));
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.equal(await codeOf(page), mine);
+    assert.deepEqual(await page.evaluate(() => window.designer.face.locked), []);
     assert.deepEqual(visit.complaints, []);
   });
 

@@ -37,18 +37,28 @@ const COLUMNS = 4;
  */
 export async function glbAsShown(renderer, head, face, { targets = true, colouring = head.colouring } = {}) {
   if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
-  const before = head.colouring;
   const asked = face.clone();
+  /**
+   * Something of the head in these colours, which it has for just that long: between two pictures it may be given others.
+   * @template T @param {() => T} make @returns {T}
+   */
+  const coloured = (make) => {
+    const before = head.colouring;
+    if (before !== colouring) head.paint(colouring);
+    try {
+      head.finish();
+      return make();
+    } finally {
+      if (before !== colouring) head.paint(before);
+    }
+  };
   try {
-    head.paint(colouring);
-    head.finish();
-    const parts = beside(head, asked, targets);
-    const skin = await skinMaps(renderer, head);
-    const eyes = { colour: await eyeMap(renderer, head), reach: EYE_REACH };
+    const parts = coloured(() => beside(head, asked, targets));
+    const skin = await skinMaps(renderer, head, coloured);
+    const eyes = { colour: await eyeMap(renderer, head, coloured), reach: EYE_REACH };
     return toGlb(asked, { targets, appearance: { skin, eyes, parts } });
   } finally {
     asked.free();
-    head.paint(before);
   }
 }
 

@@ -65,12 +65,15 @@ const MAPS = {
     gl_FragColor = vec4(occlusion, roughnessFactor, 0.0, 1.0);`,
 };
 
+/** Makes something of the head as it is to look. @typedef {<T>(make: () => T) => T} Coloured */
+
 /**
  * @param {import('three').WebGLRenderer} renderer
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
+ * @param {Coloured} coloured
  */
-export async function skinMaps(renderer, { skin, look }) {
-  const tone = look.material.color;
+export async function skinMaps(renderer, { skin, look }, coloured) {
+  const tone = coloured(() => look.material.color.clone());
   const uniforms = { ...look.uniforms, markStrength: { value: [0, 0] }, heatStrength: { value: 0 }, skinTone: { value: tone }, roughness: { value: look.material.roughness } };
   const most = renderer.capabilities.maxTextureSize;
   /** @param {keyof typeof MAPS} name @param {number} size @param {readonly number[]} ground @param {number} quality */
@@ -92,7 +95,7 @@ export async function skinMaps(renderer, { skin, look }) {
       side: 2,
       toneMapped: false,
     });
-    const picture = paint(renderer, skin.geometry, material, Math.min(size, most));
+    const picture = coloured(() => paint(renderer, skin.geometry, material, Math.min(size, most)));
     fill(picture, ground);
     return jpeg(picture, quality);
   };
@@ -109,8 +112,9 @@ export async function skinMaps(renderer, { skin, look }) {
  * An eyeball around its gaze, which is in the middle: away from there by the angle, `EYE_REACH` at the edge.
  * @param {import('three').WebGLRenderer} renderer
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
+ * @param {Coloured} coloured
  */
-export async function eyeMap(renderer, { eyeLook }) {
+export async function eyeMap(renderer, { eyeLook }, coloured) {
   const material = new ShaderMaterial({
     uniforms: eyeLook,
     vertexShader: 'varying vec2 vAt; void main() { vAt = 2.0 * uv - 1.0; gl_Position = vec4(vAt, 0.0, 1.0); }',
@@ -127,5 +131,5 @@ export async function eyeMap(renderer, { eyeLook }) {
     depthTest: false,
     toneMapped: false,
   });
-  return jpeg(paint(renderer, new PlaneGeometry(1, 1), material, EYE), 0.92);
+  return jpeg(coloured(() => paint(renderer, new PlaneGeometry(1, 1), material, EYE)), 0.92);
 }

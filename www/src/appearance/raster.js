@@ -1,6 +1,7 @@
 // What a shader paints on a square, as the bytes of a picture file.
 
 import { Mesh, OrthographicCamera, Scene, WebGLRenderTarget } from 'three';
+import { text } from '../text.js';
 
 /** How far what is painted runs out over its edges, pixels: programs that shrink a picture mix neighbours. */
 const MARGIN = 32;
@@ -11,6 +12,7 @@ const MARGIN = 32;
  * @param {import('three').BufferGeometry} geometry
  * @param {import('three').ShaderMaterial} material sets alpha where it paints
  * @param {number} size pixels a side
+ * @throws where the graphics card was lost, which leaves every pixel black
  */
 export function paint(renderer, geometry, material, size) {
   const target = new WebGLRenderTarget(size, size, { depthBuffer: false });
@@ -26,6 +28,7 @@ export function paint(renderer, geometry, material, size) {
     renderer.clear();
     renderer.render(scene, new OrthographicCamera());
     renderer.readRenderTargetPixels(target, 0, 0, size, size, rgba);
+    if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
   } finally {
     renderer.setRenderTarget(before.target);
     renderer.setClearAlpha(before.alpha);

@@ -107,6 +107,8 @@ export function createCircle(editor, { portraits, say }) {
     moveTo((event.clientX - box.left - box.width / 2) / (0.38 * box.width), (event.clientY - box.top - box.height / 2) / (0.38 * box.height));
   }
   ring.addEventListener('pointerdown', (event) => {
+    // One face alone has nothing between it and another.
+    if (members.length < 2) return;
     if (event.button !== 0 || !(event.target instanceof Element) || event.target.closest('button')) return;
     event.preventDefault();
     puck.focus({ preventScroll: true });

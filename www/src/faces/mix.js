@@ -44,8 +44,8 @@ export function createMix(editor, { groups, limits, library, portraits, display,
   function takeOver(entry, group) {
     if (group !== '' && face.locked.includes(group)) return say(text.lockedAgainst(titleOf(group).toLowerCase()));
     other.code = entry.code;
-    editor.become(other, group === '' ? { colours: entry.colouring } : { regions: [group] });
-    say(where(group, entry.name));
+    const became = editor.become(other, group === '' ? { colours: entry.colouring } : { regions: [group] });
+    if (became) say(where(group, entry.name));
   }
 
   const tray = createTray({

@@ -120,9 +120,9 @@ export function createMorph(editor, { library, display, canvas }) {
       type: 'button',
       class: 'button',
       onclick: () => {
-        const likeness = { code: between.code, colouring: colours };
+        const worn = colours;
         leave();
-        editor.take(likeness);
+        editor.become(between, { colours: worn });
       },
     },
     text.keepThis,

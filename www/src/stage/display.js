@@ -1,5 +1,6 @@
 import { distances, heatColours, scaleEnd } from './heat.js';
 import { sameWeights } from '../editing/history.js';
+import { text } from '../text.js';
 
 /**
  * What the stage shows: the face, or for a while another one; both, split by a line; its distance
@@ -102,10 +103,11 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
       scene.shapeChanged();
       return true;
     },
-    /** Draws what is shown at once, for whoever copies the picture. */
+    /** Draws what is shown at once, for whoever copies the picture. @throws where the graphics card was lost: there is none */
     draw() {
       head.finish();
       scene.redraw();
+      if (scene.renderer.getContext().isContextLost()) throw new Error(text.noCard);
     },
     /**
      * Another face left of a line; null takes it away.

@@ -1,6 +1,7 @@
 import { Vector2 } from 'three';
 import { createAveraging } from '../rendering/averaging.js';
 import { backdropUniforms } from '../rendering/backdrop.js';
+import { text } from '../text.js';
 
 /** The smallest picture that is one, pixels a side. */
 const LEAST = 16;
@@ -19,10 +20,15 @@ const MOST_AVERAGED = 4096 ** 2;
  * }} view
  * @param {{ width: number, height: number, transparent?: boolean }} options pixels
  * @returns {Promise<Blob>}
- * @throws RangeError when the graphics card draws no picture of that size
+ * @throws RangeError when the graphics card draws no picture of that size, Error when it was lost
  */
 export function portrait({ renderer, scene, camera, invalidate }, { width, height, transparent = false }) {
   const gl = renderer.getContext();
+  // One that is lost knows no limits, and leaves an empty picture when it goes.
+  const held = () => {
+    if (gl.isContextLost()) throw new Error(text.noCard);
+  };
+  held();
   const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
   for (const side of [width, height]) {
     if (!Number.isInteger(side) || side < LEAST || side > most) {
@@ -62,6 +68,7 @@ export function portrait({ renderer, scene, camera, invalidate }, { width, heigh
     renderer.setClearAlpha(transparent ? 0 : 1);
     draw(width, height, width / height, transparent ? 0 : 1);
     if (width * height <= MOST_AVERAGED) smooth();
+    held();
     // The pixels are taken at once, the compression happens later.
     return new Promise((done, fail) => {
       canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error('the picture could not be made'))), 'image/png');
