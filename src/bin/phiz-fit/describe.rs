@@ -7,7 +7,7 @@ use clap::Args;
 use phiz::FaceModel;
 use phiz::blob::pack;
 use phiz::fit::FitResult;
-use phiz::fit::format::files::write_atomically;
+use phiz::fit::format::files::{check_writable, write_atomically};
 use phiz::fit::learn::describe::describe;
 
 #[derive(Args)]
@@ -20,6 +20,7 @@ pub struct DescribeArgs {
 }
 
 pub fn run(args: &DescribeArgs) -> FitResult<()> {
+    check_writable(&args.output)?;
     let model = super::read_model(&args.model)?;
     let mut parts = model.parts().clone();
     describe(&mut parts)?;

@@ -241,6 +241,10 @@ struct Comparison {
     unused: f64,
     /// The root mean square of [`Photographer::shading`] over people.
     shading: f64,
+    /// The same with the photo's own light on the fitted face.
+    shading_of_shape: f64,
+    /// The same with the photo's own light on the person's own shape, on the model's mesh: with this mesh nothing is nearer.
+    shading_of_mesh: f64,
     /// The median of a fit with pixels.
     milliseconds: f64,
     /// Means over people; of fits with expressions.
@@ -266,12 +270,21 @@ fn pixels(
         return Ok(());
     }
     println!(
-        "{:17}{:>16}{:>8}{:>7}{:>8}{:>16}{:>8}{:>7}{:>9}{:>5}",
-        "", "similar, mm", "ratio", "worse", "unused", "rigid, mm", "size", "pose", "shading", "ms"
+        "{:17}{:>16}{:>8}{:>7}{:>8}{:>16}{:>8}{:>7}{:>32}{:>5}",
+        "",
+        "similar, mm",
+        "ratio",
+        "worse",
+        "unused",
+        "rigid, mm",
+        "size",
+        "pose",
+        "shading, by shape, by mesh",
+        "ms"
     );
     for c in &all {
         print!(
-            "{:10}{:7}{:7.3} -> {:.3}{:8.3}{:5.0} %{:6.0} %{:9.3} -> {:.3}{:8.4}{:7.2}{:7.1} %{:5.0}",
+            "{:10}{:7}{:7.3} -> {:.3}{:8.3}{:5.0} %{:6.0} %{:9.3} -> {:.3}{:8.4}{:7.2}{:18.1} %{:4.1} %{:4.1} %{:5.0}",
             c.points.setting.name,
             if c.colour { "colour" } else { "grey" },
             c.points.similarity,
@@ -284,6 +297,8 @@ fn pixels(
             c.pixels.size,
             c.pixels.turn,
             100.0 * c.shading,
+            100.0 * c.shading_of_shape,
+            100.0 * c.shading_of_mesh,
             c.milliseconds
         );
         match &c.expressions {
@@ -304,7 +319,8 @@ fn compare(
 ) -> FitResult<Comparison> {
     let mut mistaken = Vec::new();
     let (mut by_points, mut by_pixels) = (Vec::new(), Vec::new());
-    let (mut worse, mut unused, mut shading, mut seconds) = (0, 0, 0.0, Vec::new());
+    let (mut worse, mut unused, mut shading, mut seconds) = (0, 0, [0.0; 3], Vec::new());
+    let mesh_triangles = fitter.model().parts().topology.triangles();
     for seed in (0..args.count).map(|i| args.seed.wrapping_add(i.into())) {
         let photograph = photographer.take(seed, setting);
         let portrait = Portrait::take(&photograph, ict, colour);
@@ -339,14 +355,24 @@ fn compare(
         };
         let light = Light::on(fitter.model(), mesh, &fit.camera, &image)?;
         let normals: Vec<DVec3> = mesh[1].iter().map(|n| n.as_dvec3()).collect();
+        let places: Vec<DVec3> = mesh[0].iter().map(|p| p.as_dvec3()).collect();
+        let own = photographer.normals(&photograph, &places, &mesh_triangles);
         let truth = |n| portrait.shade(n, colour);
-        let off = photographer.shading(&photograph, truth, &normals, |n| light.shade(n));
-        shading += off * off;
+        let turn = photograph.camera.rotation.transpose() * fit.camera.rotation;
+        let off = [
+            photographer.shading(&photograph, truth, &normals, |n| light.shade(n)),
+            photographer.shading(&photograph, truth, &normals, |n| truth(turn * n)),
+            photographer.shading(&photograph, truth, &own, truth),
+        ];
+        for (sum, off) in shading.iter_mut().zip(off) {
+            *sum += off * off;
+        }
         by_points.push((seed, before));
         by_pixels.push((seed, after));
     }
     seconds.sort_unstable_by(f64::total_cmp);
     let count = f64::from(args.count);
+    let [shading, shading_of_shape, shading_of_mesh] = shading.map(|sum| (sum / count).sqrt());
     Ok(Comparison {
         colour,
         expressions: expressions.map(|_| Mistaken::mean(&mistaken)),
@@ -354,7 +380,9 @@ fn compare(
         pixels: Report::of(setting, by_pixels),
         worse: f64::from(worse) / count,
         unused: f64::from(unused) / count,
-        shading: (shading / count).sqrt(),
+        shading,
+        shading_of_shape,
+        shading_of_mesh,
         milliseconds: 1e3 * seconds[seconds.len() / 2],
     })
 }

@@ -273,6 +273,23 @@ impl<'a> Photographer<'a> {
         (squares.sum::<f64>() / ratios.len() as f64).sqrt()
     }
 
+    /// The normals that the person has on the mesh of a fitted face (all vertices, mm, in any pose), in the photo's frame: no fit
+    /// on that mesh has better ones. What is not bound to ICT's head is the fit's.
+    pub fn normals(&self, photo: &Photograph, face: &[DVec3], mesh: &[[u32; 3]]) -> Vec<DVec3> {
+        let fitted: Vec<DVec3> = self.face.iter().map(|&v| face[v as usize]).collect();
+        let every: Vec<u32> = (0..fitted.len() as u32).collect();
+        let even = vec![1.0; fitted.len()];
+        let align = Rigid::fit(&fitted, &photo.truth, &every, &even);
+        let mut all: Vec<DVec3> = face.iter().map(|&p| align.apply(p)).collect();
+        let skin = self.binding.truth(&photo.person, self.ict);
+        for (i, &v) in self.binding.vertices.iter().enumerate() {
+            if self.binding.bound[i] {
+                all[v as usize] = skin[i];
+            }
+        }
+        crate::fit::mesh::surface::normals(&all, mesh)
+    }
+
     /// How far a face is off (all vertices of the template, mm, in any pose), with the camera that
     /// goes with it.
     pub fn measure(&self, photo: &Photograph, face: &[DVec3], rotation: DMat3) -> Errors {
