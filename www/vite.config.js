@@ -20,6 +20,9 @@ export const packageAlias = [
   { find: /^phiz\/export$/, replacement: fileURLToPath(new URL('../pkg/export/index.js', import.meta.url)) },
 ];
 
+/** What comes when somebody first wants it. */
+const LATE = /(^|\/)(room|appearance|export|gif|video)-[^/]*\.js$/;
+
 /** @param {string} name */
 const page = (name) => fileURLToPath(new URL(`${name}/index.html`, import.meta.url));
 
@@ -60,7 +63,12 @@ export default defineConfig({
     // A data: URL would need a wider policy.
     assetsInlineLimit: 0,
     chunkSizeWarningLimit: 900,
-    modulePreload: { polyfill: false },
+    modulePreload: {
+      polyfill: false,
+      // What a part that comes late is made of is not asked for beside it: where there is no connection, each would be a module that the
+      // browser never asks for again.
+      resolveDependencies: (name, parts) => (LATE.test(name) ? [] : parts),
+    },
     rolldownOptions: {
       input: { index: page('.'), three: page('examples/three'), crowd: page('examples/crowd') },
     },

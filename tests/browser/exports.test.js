@@ -52,7 +52,7 @@ describe('exports', () => {
 });
 
 describe('taking a face along as a PNG', () => {
-  const visit = onePage(browser, site, { drawn: true });
+  const visit = onePage(browser, site, { drawn: true, prepare: smallTextures });
 
   test('a size that the graphics card does not have is said, and the page goes on', async () => {
     const { page } = visit;

@@ -23,6 +23,10 @@ describe('the panels of one page', () => {
     await page.unroute(/\/(room|export|gif)-[^/]*\.(js|css)$/);
     await page.getByRole('button', { name: 'Try again' }).click();
     await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'STL' }).click()]);
+    assert.equal(file.suggestedFilename(), 'face.stl');
+    await page.getByRole('button', { name: 'Close', exact: true }).last().click();
   });
 
   test('what is dropped and is neither a face nor a photo is told what is', async () => {

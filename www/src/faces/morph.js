@@ -149,7 +149,7 @@ export function createMorph(editor, { library, display, canvas }) {
     refresh();
     try {
       // Who films nothing does not wait for the encoders.
-      const make = kind === 'gif' ? (await part(import('../film/gif.js'))).gif : (await part(import('../film/video.js'))).video;
+      const make = kind === 'gif' ? (await part(() => import('../film/gif.js'))).gif : (await part(() => import('../film/video.js'))).video;
       const blob = await make({
         canvas,
         seconds: (2 * LENGTH) / 1000,

@@ -39,15 +39,34 @@ export async function open(url, progress, failed = text.noModel) {
   });
 }
 
+/** How often a module did not come, by its address. @type {Map<string, number>} */
+const missed = new Map();
+
 /**
- * A part of the page that comes when it is wanted; what a browser says when it does not is no sentence.
+ * A part of the page that comes when it is wanted; what a browser says when it does not is no sentence. A browser that once
+ * asked for a module in vain does not ask again for as long as the page is there (HTML, "fetch a single module script"), unless it
+ * has another address.
  * @template T
- * @param {Promise<T>} coming
+ * @param {() => Promise<T>} come
+ * @returns {Promise<T>}
  */
-export function part(coming) {
-  return coming.catch((error) => {
+export async function part(come) {
+  try {
+    return await come();
+  } catch (error) {
+    // Chromium and Firefox say which.
+    const url = /https?:\S+\.js/.exec(error instanceof Error ? error.message : '')?.[0] ?? '';
+    const times = missed.get(url) ?? 0;
+    if (url) missed.set(url, times + 1);
+    if (times > 0) {
+      try {
+        return await import(/* @vite-ignore */ `${url}?again=${times}`);
+      } catch {
+        // Nor did it come now.
+      }
+    }
     throw new Failure(text.needsConnection, { cause: error });
-  });
+  }
 }
 
 /**

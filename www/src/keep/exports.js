@@ -49,7 +49,7 @@ export function createExports(face, view, head, expressions, named, colouring, o
     if (ending === 'glb') {
       // What moves in the file is what the model knows of by then.
       if (expressions.any) await expressions.load();
-      const { glbAsShown } = await part(import('../appearance/appearance.js'));
+      const { glbAsShown } = await part(() => import('../appearance/appearance.js'));
       open();
       // Hair that is hidden is the face's all the same.
       const glb = await glbAsShown(view.renderer, head, face, { colouring: colouring() });
@@ -57,7 +57,7 @@ export function createExports(face, view, head, expressions, named, colouring, o
       view.shapeChanged();
       return new Blob([glb], { type: MESHES.glb });
     }
-    const writers = await part(import('phiz/export'));
+    const writers = await part(() => import('phiz/export'));
     const write = { obj: writers.toObj, ply: writers.toPly, stl: writers.toStl }[ending];
     return new Blob([write(face)], { type: MESHES[ending] });
   }

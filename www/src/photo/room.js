@@ -1,4 +1,3 @@
-import './photo.css';
 import { element } from '../frame/element.js';
 import { Failure } from '../frame/failure.js';
 import { drawnByProcessor } from '../rendering/graphics.js';

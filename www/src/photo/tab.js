@@ -1,3 +1,5 @@
+// Here, since a sheet that did not come with its part is not asked for again.
+import './photo.css';
 import { part } from '../frame/download.js';
 import { element } from '../frame/element.js';
 import { text } from '../text.js';
@@ -23,7 +25,7 @@ export function createPhotoTab(editor, parts) {
   async function make() {
     state.textContent = text.photo.loading;
     retry.hidden = true;
-    const { createRoom } = await part(import('./room.js'));
+    const { createRoom } = await part(() => import('./room.js'));
     room = createRoom(editor, { ...parts, panel });
     state.remove();
     retry.remove();
