@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
-import { differing, fingerOn, landmarkOnScreen, later, moveSlider, onePage, open, picture, pictureOfPage, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, fingerOn, landmarkOnScreen, later, moveSlider, onePage, open, picture, pictureOfPage, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -132,6 +132,7 @@ describe('mixing', () => {
     assert.ok(Number(share) > 80, `the puck is near the second face: ${share} %`);
     await page.getByRole('button', { name: 'Take Preset 3 out of the circle' }).click();
     assert.equal(await page.locator('.member').count(), 1);
+    assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('aria-label')), 'Take Preset 5 out of the circle');
     // One face has nothing between it and another: beside it nothing is pressed.
     const alone = await codeOf(page);
     await page.locator('.ring').click({ position: { x: ring.width / 2, y: ring.height * 0.8 } });
@@ -297,6 +298,26 @@ describe('comparing', () => {
     assert.equal(differing(start, await picture(page, 'compare-held-by-key')), 0);
     await page.keyboard.up('Space');
 
+    // What is taken along of a split view has both.
+    const taken = async () => {
+      await page.getByRole('button', { name: 'Take the face with you' }).click();
+      await page.getByLabel('Width in pixels').fill('400');
+      await page.getByLabel('Height in pixels').fill('400');
+      const { bytes } = await download(page, 'PNG');
+      await page.getByRole('dialog').getByRole('button', { name: 'Close' }).click();
+      return decodePng(bytes);
+    };
+    await page.evaluate(() => (window.looking = true));
+    const alone = await taken();
+    await page.getByLabel('Split by a line').check();
+    const both = await taken();
+    const part = (/** @type {number} */ from, /** @type {number} */ to) => differing(alone, both, [from, 0, to, 1]);
+    assert.ok(part(0, 0.49) > 300, `the left half differs in ${part(0, 0.49)} pixels`);
+    // A split view is not averaged: edges may have steps, a third as much as the left half differs.
+    assert.ok(part(0.51, 1) < 0.4 * part(0, 0.49), `the right half differs in ${part(0.51, 1)} pixels, the left in ${part(0, 0.49)}`);
+    await page.getByLabel('Split by a line').uncheck();
+    await page.evaluate(() => (window.looking = false));
+
     // Left of the line the start, right of it the face; each as it is alone, up to the line.
     await page.getByLabel('Split by a line').check();
     await settled(page);
@@ -407,6 +428,81 @@ describe('between faces, on one page', () => {
     assert.equal(await codeOf(page), mine);
     assert.deepEqual(await page.evaluate(() => window.designer.face.locked), []);
     assert.deepEqual(visit.complaints, []);
+  });
+
+  test('all of a face goes over with its way of blending, and a new name is known everywhere', async () => {
+    const { page } = visit;
+    const alpha = () => page.evaluate(() => window.designer.face.alpha);
+    const usual = await alpha();
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await moveSlider(page, 'nose 1', 0.9);
+    await page.locator('#alpha').evaluate((input) => input.closest('details')?.setAttribute('open', ''));
+    await moveSlider(page, 'Blending distance', 15);
+    assert.equal(await alpha(), 15);
+    const wide = await codeOf(page);
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await page.getByRole('textbox', { name: 'Save this face as' }).fill('Ada');
+    await page.keyboard.press('Enter');
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    assert.equal(await alpha(), usual);
+    assert.equal(await page.evaluate(() => location.hash), '');
+
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    await page.getByLabel('Compare with').selectOption('Ada');
+    await page.getByLabel('Split by a line').check();
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    await faceIn(page, 'Ada').click();
+    await page.getByRole('button', { name: 'Take over' }).click();
+    assert.equal(await codeOf(page), wide, 'taken over');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    await page.getByRole('slider', { name: 'How much', exact: true }).fill('100');
+    assert.equal(await codeOf(page), wide, 'all of the way');
+    await page.getByRole('slider', { name: 'How much', exact: true }).fill('50');
+    assert.ok(Math.abs((await alpha()) - (usual + 15) / 2) < 0.1, `half of the way it is ${await alpha()}`);
+    await page.getByRole('slider', { name: 'How much', exact: true }).dispatchEvent('change');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    await page.getByLabel('To', { exact: true }).selectOption('Ada');
+    await page.getByRole('slider', { name: 'Progress', exact: true }).fill('100');
+    await page.getByRole('button', { name: 'Keep this face' }).click();
+    assert.equal(await codeOf(page), wide, 'at the end of the way');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    // One of a feature does not change the others.
+    await page.getByLabel('Where').selectOption('Nose');
+    await page.getByRole('button', { name: 'Take over' }).click();
+    assert.equal(await alpha(), usual);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    await page.getByLabel('Where').selectOption('');
+
+    await page.getByRole('button', { name: 'Add to the circle' }).click();
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await page.getByRole('button', { name: 'Rename Ada' }).click();
+    await page.keyboard.type('Bea');
+    await page.keyboard.press('Enter');
+    assert.equal(await page.locator('.side.left').textContent(), 'Bea');
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    assert.equal(await page.locator('.chosen h3').textContent(), 'Bea');
+    await page.getByRole('button', { name: 'Take Bea out of the circle' }).click();
+    assert.ok(await page.evaluate(() => document.activeElement !== document.body), 'the focus is lost');
+    await page.getByRole('button', { name: 'Show one face again' }).click();
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await page.getByRole('button', { name: 'Delete Bea' }).click();
+    await page.locator('.restore').getByRole('button', { name: 'Undo' }).press('Enter');
+    assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('aria-label')), 'Open Bea');
+    await page.getByRole('button', { name: 'Delete Bea' }).click();
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    assert.deepEqual(visit.complaints, []);
+  });
+
+  test('the dice of a feature say so, and no seed that gives another face', async () => {
+    const { page } = visit;
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    const seed = await page.locator('#seed').inputValue();
+    await page.locator('.tab[data-group="nose"]').click();
+    await page.getByRole('button', { name: 'Random nose' }).click();
+    assert.equal(await page.locator('.toast').textContent(), 'Random nose');
+    assert.equal(await page.locator('#seed').inputValue(), seed);
+    await page.getByRole('button', { name: 'Reset all' }).click();
   });
 
   test('a caricature of the face: less is the average, more ends where sliders do, and what is locked stays', async () => {

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { fingerOn, moveSlider, open, siteAndBrowser } from './site.js';
+import { fingerOn, later, moveSlider, open, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -128,6 +128,63 @@ describe('a slider', () => {
     await slider.focus();
     await page.keyboard.press('Delete');
     assert.ok(Math.abs((await value()) - 0.5) < 1e-4);
+
+    // An open number gives the focus to what is pressed next.
+    await rowOf(page, 'nose 1').getByRole('button').click();
+    await typed.fill('70');
+    /** Where the panel has scrolled to since. @param {number} part */
+    const over = async (part) => {
+      await sliderOf(page, 'nose 2').scrollIntoViewIfNeeded();
+      const second = await sliderOf(page, 'nose 2').boundingBox();
+      assert.ok(second);
+      await page.mouse.move(second.x + part * second.width, second.y + second.height - 9, { steps: 3 });
+    };
+    await over(0.5);
+    await page.mouse.down();
+    await page.mouse.up();
+    assert.ok(Math.abs((await value()) - 0.7) < 1e-4, 'what was typed counts');
+    const where = await valueOf(page, 'nose 2');
+    await page.keyboard.press('Shift+ArrowRight');
+    assert.ok((await valueOf(page, 'nose 2')) > where + 0.05, 'the pressed slider has the keys');
+    await rowOf(page, 'nose 1').getByRole('button').click();
+    await typed.fill('50');
+    await page.locator('#seed').evaluate((input) => input.closest('details')?.setAttribute('open', ''));
+    await page.locator('#seed').click();
+    await page.keyboard.type('7');
+    assert.equal(await page.locator('#seed').inputValue(), '7');
+
+    // What is under way is what is undone, and may be done again.
+    await later(page);
+    await moveSlider(page, 'nose 1', 0.7);
+    const [first, drawn] = [await value(), await valueOf(page, 'nose 2')];
+    await over(0.5);
+    await page.mouse.down();
+    await over(0.2);
+    assert.notEqual(await valueOf(page, 'nose 2'), drawn);
+    await page.keyboard.press('Control+z');
+    assert.deepEqual([await value(), await valueOf(page, 'nose 2')], [first, drawn]);
+    await page.mouse.up();
+    assert.ok(await page.getByRole('button', { name: 'Redo', exact: true }).isEnabled());
+    // On a keyboard with other letters the key that stands there.
+    const press = (/** @type {object} */ keys) => page.evaluate((keys) => window.dispatchEvent(new KeyboardEvent('keydown', { ctrlKey: true, cancelable: true, ...keys })), keys);
+    await press({ key: 'я', code: 'KeyZ' });
+    assert.notEqual(await value(), first);
+    await press({ key: 'н', code: 'KeyY' });
+    assert.equal(await value(), first);
+
+    // Whoever opens another feature with the other hand ends what this one moves, which is a step.
+    await over(0.5);
+    await page.mouse.down();
+    await over(0.3);
+    const half = await page.evaluate(() => {
+      document.querySelector('.tab[data-group="mouth"]').click();
+      return window.designer.face.code;
+    });
+    await page.mouse.up();
+    assert.equal(await page.evaluate(() => location.hash), `#${half}`);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.equal(await page.evaluate(() => window.designer.face.get('nose 2')), drawn);
+    await page.locator('.tab[data-group="nose"]').click();
 
     // Another feature begins at its top.
     const scroll = page.locator('.features .scroll');

@@ -349,12 +349,30 @@ for (const build of ['simd', 'scalar']) {
       const { group } = model.controls[0];
       assert.notEqual(group, 'mouth');
       assert.ok(Math.abs(from.get(model.controls[0].name) - 0.5) < 1e-4);
+      // All of it goes over with its way of blending, and comes back without.
+      const usual = from.alpha;
+      to.alpha = 3;
+      from.blend(to, 0.5);
+      assert.ok(Math.abs(from.alpha - (usual + 3) / 2) < 0.01, `half of the way it is ${from.alpha}`);
       from.blend(to, 1);
+      assert.equal(from.code, to.code);
+      assert.deepEqual([...from.changed], [0, model.vertexCount]);
       assert.deepEqual(from.positions, to.positions);
       const { code } = from;
       from.blend(from, 0.5);
       assert.equal(from.code, code);
       assert.throws(() => from.blend(from, 2), /blend/);
+      from.reset('nose');
+      assert.equal(from.alpha, to.alpha);
+      from.reset();
+      const median = model.face();
+      assert.equal(from.code, median.code);
+      assert.deepEqual(from.positions, median.positions);
+      // Borders of what is locked stay where they are.
+      from.lock('nose');
+      from.blend(to, 1);
+      assert.equal(from.alpha, usual);
+      median.free();
       from.free();
       to.free();
     });
@@ -531,6 +549,35 @@ for (const build of ['simd', 'scalar']) {
         mine.free();
       }
       face.reset();
+    });
+
+    test('what a stream begins with may be a byte, or none', async () => {
+      const pieces = (/** @type {Uint8Array[]} */ ...chunks) =>
+        new ReadableStream({
+          start(out) {
+            for (const chunk of chunks) out.enqueue(chunk);
+            out.close();
+          },
+        });
+      const [none, plain] = [new Uint8Array(0), gunzipSync(bytes)];
+      for (const file of [bytes, plain]) {
+        for (const given of [pieces(none, file), pieces(file.subarray(0, 1), none, file.subarray(1)), pieces(file.subarray(0, 1), file.subarray(1, 2), file.subarray(2))]) {
+          const mine = await load(given, { build });
+          assert.equal(mine.vertexCount, model.vertexCount);
+          mine.free();
+        }
+      }
+      await assert.rejects(load(pieces(none, Buffer.from('<'), Buffer.from('html>')), { build }), /a page: is its address right/);
+      await assert.rejects(load(pieces(bytes.subarray(0, 1)), { build }), /too few/);
+      await assert.rejects(load(pieces(none, none), { build }), /too few/);
+    });
+
+    test('models that do not come leave no memory behind', async () => {
+      const before = face.positions.buffer.byteLength;
+      for (let i = 0; i < 40; i++) await assert.rejects(load(stream(bytes.subarray(0, 700_000), 100_000), { build }));
+      const { byteLength } = face.positions.buffer;
+      // Half of a model's 8 MB have come each time.
+      assert.ok(byteLength - before < 40e6, `it grew from ${before} to ${byteLength} bytes`);
     });
 
     test('a model that comes in wrongly is an Error with a reason', async () => {

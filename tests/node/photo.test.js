@@ -212,6 +212,22 @@ describe('a photo', () => {
     await assert.rejects(opened, /was freed/);
   });
 
+  test('may be opened while expressions come, and says when they came after it', async () => {
+    const mine = await load(bytes);
+    const fit = await mine.fitPhoto({ ...SIZE, points });
+    const early = await mine.editPhoto({ ...SIZE, fit });
+    const another = await load(bytes);
+    const [edit] = await Promise.all([another.editPhoto({ ...SIZE, fit }), file('expressions.phiz').then((all) => another.loadExpressions(all))]);
+    assert.throws(() => edit.field({ code: fit.code, expression: { nothing: 1 } }), /has no expression "nothing"/);
+    edit.free();
+    await mine.loadExpressions(await file('expressions.phiz'));
+    assert.throws(() => early.field({ code: fit.code, expression: { jawOpen: 1 } }), /was opened before its model had expressions/);
+    early.free();
+    const late = await mine.editPhoto({ ...SIZE, fit });
+    assert.ok(late.field({ code: fit.code, expression: { jawOpen: 1 } }), 'opened again it knows them');
+    for (const one of [late, another, mine]) one.free();
+  });
+
   test('is not edited by what is no pixels and no shape', async () => {
     const fit = await model.fitPhoto({ ...SIZE, points });
     await assert.rejects(model.editPhoto({ ...SIZE, fit, mask: 1 }), /editPhoto knows no option "mask"/);

@@ -4,6 +4,7 @@ import { load } from 'phiz';
 import { layGroundwork } from '../src/groundwork/lay.js';
 import { backdropUniforms, paintBackdrop } from '../src/rendering/backdrop.js';
 import { COLOURS, readColouring } from '../src/head/colouring.js';
+import { part } from '../src/frame/download.js';
 import { element } from '../src/frame/element.js';
 import { measureTurns } from '../src/head/eyeturns.js';
 import { portrait } from '../src/stage/portrait.js';
@@ -75,6 +76,7 @@ const sentence = (error) => (error instanceof Error ? error.message : String(err
  * @typedef {object} Live
  * @property {import('phiz').FaceModel} model
  * @property {import('phiz').Face} face
+ * @property {string} median the code of the model's own face
  * @property {ReturnType<View['complete']>} head
  * @property {View['scene']} scene
  * @property {Map<string, { input: HTMLInputElement, output: HTMLOutputElement }>} sliders
@@ -240,8 +242,8 @@ export class PhizDesigner extends HTMLElement {
     this.#asked.code = code ?? '';
     delete this.#kept.code;
     if (!this.#live) return;
-    if (code) this.#live.face.code = code;
-    else this.#live.face.reset();
+    // No code is the median face, whatever is locked, as with any other.
+    this.#live.face.code = code || this.#live.median;
     this.refresh();
   }
 
@@ -291,10 +293,10 @@ export class PhizDesigner extends HTMLElement {
   async toMesh(format, options) {
     const { face, head, scene } = this.#need();
     if (format === 'glb') {
-      const { glbAsShown } = await import('../src/appearance/appearance.js');
+      const { glbAsShown } = await part(() => import('../src/appearance/appearance.js'));
       return glbAsShown(scene.renderer, head, face, options);
     }
-    const { toObj, toPly, toStl } = await import('phiz/export');
+    const { toObj, toPly, toStl } = await part(() => import('phiz/export'));
     const writers = { obj: toObj, ply: toPly, stl: toStl };
     if (!Object.hasOwn(writers, format)) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
     return writers[format](face);
@@ -389,6 +391,7 @@ export class PhizDesigner extends HTMLElement {
           early = model.vertexCount;
           if (!isStale()) await draw(model);
         } catch (error) {
+          downloads.delete(url(preview));
           if (!isStale()) leaveOut(error);
         }
         model?.free();
@@ -415,9 +418,12 @@ export class PhizDesigner extends HTMLElement {
       // Who hears of it may begin anew.
       if (isStale()) return;
       if (!early) this.#tell('face');
+      if (isStale()) return;
       this.#tell('ready');
     } catch (error) {
       model?.free();
+      // What came may have been something else, and may be right when it is asked for again.
+      downloads.delete(url(src));
       if (isStale()) return;
       this.#live = null;
       this.#fail(error);
@@ -448,7 +454,7 @@ export class PhizDesigner extends HTMLElement {
    */
   #show(model, head, scene) {
     const face = model.face();
-    this.#live = { model, face, head, scene, sliders: new Map() };
+    this.#live = { model, face, median: face.code, head, scene, sliders: new Map() };
     this.#expressive = false;
     /** @type {unknown[]} */
     const wrong = [];
@@ -519,7 +525,14 @@ export class PhizDesigner extends HTMLElement {
       input.addEventListener('input', (event) => {
         // The element tells of itself, when the face is there.
         event.stopPropagation();
-        this.#slide(control.name, input.valueAsNumber);
+        try {
+          this.#slide(control.name, input.valueAsNumber);
+        } catch (error) {
+          // What is locked may make it impossible: the slider is where the face is.
+          this.#readSliders();
+          this.#complain(error);
+          return;
+        }
         this.#tell('input');
       });
       input.addEventListener('change', (event) => {

@@ -20,8 +20,11 @@ export function load(
   options?: { build?: 'simd' | 'scalar' },
 ): Promise<FaceModel>;
 
+/** A compiled module, where the types of the platform know such: Node's own do not. */
+export type WasmModule = typeof globalThis extends { WebAssembly: { Module: { prototype: infer Module } } } ? Module : object;
+
 /** A wasm file of this package as its user has it: where it is, a response that brings it, its bytes, or compiled. */
-export type Wasm = string | URL | Response | BufferSource | WebAssembly.Module;
+export type Wasm = string | URL | Response | ArrayBuffer | ArrayBufferView | WasmModule;
 
 /**
  * Fetches and compiles the module before there is a model to read: `load` waits for less.
@@ -430,9 +433,12 @@ export class Face {
   set(control: string, value: number): void;
   /** Where the face stands on a control, in the control's unit. */
   get(control: string): number;
-  /** Back to the median: all of the face, or the controls of one region. */
+  /** Back to the median: all of the face, with the model's blending distance unless something is locked, or the controls of one region. */
   reset(region?: string): void;
-  /** Moves towards another face of the same model: t from 0, which changes nothing, to 1, which takes it over. */
+  /**
+   * Moves towards another face of the same model: t from 0, which changes nothing, to 1, which takes it over. All of a face has its
+   * blending distance with it unless something is locked here; regions have none.
+   */
   blend(other: Face, t: number, options?: { regions?: readonly string[] }): void;
   /**
    * Where the face stands on an attribute, in its unit. Edits by semantic controls do not count.

@@ -184,10 +184,19 @@ async function unpackTo(file, take, seen = () => {}) {
     }
   }
   try {
-    for (let first = true; ; first = false) {
-      const { value } = await source.read();
+    // Two bytes tell what it is; they may come one by one, and after none.
+    let begin = new Uint8Array(0);
+    for (let isTold = false; ; ) {
+      let { value } = await source.read();
+      if (value) seen(value);
+      const first = !isTold;
+      if (first) {
+        if (value) begin = joined([begin, value]);
+        if (value && begin.length < 2) continue;
+        isTold = true;
+        if (begin.length > 0) value = begin;
+      }
       if (!value) break;
-      seen(value);
       // As servers answer who asks for what they do not have.
       if (first && value[0] === 0x3c) throw new Error('not a usable phiz blob but a page: is its address right?');
       if (first && isPacked(value)) {
@@ -279,8 +288,8 @@ export async function load(file, { build = fastestBuild(), ...others } = {}) {
   // only one.
   if (there && given instanceof Uint8Array && !isPacked(given)) {
     const incoming = new there.glue.IncomingModel();
-    incoming.push(given);
     try {
+      incoming.push(given);
       return new FaceModel(incoming.finish(true), there, null);
     } finally {
       incoming.free();
@@ -295,7 +304,10 @@ export async function load(file, { build = fastestBuild(), ...others } = {}) {
   let incoming = null;
   /** @type {Uint8Array[]} */
   let waiting = [];
+  let isOver = false;
   const begun = instance(build).then((found) => {
+    // Nobody would give it back.
+    if (isOver) throw new Error('the model did not come');
     incoming = new found.glue.IncomingModel();
     for (const bytes of waiting) incoming.push(bytes);
     waiting = [];
@@ -309,11 +321,13 @@ export async function load(file, { build = fastestBuild(), ...others } = {}) {
     },
     (bytes) => kept.push(bytes),
   );
-  const [{ found, incoming: whole }] = await Promise.all([begun, come]);
   try {
+    const [{ found, incoming: whole }] = await Promise.all([begun, come]);
     return new FaceModel(whole.finish(false), found, joined(kept));
   } finally {
-    whole.free();
+    isOver = true;
+    /** @type {import('./raw.js').IncomingModel | null} */ (incoming)?.free();
+    incoming = null;
   }
 }
 
@@ -429,12 +443,16 @@ export class FaceModel {
     const { camera, light, code, expression } = fit;
     const image = rgba && rgbaOf('rgba', rgba);
     const [glue, { PhotoEdit }] = await Promise.all([loadedPhotoModule(), import('./photoedit.js')]);
+    // Those that the fitter is made for: others may come while it is.
+    const names = this.expressions;
     const fitter = await this.#photoFitter();
     this.#live;
-    const names = this.expressions;
     const weigh = (/** @type {Readonly<Record<string, number>>} */ shown) => {
       const unknown = Object.keys(shown).find((name) => !names.includes(name));
-      if (unknown !== undefined) throw new Error(`the model has no expression "${unknown}"`);
+      if (unknown !== undefined) {
+        const isNew = this.expressions.includes(unknown);
+        throw new Error(isNew ? 'the photo was opened before its model had expressions: open it again' : `the model has no expression "${unknown}"`);
+      }
       return Float64Array.from(names, (name) => shown[name] ?? 0);
     };
     const raw = glue.PhotoEdit.open(
@@ -605,7 +623,9 @@ export class Face {
   }
   /** @param {string} [region] */
   reset(region) {
-    this.#live.reset(region === undefined ? region : string('a region', region));
+    const raw = this.#live;
+    raw.reset(region === undefined ? region : string('a region', region));
+    if (region === undefined) this.#spread(this.#model.blending.alpha);
   }
   /** @param {Face} other @param {number} t @param {{ regions?: readonly string[] }} [options] */
   blend(other, t, { regions, ...others } = {}) {
@@ -614,10 +634,18 @@ export class Face {
     // wasm-bindgen does not lend the same face twice; a copy makes the same checks.
     const source = other === this ? other.clone() : other;
     try {
-      this.#live.blend(source.#live, number('t', t), strings('regions', regions));
+      const raw = this.#live;
+      raw.blend(source.#live, number('t', t), strings('regions', regions));
+      const [from, to] = [raw.alpha(), source.#live.alpha()];
+      if (regions === undefined) this.#spread(t === 1 ? to : from + t * (to - from));
     } finally {
       if (source !== other) source.free();
     }
+  }
+  /** All of a face has a way of blending, too; what is locked would move with it. @param {number} mm */
+  #spread(mm) {
+    const raw = this.#live;
+    if (mm !== raw.alpha() && raw.locked().length + raw.locked_measures().length === 0) raw.set_alpha(mm);
   }
   /** @param {string} name */
   attribute(name) {

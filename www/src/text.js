@@ -174,7 +174,7 @@ export const text = {
   trayAbout: 'Drag a face onto a feature of the head to give it that feature. Or click a face for more.',
   chosenAbout: 'Drag it onto the head, or:',
   expressionStays: 'It was saved with an expression. Only its shape is mixed in; open it under Faces to get both.',
-  morphAtRest: 'Morphs use shape only, without expressions.',
+  morphAtRest: 'Morphs use shape only: the expression stays this face’s.',
   wholeFace: 'Whole face',
   where: 'Where',
   amount: 'How much',

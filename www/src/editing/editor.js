@@ -318,6 +318,8 @@ export function createEditor(model, face, colouring) {
     },
     undo() {
       asked += 1;
+      // What is under way is the step that is meant.
+      history.commit('');
       const did = history.undo();
       if (did) {
         shapeChanged();
@@ -327,6 +329,7 @@ export function createEditor(model, face, colouring) {
     },
     redo() {
       asked += 1;
+      history.commit('');
       const did = history.redo();
       if (did) {
         shapeChanged();

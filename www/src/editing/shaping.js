@@ -108,7 +108,9 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
       if (event.button !== 0 || event.shiftKey || grip || !event.isPrimary) return;
       const vertex = vertexUnder(event);
       if (vertex === null) return;
-      const start = head.vertex(vertex);
+      // On the face itself: what is shown of it may be in the middle of a blink.
+      const own = (/** @type {number} */ index) => new Vector3().fromArray(face.positions, 3 * index);
+      const start = own(vertex);
       const plane = new Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(new Vector3()), start);
       const hit = raycaster.ray.intersectPlane(plane, new Vector3());
       if (!hit) return;
@@ -118,7 +120,7 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
         from: { x: event.clientX, y: event.clientY },
         vertex,
         start,
-        mirrorStart: head.vertex(model.mirror[vertex]),
+        mirrorStart: own(model.mirror[vertex]),
         plane,
         offset: start.clone().sub(hit),
         base: null,

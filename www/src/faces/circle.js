@@ -27,9 +27,9 @@ function places(count) {
  * Up to six faces in a circle and a puck between them: the face is the mixture where the puck is.
  *
  * @param {import('../editing/editor.js').Editor} editor
- * @param {{ portraits: import('../stage/portraits.js').Portraits, say: (sentence: string) => void }} parts
+ * @param {{ library: import('../keep/library.js').Library, portraits: import('../stage/portraits.js').Portraits, say: (sentence: string) => void }} parts
  */
-export function createCircle(editor, { portraits, say }) {
+export function createCircle(editor, { library, portraits, say }) {
   const { model } = editor;
   const mixed = model.face();
   /** @type {{ entry: import('../keep/library.js').Entry, whole: import('phiz').Face }[]} */
@@ -135,10 +135,11 @@ export function createCircle(editor, { portraits, say }) {
             'aria-label': text.outOfCircle(entry.name),
             title: text.outOfCircle(entry.name),
             onclick: () => {
-              members.find((member) => member.entry === entry)?.whole.free();
-              members = members.filter((member) => member.entry !== entry);
+              members.find((member) => member.entry.id === entry.id)?.whole.free();
+              members = members.filter((member) => member.entry.id !== entry.id);
               at = [0, 0];
               build();
+              (ring.querySelector('button') ?? heading).focus();
             },
           },
           portraits.of(entry),
@@ -154,9 +155,16 @@ export function createCircle(editor, { portraits, say }) {
     about.textContent = members.length === 0 ? text.circleEmpty : members.length === 1 ? text.circleOne : tapping(text.circleAbout);
     refresh();
   }
+  const heading = element('h3', { tabindex: -1 }, text.circle);
   const about = element('p', { class: 'note' });
-  const root = element('section', { class: 'part circle', 'aria-label': text.circle }, element('h3', {}, text.circle), about, ring);
+  const root = element('section', { class: 'part circle', 'aria-label': text.circle }, heading, about, ring);
   build();
+  // Who is called something else is the same face.
+  library.onChange(() => {
+    if (!members.some(({ entry }) => (library.find(entry.id)?.name ?? entry.name) !== entry.name)) return;
+    members = members.map(({ entry, whole }) => ({ entry: library.find(entry.id) ?? entry, whole }));
+    build();
+  });
 
   return {
     root,

@@ -201,13 +201,13 @@ export function createCompare(editor, { library, display, stage, wears }) {
     divider.hidden = endSplit.hidden = !on;
     for (const part of [divider, endSplit]) part.style.setProperty('--at', String(line));
     divider.setAttribute('aria-valuenow', String(Math.round(100 * line)));
-    leftName.textContent = nameOf();
+    name();
     stage.classList.toggle('is-split', on);
     display.split(on ? reference : null, line, looks);
   }
   function applyHeat() {
     bar.hidden = !heat.checked;
-    bar.firstElementChild?.replaceChildren(text.distanceFrom(nameOf()));
+    name();
     display.heat(heat.checked ? reference : null);
   }
   function changed() {
@@ -218,6 +218,11 @@ export function createCompare(editor, { library, display, stage, wears }) {
   }
   load();
   editor.onShape(refresh);
+  function name() {
+    leftName.textContent = nameOf();
+    bar.firstElementChild?.replaceChildren(text.distanceFrom(nameOf()));
+  }
+  library.onChange(name);
 
   const root = element(
     'div',

@@ -103,10 +103,9 @@ export function createMix(editor, { groups, limits, library, portraits, display,
     base ??= editor.state;
     amount = percent;
     const t = percent / 100;
-    const regions = region.value ? { regions: [region.value] } : {};
     // A feature has no colours of its own.
     const colours = region.value || !chosen.colouring ? base.colouring : mixture([[base.colouring, 1 - t], [chosen.colouring, t]]);
-    editor.moveFrom(base, (present) => present.blend(other, t, regions), colours);
+    editor.moveFrom(base, (present) => present.blend(other, t, region.value ? { regions: [region.value] } : {}), colours);
     slider.show(amount);
   }
   /** Whatever comes next counts from the face as it is now. */
@@ -145,8 +144,15 @@ export function createMix(editor, { groups, limits, library, portraits, display,
     start();
   }
 
+  library.onChange(() => {
+    const now = chosen && library.find(chosen.id);
+    if (!now) return;
+    chosen = now;
+    heading.textContent = now.name;
+  });
+
   const caricature = createCaricature(editor, limits);
-  const circle = createCircle(editor, { portraits, say });
+  const circle = createCircle(editor, { library, portraits, say });
   const morph = createMorph(editor, { library, display, canvas });
 
   const root = element(

@@ -50,8 +50,11 @@ export function createMorph(editor, { library, display, canvas }) {
     target.code = entry ? entry.code : face.code;
     return entry?.colouring ?? editor.colouring;
   }
-  function changed() {
+  function note() {
     aside.hidden = ![start, end].some(({ select }) => shows(select.value === present.id ? face.expression : library.find(select.value)?.expression));
+  }
+  function changed() {
+    note();
     if (showing) show(percent);
   }
   /** @param {number} at in percent */
@@ -184,11 +187,15 @@ export function createMorph(editor, { library, display, canvas }) {
     }
     keep.disabled = !showing;
     stop.disabled = !showing && filming === null;
-    play.disabled = asGif.disabled = asVideo.disabled = filming !== null;
+    play.disabled = asGif.disabled = asVideo.disabled = start.select.disabled = end.select.disabled = filming !== null;
   }
   refresh();
   // Whoever shapes the face wants to see it.
-  editor.onStep(leave);
+  editor.onStep(() => {
+    leave();
+    note();
+  });
+  note();
 
   return {
     root: element(

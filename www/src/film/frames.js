@@ -40,9 +40,12 @@ export async function eachFrame({ canvas, draw, seconds, fps = 25, width = 480, 
   const context = copy.getContext('2d', { willReadFrequently: true });
   if (!context) throw new Error('this browser gives no 2D canvas');
   context.imageSmoothingQuality = 'high';
+  const shape = canvas.width / canvas.height;
   for (let frame = 0; frame < count; frame++) {
     signal?.throwIfAborted();
     draw(frame / (count - 1));
+    // By more than the rounding of its pixels.
+    if (Math.abs(canvas.width / canvas.height / shape - 1) > 0.01) throw new Error('what is filmed has changed its shape');
     // A WebGL canvas keeps its picture until this task ends.
     context.drawImage(canvas, 0, 0, copy.width, copy.height);
     await take(context, frame, count);

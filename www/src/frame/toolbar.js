@@ -1,5 +1,6 @@
 import { element } from './element.js';
 import { icon } from './icons.js';
+import { letterOf } from './keys.js';
 import { text } from '../text.js';
 
 /** Inputs into which nobody writes. */
@@ -38,7 +39,7 @@ export function createToolbar(editor, tools, { reset, randomise, copyLink, take,
     if (event.target instanceof HTMLInputElement && !UNWRITTEN.includes(event.target.type)) return;
     // Who is in a dialog is not at the face behind it.
     if (document.querySelector('dialog[open]')) return;
-    const key = event.key.toLowerCase();
+    const key = letterOf(event);
     const redoes = key === 'y' || (key === 'z' && event.shiftKey);
     if (!redoes && key !== 'z') return;
     event.preventDefault();

@@ -26,8 +26,11 @@ const broader = (share) => share ** -0.7;
 /** Hair that hardly bends is shorter, mm. */
 const SHORTER = 45;
 
-/** Styles that are kept grown: two faces side by side are drawn in turn, and one of them changes. */
-const KEPT = 3;
+/**
+ * Styles that are kept grown: two faces side by side are drawn in turn, and one of them changes; or four sit for their portraits between two
+ * frames, and none of them pushes out that of the face on the stage.
+ */
+const KEPT = 6;
 
 const PLACE = /* glsl */ `
   attribute vec4 course; // the way to the tip; which side, and by how much light gets there

@@ -367,6 +367,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     heat.needsUpdate = true;
   }
 
+  const unworn = skin.uniforms.wornMap.value;
   /** @type {import('three').DataTexture | null} */
   let worn = null;
   /** The colours in which that is as it is. @type {ReturnType<typeof pigments> | null} */
@@ -379,6 +380,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   function wear(texture) {
     worn?.dispose();
     worn = wornIn = null;
+    // One that is disposed of comes back with the next frame while a shader has it.
+    skin.uniforms.wornMap.value = unworn;
     skin.uniforms.worn.value = texture ? 1 : 0;
     if (!texture) return;
     worn = createMap(texture);
@@ -509,5 +512,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     wornStrength: skin.uniforms.worn,
     /** How strongly the two highlights show, 0 to 1. */
     markStrength: skin.uniforms.markStrength.value,
+    /** Whether neither is to show, whatever is under a pointer. */
+    unmarked: false,
   };
 }

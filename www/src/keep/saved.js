@@ -191,6 +191,7 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
             onclick: () => {
               removed = null;
               library.add(entry.name, entry, entry.id);
+              /** @type {HTMLElement | null} */ (list.querySelector(`[data-id="${entry.id}"] button`))?.focus();
             },
           },
           text.undo,

@@ -1,7 +1,7 @@
 import { element } from '../frame/element.js';
 import { createSlider } from './slider.js';
 import { someone } from '../head/someone.js';
-import { text } from '../text.js';
+import { text, titleOf } from '../text.js';
 import { createWishes } from './wishes.js';
 
 /**
@@ -64,6 +64,8 @@ export function createRandom(editor, say) {
     if (withSeed !== undefined) options.seed = withSeed;
     const used = editor.randomise(options, dressed.checked && !regions ? (drawn) => someone(editor.face, drawn) : undefined);
     if (used === undefined) return;
+    // Of a feature alone it says nothing: with it all of the face would be another.
+    if (regions) return say(text.randomiseFeature(regions.map((region) => titleOf(region).toLowerCase()).join(', ')));
     seed.value = String(used);
     const locked = editor.face.locked.length + (editor.face.lockedMeasures?.length ?? 0);
     say(locked ? text.randomisedRest(used) : text.randomised(used));

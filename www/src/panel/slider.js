@@ -169,6 +169,8 @@ export function createSlider(spec) {
     const thumb = parseFloat(getComputedStyle(input).getPropertyValue('--thumb')) || 0;
     const onThumb = Math.abs(away) * input.clientWidth < thumb;
     drag = { pointer: event.pointerId, grip: onThumb ? away : 0, x: event.clientX, moving: event.pointerType !== 'touch' };
+    // Wherever it is let go, and whether this is still there then: the other hand may have opened another feature.
+    for (const over of /** @type {const} */ (['pointerup', 'pointercancel'])) window.addEventListener(over, letGo, true);
     if (drag.moving && !onThumb) follow(event);
     if (drag.moving) {
       input.setPointerCapture(event.pointerId);
@@ -181,18 +183,15 @@ export function createSlider(spec) {
     drag.moving = true;
     follow(event);
   });
-  input.addEventListener('pointerup', (event) => {
+  /** @param {PointerEvent} event */
+  function letGo(event) {
     if (drag?.pointer !== event.pointerId) return;
+    for (const over of /** @type {const} */ (['pointerup', 'pointercancel'])) window.removeEventListener(over, letGo, true);
     // A tap of a finger puts the thumb there.
-    if (!drag.moving && drag.grip === 0) follow(event);
+    if (event.type === 'pointerup' && !drag.moving && drag.grip === 0 && input.isConnected) follow(event);
     drag = null;
     release();
-  });
-  input.addEventListener('pointercancel', (event) => {
-    if (drag?.pointer !== event.pointerId) return;
-    drag = null;
-    release();
-  });
+  }
 
   const value = element('button', { type: 'button', class: 'value', onclick: () => openTyped() });
   const withinTyped = (/** @type {number} */ typed) => Math.min(spec.typed.max, Math.max(spec.typed.min, typed));
@@ -256,6 +255,8 @@ export function createSlider(spec) {
   /** @param {boolean} keep what was typed, unless it cannot be read: then the field stays, and says so */
   function closeTyped(keep) {
     if (number.hidden) return;
+    // Not where the focus is on its way to something else.
+    const isWithin = document.activeElement === number;
     const before = present();
     const left = !keep || number.value.trim() === '' || number.value === untouched;
     const typed = left ? before : numberTyped();
@@ -267,7 +268,7 @@ export function createSlider(spec) {
     unsay();
     number.hidden = true;
     value.hidden = false;
-    if (document.activeElement === number || document.activeElement === document.body) value.focus({ preventScroll: true });
+    if (isWithin) value.focus({ preventScroll: true });
     if (typed === before) return;
     const within = withinTyped(typed);
     if (within !== before) spec.typed.take(within);

@@ -1,6 +1,7 @@
 import { REST } from '../head/colouring.js';
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
+import { letterOf } from '../frame/keys.js';
 import { text } from '../text.js';
 
 const BARE = { crop: 0, length: 0, beard: 0, beardLength: 0 };
@@ -42,7 +43,7 @@ export function createBare(editor, stage, repaint) {
     repaint();
   }
   stage.addEventListener('keydown', (event) => {
-    if (event.key.toLowerCase() !== 'h' || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (letterOf(event) !== 'h' || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     toggle();
   });

@@ -106,7 +106,13 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
     /** Draws what is shown at once, for whoever copies the picture. @throws where the graphics card was lost: there is none */
     draw() {
       head.finish();
-      scene.redraw();
+      // Nor is what the pointer is on the face's.
+      head.unmarked = true;
+      try {
+        scene.redraw();
+      } finally {
+        head.unmarked = false;
+      }
       if (scene.renderer.getContext().isContextLost()) throw new Error(text.noCard);
     },
     /**

@@ -27,8 +27,8 @@ export function createGlow(head, scene) {
     const step = still.matches ? 1 : elapsed / 140;
     strength += Math.max(-step, Math.min(step, goal - strength));
     const pick = Math.max(0, until - now) / SHOWS;
-    head.markStrength[0] = strength;
-    head.markStrength[1] = still.matches && until ? STILL : pick;
+    head.markStrength[0] = head.unmarked ? 0 : strength;
+    head.markStrength[1] = head.unmarked ? 0 : still.matches && until ? STILL : pick;
     if (strength !== goal || (pick > 0 && !still.matches)) scene.invalidate();
   });
 

@@ -16,13 +16,16 @@ const MOST_AVERAGED = 4096 ** 2;
  *   renderer: import('three').WebGLRenderer,
  *   scene: import('three').Scene,
  *   camera: import('three').PerspectiveCamera,
+ *   render: (width: number, height: number) => void,
+ *   readonly isSplit: boolean,
  *   invalidate: () => void,
  * }} view
  * @param {{ width: number, height: number, transparent?: boolean }} options pixels
  * @returns {Promise<Blob>}
  * @throws RangeError when the graphics card draws no picture of that size, Error when it was lost
  */
-export function portrait({ renderer, scene, camera, invalidate }, { width, height, transparent = false }) {
+export function portrait(view, { width, height, transparent = false }) {
+  const { renderer, scene, camera } = view;
   const gl = renderer.getContext();
   // One that is lost knows no limits, and leaves an empty picture when it goes.
   const held = () => {
@@ -43,13 +46,13 @@ export function portrait({ renderer, scene, camera, invalidate }, { width, heigh
     aspect: camera.aspect,
     alpha: renderer.getClearAlpha(),
   };
-  /** @param {number} w @param {number} h @param {number} aspect @param {number} opacity */
-  function draw(w, h, aspect, opacity) {
-    backdropUniforms.backdropSize.value.set(w, h);
+  /** @param {Vector2} pixels @param {Vector2} size in those of the renderer @param {number} aspect @param {number} opacity */
+  function draw(pixels, size, aspect, opacity) {
+    backdropUniforms.backdropSize.value.copy(pixels);
     backdropUniforms.backdropOpacity.value = opacity;
     camera.aspect = aspect;
     camera.updateProjectionMatrix();
-    renderer.render(scene, camera);
+    view.render(size.x, size.y);
   }
   /** What was drawn gets smooth edges. */
   function smooth() {
@@ -66,8 +69,9 @@ export function portrait({ renderer, scene, camera, invalidate }, { width, heigh
       throw new RangeError(`the graphics card has no room for a picture of ${width} x ${height} pixels`);
     }
     renderer.setClearAlpha(transparent ? 0 : 1);
-    draw(width, height, width / height, transparent ? 0 : 1);
-    if (width * height <= MOST_AVERAGED) smooth();
+    const pixels = new Vector2(width, height);
+    draw(pixels, pixels, width / height, transparent ? 0 : 1);
+    if (width * height <= MOST_AVERAGED && !view.isSplit) smooth();
     held();
     // The pixels are taken at once, the compression happens later.
     return new Promise((done, fail) => {
@@ -77,7 +81,7 @@ export function portrait({ renderer, scene, camera, invalidate }, { width, heigh
     renderer.setClearAlpha(before.alpha);
     renderer.setPixelRatio(before.ratio);
     renderer.setSize(before.size.x, before.size.y, false);
-    draw(before.buffer.x, before.buffer.y, before.aspect, 1);
-    invalidate();
+    draw(before.buffer, before.size, before.aspect, 1);
+    view.invalidate();
   }
 }

@@ -149,8 +149,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     controls.update();
     drawing = false;
     for (const step of beforeFrame) step();
-    if (wipe) drawWiped(wipe);
-    else renderer.render(scene, camera);
+    render(canvas.clientWidth, canvas.clientHeight);
     frames += 1;
     rest();
   }
@@ -178,19 +177,24 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     });
   }
 
+  /** What is on the stage, into a picture of so many pixels by the renderer's ratio. @param {number} width @param {number} height */
+  function render(width, height) {
+    if (wipe) drawWiped(wipe, width, height);
+    else renderer.render(scene, camera);
+  }
+
   /**
    * Two heads in one picture, each on its side of a line.
-   * @param {NonNullable<typeof wipe>} sides
+   * @param {NonNullable<typeof wipe>} sides @param {number} width @param {number} height
    */
-  function drawWiped({ at, pose }) {
-    const { clientWidth, clientHeight } = canvas;
-    const line = Math.round(clientWidth * at);
+  function drawWiped({ at, pose }, width, height) {
+    const line = Math.round(width * at);
     renderer.setScissorTest(true);
     for (const side of /** @type {const} */ (['left', 'right'])) {
       pose(side);
       renderer.shadowMap.needsUpdate = true;
-      if (side === 'left') renderer.setScissor(0, 0, line, clientHeight);
-      else renderer.setScissor(line, 0, clientWidth - line, clientHeight);
+      if (side === 'left') renderer.setScissor(0, 0, line, height);
+      else renderer.setScissor(line, 0, width - line, height);
       renderer.render(scene, camera);
     }
     renderer.setScissorTest(false);
@@ -365,6 +369,11 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
       reach = of;
     },
     portraits,
+    render,
+    /** Whether there are two heads in the picture. */
+    get isSplit() {
+      return wipe !== null;
+    },
     /** Draws at once: what the canvas holds is no longer the stage. */
     redraw() {
       renderer.shadowMap.needsUpdate = true;
