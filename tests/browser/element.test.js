@@ -336,4 +336,61 @@ describe('<phiz-designer> in any page', () => {
     assert.equal(await page.evaluate(() => window.all.alone.shadowRoot.querySelector('[role=alert]')), null);
     assert.deepEqual(complaints.filter((line) => !/Context Lost|404/i.test(line)), []);
   });
+
+  test('an answer that was none is asked for again; who is ready has a model; what is locked is heeded and said', async () => {
+    let isWrong = true;
+    await page.route('**/late.phiz', (route) => (isWrong ? route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>Soon</title>' }) : route.fulfill({ path: join(DIST, 'model.phiz') })));
+    const wrong = await page.evaluate(async () => {
+      for (const name of ['headless', 'alone']) window.all[name]?.remove();
+      await window.define();
+      window.add('late', { src: '../late.phiz', controls: 'eyes size' });
+      await window.heard('late', 'error');
+      return window.errors.late;
+    });
+    assert.equal(wrong.length, 1);
+    assert.match(wrong[0], /a page: is its address right/);
+    isWrong = false;
+    const found = await page.evaluate(async () => {
+      const { late } = window.all;
+      let [ready, without, again] = [0, 0, false];
+      late.addEventListener('ready', () => {
+        ready += 1;
+        if (!late.model) without += 1;
+      });
+      // Whoever hears of the face may begin anew.
+      const whole = new Promise((done) => late.addEventListener('ready', () => late.model && done(undefined)));
+      late.addEventListener('face', () => {
+        if (again) return;
+        again = true;
+        late.setAttribute('src', '../model.phiz');
+      });
+      late.remove();
+      // In one task it would be moved.
+      await new Promise((next) => setTimeout(next));
+      document.querySelector('main').append(late);
+      await whole;
+
+      late.face.lock('nose');
+      late.randomize({ seed: 3 });
+      late.code = '';
+      const median = late.model.face();
+      const isMedian = late.code === median.code;
+      median.free();
+
+      late.face.lock('eyes');
+      for (const name of ['nose lateral position', 'face height', 'eyes length']) late.face.lockMeasure(name);
+      const slider = late.shadowRoot.querySelector('input[type=range]');
+      const { code } = late;
+      const events = [];
+      late.addEventListener('input', () => events.push('input'));
+      slider.value = slider.min;
+      slider.dispatchEvent(new Event('input', { bubbles: true }));
+      return { again, ready, without, isMedian, errors: window.errors.late.slice(1), events, same: late.code === code, off: Math.abs(slider.valueAsNumber - late.face.get('eyes size')) };
+    });
+    assert.deepEqual([found.again, found.ready, found.without, found.isMedian, found.events, found.same], [true, 1, 0, true, [], true]);
+    assert.equal(found.errors.length, 1);
+    assert.match(found.errors[0], /cannot have a/);
+    assert.ok(found.off < 0.001, `the slider is ${found.off} from the face`);
+    assert.deepEqual(complaints.filter((line) => !/Context Lost|404/i.test(line)), []);
+  });
 });
