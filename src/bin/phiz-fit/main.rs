@@ -29,6 +29,7 @@ use phiz::fit::head::expression;
 use phiz::fit::head::generic_head;
 use phiz::fit::head::people::People;
 use phiz::fit::head::template::Template;
+use phiz::fit::learn::about;
 use phiz::fit::learn::semantic::{Method, Table};
 use phiz::fit::learn::{Learned, Settings, doubled, learn};
 use phiz::fit::picture::pictures;
@@ -37,7 +38,6 @@ use phiz::fit::scan::Scan;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population;
 use phiz::fit::{FitError, FitResult};
-use phiz::model::About;
 use phiz::{Expressions, FaceModel};
 
 /// Builds generic heads, populations and face models. Lengths are millimetres.
@@ -129,7 +129,7 @@ struct PopulationArgs {
     /// The same seed gives the same faces.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// The folder to write: a PLY a face, and `labels.json`.
+    /// The folder to write: a PLY a face, and `labels.json`. It may hold faces of a former run of no more than these.
     #[arg(short, value_name = "DIR")]
     output: PathBuf,
 }
@@ -414,6 +414,7 @@ fn synthetic(args: &PopulationArgs) -> FitResult<()> {
     let people = step("sampling faces", || {
         population::sample(&template, &args.base_mesh, args.count as usize, args.seed)
     })?;
+    population::check_folder(&args.output, args.count as usize)?;
     step("writing faces", || {
         population::write(&people, &template, &args.output)
     })?;
@@ -427,7 +428,7 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     check_writable(&args.output)?;
     let template = read_template(&args.template)?;
     let (_, faces) = read_faces(&args.faces, &template)?;
-    let about = about(&args.faces)?;
+    let about = about::read(&args.faces)?;
     let settings = Settings {
         tau: args.tau,
         semantic: args.semantic.into(),
@@ -443,22 +444,6 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     print!("{}", summary(&learned));
     println!("{}: {} bytes", args.output.display(), bytes.len());
     Ok(())
-}
-
-/// Whose faces they are: the `about.json` beside them, which who made the faces wrote.
-fn about(faces: &Path) -> FitResult<About> {
-    let path = faces.join("about.json");
-    let mut about = if path.exists() {
-        serde_json::from_slice(&read(&path)?).map_err(|e| FitError::file(&path, e))?
-    } else {
-        About {
-            title: "unnamed".into(),
-            population: format!("The faces of {}; no about.json said more.", faces.display()),
-            ..About::default()
-        }
-    };
-    about.made_by = format!("phiz-fit {}", env!("CARGO_PKG_VERSION"));
-    Ok(about)
 }
 
 fn summary(learned: &Learned) -> String {

@@ -23,6 +23,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::FaceModel;
+use crate::fit::format::text::json;
 use crate::fit::head::generic_head::ETHNICITIES;
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::{Rigid, vertex_areas};
@@ -61,9 +62,7 @@ impl Labels {
     /// # Errors
     /// When the file cannot be read, a face is missing in it, or has other labels than the first.
     pub fn read(path: &Path, names: &[String]) -> FitResult<Self> {
-        let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
-        let all: BTreeMap<String, BTreeMap<String, Value>> =
-            serde_json::from_slice(&bytes).map_err(|e| FitError::file(path, e))?;
+        let all: BTreeMap<String, BTreeMap<String, Value>> = json(path)?;
         let mut labels = Labels::default();
         for (f, name) in names.iter().enumerate() {
             let bad = |why: &str| FitError::file(path, format!("{name}: {why}"));
@@ -499,6 +498,9 @@ mod tests {
             (r#"{"a": {"age": 20}}"#, "b: it is not there"),
             (r#"{"a": {"age": 20}, "b": {"age": "x"}}"#, "b: its age"),
             (r#"{"a": {"age": 20}, "b": {"sex": 1}}"#, "b: it has not"),
+        // As Windows writes text.
+        let text = "\u{feff}{\"a\": {\"age\": 20}, \"b\": {\"age\": 30}}";
+        assert_eq!(read(text).unwrap().told[0].1, [20.0, 30.0]);
             ("[]", "labels.json"),
         ] {
             let error = read(text).unwrap_err().to_string();
