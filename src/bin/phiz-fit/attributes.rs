@@ -32,8 +32,9 @@ pub fn run(args: &AttributesArgs) -> FitResult<()> {
     check_apart(&[&args.output], &[("the template", &args.template)])?;
     super::check_apart_from(&args.faces, &[&args.output])?;
     check_writable(&args.output)?;
-    let template = super::read_template(&args.template)?;
     let model = super::read_model(&args.model)?;
+    super::check_varies(&args.model, &model)?;
+    let template = super::read_template(&args.template)?;
     let (names, faces) = super::read_faces(&args.faces, &template)?;
     let labels = Labels::read(&args.faces.join("labels.json"), &names)?;
     let source = about::read(&args.faces)?.title;

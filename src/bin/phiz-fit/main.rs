@@ -291,6 +291,17 @@ fn read_template(path: &Path) -> FitResult<Template> {
 fn read_model(path: &Path) -> FitResult<FaceModel> {
     FaceModel::parse(&read(path)?).map_err(|e| FitError::file(path, e))
 }
+/// Refuses a model that has one face and no other, as `head` writes it.
+fn check_varies(path: &Path, model: &FaceModel) -> FitResult<()> {
+    match model.parts().population() {
+        0 => Err(FitError::file(
+            path,
+            "a model of one face, which does not vary",
+        )),
+        _ => Ok(()),
+    }
+}
+
 
 /// The names and the vertices of the faces of a folder, without those that are there before, which is said: they would
 /// count twice, and be held out from themselves.

@@ -34,7 +34,8 @@ pub struct ValidateArgs {
     /// some minutes.
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
     splits: u64,
-    /// Write a short copy, a page in Markdown with its pictures, into this folder.
+    /// Write a short copy, README.md with its pictures, into this folder; a README.md that is no former copy is not
+    /// written over.
     #[arg(long, value_name = "DIR")]
     short: Option<PathBuf>,
     /// The folder to write: `index.html` and `report.json`.
@@ -44,6 +45,9 @@ pub struct ValidateArgs {
 
 pub fn run(args: &ValidateArgs) -> FitResult<()> {
     one_arena();
+    if let Some(short) = &args.short {
+        page::check_short(short)?;
+    }
     let template = super::read_template(&args.template)?;
     let (names, faces) = super::read_faces(&args.faces, &template)?;
     let named: Vec<_> = names.into_iter().zip(faces).collect();

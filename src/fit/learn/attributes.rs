@@ -150,7 +150,7 @@ impl Learned {
 /// who are called `source`.
 ///
 /// # Errors
-/// With fewer faces than what else is known of each would need, or a label that does not vary.
+/// With fewer faces than what else is known of each would need, or a label or a model that does not vary.
 pub fn learn(
     template: &Template,
     model: &FaceModel,
@@ -158,6 +158,10 @@ pub fn learn(
     labels: &Labels,
     source: &str,
 ) -> FitResult<Learned> {
+    if model.parts().population() == 0 {
+        let cause = "the model has one face, which tells no label";
+        return Err(FitError::Input(cause.into()));
+    }
     let people = faces.len();
     if people < 2 * (FOLDS + labels.besides.len()) {
         return Err(FitError::Input(format!(
@@ -494,13 +498,13 @@ mod tests {
         assert_eq!(labels.told[3].1, [0.5, 0.0]);
         assert_eq!(labels.together, [0..1, 1..4]);
         assert_eq!(labels.besides, [[1.0, -1.0]]);
+        // As Windows writes text.
+        let text = "\u{feff}{\"a\": {\"age\": 20}, \"b\": {\"age\": 30}}";
+        assert_eq!(read(text).unwrap().told[0].1, [20.0, 30.0]);
         for (text, why) in [
             (r#"{"a": {"age": 20}}"#, "b: it is not there"),
             (r#"{"a": {"age": 20}, "b": {"age": "x"}}"#, "b: its age"),
             (r#"{"a": {"age": 20}, "b": {"sex": 1}}"#, "b: it has not"),
-        // As Windows writes text.
-        let text = "\u{feff}{\"a\": {\"age\": 20}, \"b\": {\"age\": 30}}";
-        assert_eq!(read(text).unwrap().told[0].1, [20.0, 30.0]);
             ("[]", "labels.json"),
         ] {
             let error = read(text).unwrap_err().to_string();
