@@ -34,7 +34,6 @@ use phiz::fit::learn::semantic::{Method, Table};
 use phiz::fit::learn::{Learned, Settings, doubled, learn};
 use phiz::fit::picture::pictures;
 use phiz::fit::register::batch;
-use phiz::fit::scan::Scan;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population;
 use phiz::fit::{FitError, FitResult};
@@ -291,6 +290,7 @@ fn read_template(path: &Path) -> FitResult<Template> {
 fn read_model(path: &Path) -> FitResult<FaceModel> {
     FaceModel::parse(&read(path)?).map_err(|e| FitError::file(path, e))
 }
+
 /// Refuses a model that has one face and no other, as `head` writes it.
 fn check_varies(path: &Path, model: &FaceModel) -> FitResult<()> {
     match model.parts().population() {
@@ -301,7 +301,6 @@ fn check_varies(path: &Path, model: &FaceModel) -> FitResult<()> {
         _ => Ok(()),
     }
 }
-
 
 /// The names and the vertices of the faces of a folder, without those that are there before, which is said: they would
 /// count twice, and be held out from themselves.
@@ -325,13 +324,6 @@ fn once<T>(named: Vec<(String, T)>, positions: impl Fn(&T) -> &Vec<DVec3>) -> Ve
     kept.filter(|&(i, _)| is_doubled(i).is_none())
         .map(|(_, face)| face)
         .collect()
-}
-
-/// Refuses to write over what belongs to a scan, before the work on it.
-fn check_beside(written: &[&Path], scan: &Scan) -> FitResult<()> {
-    let what = "a material, an image or a buffer of the scan";
-    let beside = scan.beside.iter().map(|path| (what, path.as_path()));
-    check_apart(written, &beside.collect::<Vec<_>>())
 }
 
 /// Says what was decided of a scan before an error that may come of it.
@@ -422,10 +414,10 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
 fn synthetic(args: &PopulationArgs) -> FitResult<()> {
     let template = read_template(&args.template)?;
     std::fs::create_dir_all(&args.output).map_err(|e| FitError::file(&args.output, e))?;
+    population::check_folder(&args.output, args.count as usize)?;
     let people = step("sampling faces", || {
         population::sample(&template, &args.base_mesh, args.count as usize, args.seed)
     })?;
-    population::check_folder(&args.output, args.count as usize)?;
     step("writing faces", || {
         population::write(&people, &template, &args.output)
     })?;
