@@ -8,6 +8,7 @@ use std::sync::Mutex;
 use std::time::SystemTime;
 
 use glam::DVec3;
+use phiz::fit::FitError;
 use phiz::fit::format::ply::{read_positions, write_mesh};
 use phiz::fit::head::template::Template;
 use phiz::fit::register::Settings;
@@ -101,8 +102,19 @@ fn a_bad_scan_among_good_ones_does_not_stop_them() {
     // What is no scan is nobody's business.
     fs::write(scans.join("notes.md"), "done").expect("writes");
 
-    let Jobs { jobs, refused } = batch::jobs(&scans, &faces).expect("scans");
-    assert!(refused.is_empty());
+    // Landmarks are those of a name whatever the case of their ending; a clock may be wrong.
+    fs::rename(scans.join("emil.json"), scans.join("emil.JSON")).expect("is called otherwise");
+    let dated = |path: &Path, time: SystemTime| {
+        let file = fs::File::options().append(true).open(path);
+        file.and_then(|file| file.set_modified(time))
+            .expect("a time");
+    };
+    let hour = std::time::Duration::from_secs(3600);
+    dated(&scans.join("anna.ply"), SystemTime::now() + hour);
+
+    let found = batch::jobs(&scans, &faces).expect("scans");
+    assert!(found.refused.is_empty() && found.unclaimed.is_empty());
+    let jobs = found.jobs;
     let job = |name: &str, points: Option<&str>| Job {
         scan: scans.join(format!("{name}.ply")),
         landmarks: points.map(|p| scans.join(p)),
@@ -112,7 +124,7 @@ fn a_bad_scan_among_good_ones_does_not_stop_them() {
         job("anna", Some("anna.json")),
         job("bad", None),
         job("carl", Some("carl.json")),
-        job("emil", Some("emil.json")),
+        job("emil", Some("emil.JSON")),
     ];
     assert_eq!(jobs, all);
     let told = Mutex::new(Vec::new());
@@ -140,7 +152,14 @@ fn a_bad_scan_among_good_ones_does_not_stop_them() {
     ];
     assert_eq!(told, results.map(|(name, good)| (name.into(), good)));
     // Nothing of the bad ones, and nothing half-written.
-    let there = ["anna.json", "anna.ply", "emil.json", "emil.ply"];
+    let there = [
+        ".anna.made",
+        ".emil.made",
+        "anna.json",
+        "anna.ply",
+        "emil.json",
+        "emil.ply",
+    ];
     assert_eq!(names(&faces), there);
 
     // Once more: what is there stays as it is.
@@ -149,6 +168,37 @@ fn a_bad_scan_among_good_ones_does_not_stop_them() {
     assert_eq!(again, failed);
     assert_eq!(told, [("bad".into(), false), ("carl".into(), false)]);
     assert_eq!(files(&faces), before);
+
+    // Landmarks of an older date are others all the same, and so are none; what is as it was is done.
+    let emil = &jobs[3];
+    let points = emil.landmarks.as_deref().expect("landmarks");
+    let was = files(&scans)["emil.JSON"];
+    dated(points, was - hour);
+    assert!(!emil.is_done());
+    dated(points, was);
+    assert!(emil.is_done());
+    let without = Job {
+        landmarks: None,
+        ..emil.clone()
+    };
+    assert!(!without.is_done());
+    // Where nobody kept what it was made of, dates tell.
+    fs::remove_file(faces.join(".emil.made")).expect("goes");
+    assert!(emil.is_done());
+    dated(points, SystemTime::now() + hour);
+    assert!(!emil.is_done());
+
+    // A disk that is full takes no face away, and the job is there for the next time.
+    dated(&jobs[0].scan, was);
+    let full = |_: &Job, _: &_, _: &_| Err(FitError::Input("no space left".into()));
+    let settings = Settings::default();
+    let failed = batch::run(registrar, &jobs[..1], None, &settings, full, |_, _| {});
+    assert_eq!(failed.len(), 1);
+    assert!(failed[0].to_string().contains("no space left"));
+    for name in ["anna.json", "anna.ply"] {
+        assert_eq!(files(&faces)[name], before[name], "{name}");
+    }
+    assert!(!jobs[0].is_done());
 }
 
 #[test]
@@ -182,7 +232,24 @@ fn folders_that_cannot_be_meant_are_refused() {
         fs::create_dir(folder.join("otto.ply")).expect("makes");
     }
     assert!(!phiz::fit::format::ply::has_faces(&faces).expect("a folder"));
-    let Jobs { jobs, refused } = batch::jobs(&scans, &faces).expect("emil");
+    // One that is set otherwise than it is spelled is nobody's, and that is said; so is a face without a scan.
+    for name in ["Emil.json", "about.json", "notes.txt"] {
+        fs::write(scans.join(name), "").expect("writes");
+    }
+    for name in ["anna.ply", "emil.ply", "gone.ply"] {
+        fs::write(faces.join(name), "").expect("writes");
+    }
+    let found = batch::jobs(&scans, &faces).expect("emil");
+    assert_eq!(
+        found.strays(&faces).expect("reads"),
+        [faces.join("gone.ply")]
+    );
+    let Jobs {
+        jobs,
+        refused,
+        unclaimed,
+    } = found;
+    assert_eq!(unclaimed, [scans.join("Emil.json")]);
     let emil = Job {
         scan: scans.join("emil.stl"),
         landmarks: Some(scans.join("emil.pts")),
@@ -202,6 +269,53 @@ fn folders_that_cannot_be_meant_are_refused() {
         recipe.contains("recipe.ply") && recipe.contains("a name that is taken"),
         "{recipe}"
     );
+    // Of two files of landmarks one may be older than a hand's work: which, nobody knows.
+    fs::write(scans.join("emil.TXT"), "").expect("writes");
+    let two = batch::jobs(&scans, &faces).expect("scans");
+    assert!(two.jobs.is_empty());
+    let two = two.refused.iter().map(ToString::to_string);
+    let two = two.filter(|error| error.contains("emil.TXT and emil.pts"));
+    assert_eq!(two.count(), 1);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_scan_that_a_link_has_among_the_faces_is_not_written_over() {
+    use std::os::unix::fs::symlink;
+    let root = tempfile::tempdir().expect("a folder");
+    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
+    for folder in [&scans, &faces] {
+        fs::create_dir(folder).expect("makes");
+    }
+    // The one's scan lies there, and another's landmarks and picture; and two have one face.
+    for name in ["anna.ply", "emil.json", "otto.png"] {
+        fs::write(faces.join(name), "kept").expect("writes");
+        symlink(faces.join(name), scans.join(name)).expect("links");
+    }
+    for name in ["emil.ply", "otto.obj", "rosa.stl", "sara.stl"] {
+        fs::write(scans.join(name), "").expect("writes");
+    }
+    fs::write(faces.join("rosa.ply"), "").expect("writes");
+    symlink(faces.join("rosa.ply"), faces.join("sara.ply")).expect("links");
+    let found = batch::jobs(&scans, &faces).expect("scans");
+    let named = found.jobs.iter().map(|job| job.scan.clone());
+    assert_eq!(named.collect::<Vec<_>>(), [scans.join("rosa.stl")]);
+    let lost = [
+        (&scans, "anna.ply", "anna.ply"),
+        (&scans, "emil.json", "emil.json"),
+        (&scans, "otto.png", "otto.png"),
+        (&faces, "rosa.ply", "sara.ply"),
+    ];
+    assert_eq!(found.refused.len(), lost.len());
+    for (error, (folder, is, to)) in found.refused.iter().zip(lost) {
+        let error = error.to_string();
+        let (to, is) = (faces.join(to), folder.join(is));
+        let (to, is) = (to.display(), is.display());
+        assert!(
+            error.contains(&format!("written to {to}, which is {is}")),
+            "{error}"
+        );
+    }
 }
 
 #[test]
@@ -374,6 +488,7 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
     write(&scans, "emil", 12);
     fs::write(scans.join("bad.glb"), "glTF?").expect("writes");
     fs::write(scans.join("about.json"), "{}").expect("writes");
+    fs::write(scans.join("nobody.pts"), "").expect("writes");
 
     let folder = ["--scans".as_ref(), scans.as_path(), "-o".as_ref(), &faces];
     let textures: Vec<&Path> = [&folder[..], &["--textures".as_ref()]].concat();
@@ -389,6 +504,11 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         "{out}"
     );
     assert!(!out.contains("anna.ply: it has no colours"), "{out}");
+    assert!(
+        out.contains("nobody.pts: belongs to no scan there"),
+        "{out}"
+    );
+    assert!(!out.contains("learned from"), "{out}");
     assert!(err.lines().any(|line| line.contains("bad.glb")), "{err}");
     assert!(
         err.contains("1 of 3 scans could not be registered"),
@@ -396,6 +516,8 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
     );
     assert!(!err.contains("panicked"), "{err}");
     let there = [
+        ".anna.made",
+        ".emil.made",
         "about.json",
         "anna.json",
         "anna.ply",
@@ -418,6 +540,9 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
     let bytes = fs::read(&emil).expect("a face");
     fs::remove_file(&emil).expect("goes");
     fs::remove_file(scans.join("bad.glb")).expect("goes");
+    // A face whose scan is gone stays, which is said.
+    let gone = faces.join("bad.ply");
+    fs::copy(faces.join("anna.ply"), &gone).expect("copies");
     let second = register(&template_file, &folder);
     let out = said(&second.stdout);
     assert_eq!(second.status.code(), Some(0), "{}", said(&second.stderr));
@@ -425,6 +550,11 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         out.contains("1 faces registered, 1 were there, 0 failed"),
         "{out}"
     );
+    assert!(
+        out.contains("bad.ply: of no scan there: it stays, and is learned from"),
+        "{out}"
+    );
+    fs::remove_file(&gone).expect("is there");
     assert_eq!(fs::read(&emil).expect("a face"), bytes);
     let after = files(&faces);
     assert_eq!(names(&faces), there);
@@ -469,6 +599,18 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         assert_eq!(files(&faces), after);
     }
 
+    // What would be copied to the faces and is none is told before them.
+    fs::write(scans.join("about.json"), r#"{"title": 1}"#).expect("writes");
+    let refused = register(&template_file, &folder);
+    let err = said(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        err.contains("about.json: ") && err.lines().count() == 1,
+        "{err}"
+    );
+    fs::remove_file(scans.join("about.json")).expect("goes");
+    assert_eq!(files(&faces), after);
+
     // Where no face is left, nothing is mixed.
     for name in ["anna.ply", "emil.ply"] {
         fs::remove_file(faces.join(name)).expect("goes");
@@ -480,6 +622,8 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         "{out}{}",
         said(&anew.stderr)
     );
+    // The picture of the face of before is none of this one's.
+    assert!(faces.join("anna.ply").is_file() && !faces.join("anna.png").exists());
 }
 
 #[test]
@@ -647,26 +791,48 @@ fn a_scan_that_fails_leaves_no_former_face_and_no_scans_no_folder() {
     for folder in [&scans, &faces] {
         fs::create_dir(folder).expect("makes");
     }
-    for name in ["anna.ply", "anna.json", "emil.ply"] {
+    for name in ["anna.ply", "anna.json", "anna.png", "emil.ply"] {
         fs::write(faces.join(name), "").expect("writes");
     }
     // Newer than its face, and no scan any more.
     let changed = fs::File::create(scans.join("anna.ply")).expect("writes");
     let later = SystemTime::now() + std::time::Duration::from_secs(60);
     changed.set_modified(later).expect("a time");
-    let Jobs { jobs, .. } = batch::jobs(&scans, &faces).expect("anna");
+    // Whose picture lies where that of the face goes: nothing is touched.
+    let mut text = String::from("mtllib rosa.mtl\n");
+    for [x, y, z] in [[0, 0, 0], [200, 0, 0], [0, 200, 0], [0, 0, 200]] {
+        text += &format!("v {x} {y} {z}\nvt 0 {}\n", z / 200);
+    }
+    text += "usemtl skin\nf 1/1 3/3 2/2\nf 1/1 2/2 4/4\nf 1/1 4/4 3/3\nf 2/2 3/3 4/4\n";
+    fs::write(scans.join("rosa.obj"), text).expect("writes");
+    let material = "newmtl skin\nmap_Kd ../faces/rosa.png\n";
+    fs::write(scans.join("rosa.mtl"), material).expect("writes");
+    for name in ["rosa.ply", "rosa.png"] {
+        fs::write(faces.join(name), "kept").expect("writes");
+    }
+    let written = fs::File::options()
+        .append(true)
+        .open(scans.join("rosa.obj"));
+    written
+        .and_then(|file| file.set_modified(later))
+        .expect("a time");
+    let Jobs { jobs, .. } = batch::jobs(&scans, &faces).expect("scans");
     let also = |_: &Job, _: &batch::Prepared, _: &phiz::fit::register::Registered| Ok(());
     let settings = Settings::default();
     let failed = batch::run(registrar, &jobs, None, &settings, also, |_, _| {});
-    let [error] = &failed[..] else {
+    let [error, rosa] = &failed[..] else {
         panic!("{failed:?}")
     };
-    let error = error.to_string();
+    let (error, rosa) = (error.to_string(), rosa.to_string());
     assert!(
         error.contains("anna.ply: the file is empty; the face of"),
         "{error}"
     );
-    assert_eq!(names(&faces), ["emil.ply"]);
+    assert!(
+        rosa.contains("rosa.png: is a material, an image or a buffer of the scan"),
+        "{rosa}"
+    );
+    assert_eq!(names(&faces), ["emil.ply", "rosa.ply", "rosa.png"]);
 
     let Some(template) = heads::template() else {
         return;

@@ -24,10 +24,16 @@ fn what_is_not_meant_is_a_usage_error() {
             "evaluate --ict i --template t --only clean,hard",
             "noisy-holes",
         ),
+        (
+            "evaluate --ict i --template t --save a --registered b",
+            "--registered",
+        ),
         ("register --template t --scan s -o face.obj", "face.obj: "),
         ("sample m -o faces.stl", "faces.stl: "),
         (&format!("{train} 0"), "--tau"),
         (&format!("{train} 1.01"), "--tau"),
+        (&format!("{basis} --compare 2"), "--compare"),
+        (&format!("{basis} --compare 9 --test 0"), "--test"),
         (&format!("{basis} --compare 9 --splits 0"), "--splits"),
         (
             &format!("{basis} --compare 9 --components 3"),
@@ -175,6 +181,49 @@ fn a_model_is_not_taken_for_a_template() {
         error.contains("head.phiz: a model, not a template"),
         "{error}"
     );
+}
+
+#[test]
+fn a_model_of_one_face_tells_nothing_of_people() {
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/head.phiz");
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    for arguments in [
+        format!("attributes --template t --faces f {model} -o"),
+        format!("sample {model} --count 2 -o"),
+    ] {
+        let (code, error) = called(&format!("{arguments} {}", out.display()));
+        assert_eq!(code, Some(1), "{arguments}: {error}");
+        assert!(
+            error.ends_with("head.phiz: a model of one face, which does not vary\n"),
+            "{error}"
+        );
+        assert!(!out.exists());
+    }
+    // That one may be had as a file.
+    let (code, error) = called(&format!("sample {model} --count 1 -o {}", out.display()));
+    assert_eq!(code, Some(0), "{error}");
+    assert!(out.join("face_0001.ply").is_file());
+}
+
+#[test]
+fn a_short_report_takes_no_readme_but_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let readme = folder.path().join("README.md");
+    let short = folder.path().display();
+    let validate = format!("validate --template t --faces f -o o --short {short}");
+    std::fs::write(&readme, "# Ours\n").expect("writes");
+    let (code, error) = called(&validate);
+    assert_eq!(code, Some(1), "{error}");
+    let said = format!("phiz-fit: {}: is no report of before", readme.display());
+    assert!(
+        error.starts_with(&said) && error.lines().count() == 1,
+        "{error}"
+    );
+    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/www/docs/validation/README.md");
+    std::fs::copy(own, &readme).expect("copies");
+    let (_, error) = called(&validate);
+    assert!(error.starts_with("phiz-fit: t: "), "{error}");
 }
 
 #[test]

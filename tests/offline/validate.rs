@@ -114,6 +114,12 @@ fn a_bad_population_is_said_to_be_one() {
         few.contains("2 faces are too few") && few.contains("4 is the least"),
         "{few}"
     );
+    let three = report_of(template, faces[..3].to_vec()).unwrap_err();
+    assert!(three.contains("4 is the least"), "{three}");
+    let least = report_of(template, faces[..4].to_vec()).unwrap();
+    assert_eq!(least.folds, 4);
+    let of_one = least.ten_held_out[0].regions[0].rms;
+    assert!(of_one.mean > 0.0 && of_one.high == f64::INFINITY);
     let mut other = faces.clone();
     other[5].pop();
     let other = report_of(template, other).unwrap_err();

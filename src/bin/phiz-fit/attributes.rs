@@ -8,6 +8,7 @@ use phiz::FaceModel;
 use phiz::blob::pack;
 use phiz::fit::FitResult;
 use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
+use phiz::fit::learn::about;
 use phiz::fit::learn::attributes::{Labels, learn};
 use phiz::model::Attribute;
 
@@ -31,11 +32,12 @@ pub fn run(args: &AttributesArgs) -> FitResult<()> {
     check_apart(&[&args.output], &[("the template", &args.template)])?;
     super::check_apart_from(&args.faces, &[&args.output])?;
     check_writable(&args.output)?;
-    let template = super::read_template(&args.template)?;
     let model = super::read_model(&args.model)?;
+    super::check_varies(&args.model, &model)?;
+    let template = super::read_template(&args.template)?;
     let (names, faces) = super::read_faces(&args.faces, &template)?;
     let labels = Labels::read(&args.faces.join("labels.json"), &names)?;
-    let source = super::about(&args.faces)?.title;
+    let source = about::read(&args.faces)?.title;
     let learned = super::step("learning", || {
         learn(&template, &model, &faces, &labels, &source)
     })

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::RangedU64ValueParser;
 use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -60,6 +61,7 @@ pub struct BasisArgs {
     #[arg(
         long,
         value_name = "COUNT",
+        value_parser = RangedU64ValueParser::<usize>::new().range(3..),
         conflicts_with_all = ["components", "kind", "area", "one_sided", "sigmas", "save_problem"]
     )]
     compare: Option<usize>,
@@ -68,7 +70,8 @@ pub struct BasisArgs {
         long,
         default_value_t = 100,
         requires = "compare",
-        value_name = "COUNT"
+        value_name = "COUNT",
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
     )]
     test: usize,
     /// How many splits of the faces into the two.

@@ -41,7 +41,7 @@ pub struct EvaluateArgs {
     save: Option<PathBuf>,
     /// Measure another program's registrations of what --save wrote: this folder has files of the
     /// same names with the vertices of skin.ply.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "save")]
     registered: Option<PathBuf>,
     /// Find the landmarks, as for a scan without any, instead of taking those that were simulated.
     #[arg(long, conflicts_with_all = ["save", "registered"])]

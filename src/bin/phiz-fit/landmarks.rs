@@ -46,7 +46,7 @@ pub fn run(args: &LandmarksArgs) -> FitResult<()> {
     args.output.as_deref().map_or(Ok(()), check_writable)?;
     let template = super::read_template(&args.template)?;
     let mut scan = super::step("reading the scan", || Scan::read(&args.scan, args.unit))?;
-    super::check_beside(&written, &scan)?;
+    scan.check_beside(&written)?;
     let found = super::step("looking for the face", || {
         batch::find(&Detector::new(&template)?, &mut scan, &template)
     });

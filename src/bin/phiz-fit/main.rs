@@ -29,15 +29,14 @@ use phiz::fit::head::expression;
 use phiz::fit::head::generic_head;
 use phiz::fit::head::people::People;
 use phiz::fit::head::template::Template;
+use phiz::fit::learn::about;
 use phiz::fit::learn::semantic::{Method, Table};
 use phiz::fit::learn::{Learned, Settings, doubled, learn};
 use phiz::fit::picture::pictures;
 use phiz::fit::register::batch;
-use phiz::fit::scan::Scan;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population;
 use phiz::fit::{FitError, FitResult};
-use phiz::model::About;
 use phiz::{Expressions, FaceModel};
 
 /// Builds generic heads, populations and face models. Lengths are millimetres.
@@ -129,7 +128,7 @@ struct PopulationArgs {
     /// The same seed gives the same faces.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// The folder to write: a PLY a face, and `labels.json`.
+    /// The folder to write: a PLY a face, and `labels.json`. It may hold faces of a former run of no more than these.
     #[arg(short, value_name = "DIR")]
     output: PathBuf,
 }
@@ -292,6 +291,17 @@ fn read_model(path: &Path) -> FitResult<FaceModel> {
     FaceModel::parse(&read(path)?).map_err(|e| FitError::file(path, e))
 }
 
+/// Refuses a model that has one face and no other, as `head` writes it.
+fn check_varies(path: &Path, model: &FaceModel) -> FitResult<()> {
+    match model.parts().population() {
+        0 => Err(FitError::file(
+            path,
+            "a model of one face, which does not vary",
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// The names and the vertices of the faces of a folder, without those that are there before, which is said: they would
 /// count twice, and be held out from themselves.
 fn read_faces(folder: &Path, template: &Template) -> FitResult<(Vec<String>, Vec<Vec<DVec3>>)> {
@@ -314,13 +324,6 @@ fn once<T>(named: Vec<(String, T)>, positions: impl Fn(&T) -> &Vec<DVec3>) -> Ve
     kept.filter(|&(i, _)| is_doubled(i).is_none())
         .map(|(_, face)| face)
         .collect()
-}
-
-/// Refuses to write over what belongs to a scan, before the work on it.
-fn check_beside(written: &[&Path], scan: &Scan) -> FitResult<()> {
-    let what = "a material, an image or a buffer of the scan";
-    let beside = scan.beside.iter().map(|path| (what, path.as_path()));
-    check_apart(written, &beside.collect::<Vec<_>>())
 }
 
 /// Says what was decided of a scan before an error that may come of it.
@@ -411,6 +414,7 @@ fn template(args: &TemplateArgs) -> FitResult<()> {
 fn synthetic(args: &PopulationArgs) -> FitResult<()> {
     let template = read_template(&args.template)?;
     std::fs::create_dir_all(&args.output).map_err(|e| FitError::file(&args.output, e))?;
+    population::check_folder(&args.output, args.count as usize)?;
     let people = step("sampling faces", || {
         population::sample(&template, &args.base_mesh, args.count as usize, args.seed)
     })?;
@@ -427,7 +431,7 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     check_writable(&args.output)?;
     let template = read_template(&args.template)?;
     let (_, faces) = read_faces(&args.faces, &template)?;
-    let about = about(&args.faces)?;
+    let about = about::read(&args.faces)?;
     let settings = Settings {
         tau: args.tau,
         semantic: args.semantic.into(),
@@ -443,22 +447,6 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     print!("{}", summary(&learned));
     println!("{}: {} bytes", args.output.display(), bytes.len());
     Ok(())
-}
-
-/// Whose faces they are: the `about.json` beside them, which who made the faces wrote.
-fn about(faces: &Path) -> FitResult<About> {
-    let path = faces.join("about.json");
-    let mut about = if path.exists() {
-        serde_json::from_slice(&read(&path)?).map_err(|e| FitError::file(&path, e))?
-    } else {
-        About {
-            title: "unnamed".into(),
-            population: format!("The faces of {}; no about.json said more.", faces.display()),
-            ..About::default()
-        }
-    };
-    about.made_by = format!("phiz-fit {}", env!("CARGO_PKG_VERSION"));
-    Ok(about)
 }
 
 fn summary(learned: &Learned) -> String {

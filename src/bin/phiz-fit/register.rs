@@ -11,6 +11,7 @@ use phiz::blob::{Blob, Kind};
 use phiz::fit::format::files;
 use phiz::fit::format::ply;
 use phiz::fit::head::template::Template;
+use phiz::fit::learn::about;
 use phiz::fit::picture::pictures;
 use phiz::fit::register::batch::{self, Job, Jobs, Prepared, Recipe, Tally};
 use phiz::fit::register::texture;
@@ -32,7 +33,7 @@ pub struct RegisterArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     landmarks: Option<PathBuf>,
     /// Every scan of a folder, with landmarks in NAME.json (or .txt, .pts, .ljson) beside NAME.ply. Faces that are
-    /// there already, and newer than both, stay.
+    /// there already, of both as they are, stay.
     #[arg(long, value_name = "DIR")]
     scans: Option<PathBuf>,
     /// The scans' unit: mm, cm, m, inch, or how many mm it has; without it, it is guessed and said.
@@ -50,7 +51,7 @@ pub struct RegisterArgs {
     /// Draw the scan, the registered head and the distance between them: the PNG to write.
     #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     picture: Option<PathBuf>,
-    /// Bake NAME.png beside each face registered now, where the scan has colours.
+    /// Bake NAME.png beside each face registered now, where the scan has colours; otherwise a former one goes.
     #[arg(long, conflicts_with = "scan")]
     textures: bool,
     /// The PLY to write, or the folder of them.
@@ -135,7 +136,7 @@ fn one(
         output: args.output.clone(),
     };
     let scan = super::step("reading the scan", || Scan::read(scan, args.unit))?;
-    super::check_beside(&written(args), &scan)?;
+    scan.check_beside(&written(args))?;
     let notes = scan.notes.clone();
     let done = super::step("registering", || {
         batch::register_read(registrar, scan, &job, settings)
@@ -177,8 +178,22 @@ fn many(
     folder: &Path,
 ) -> FitResult<()> {
     let output = &args.output;
-    let Jobs { jobs, refused } = batch::jobs(folder, output)?;
+    let found = batch::jobs(folder, output)?;
+    // Whose scans they are is whose faces they become: what is no use then is told before the work.
+    let about = folder.join("about.json");
+    let about = match about.is_file() {
+        true => {
+            about::read(folder)?;
+            Some(super::read(&about)?)
+        }
+        false => None,
+    };
     std::fs::create_dir_all(output).map_err(|e| FitError::file(output, e))?;
+    let Jobs {
+        jobs,
+        refused,
+        unclaimed,
+    } = &found;
     let all = jobs.len() + refused.len();
     let bytes = super::read(&args.template)?;
     let recipe = Recipe {
@@ -188,6 +203,9 @@ fn many(
         unit: args.unit.map(|unit| unit.to_string()),
     };
     recipe.keep(output)?;
+    for path in unclaimed {
+        println!("{}: belongs to no scan there", path.display());
+    }
     let there = jobs.iter().filter(|job| job.is_done()).count();
     let bar = ProgressBar::new((jobs.len() - there) as u64);
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} scans, {eta} left");
@@ -205,6 +223,7 @@ fn many(
             let file = job.output.with_extension("png");
             return bake(template, &prepared.scan, face)?.save(&file);
         }
+        job.remove_picture()?;
         if args.textures {
             let mut bare = bare.lock().unwrap_or_else(PoisonError::into_inner);
             let notes = prepared.scan.notes.iter();
@@ -214,10 +233,8 @@ fn many(
         Ok(())
     };
     let done = |_: &Job, _: &FitResult<()>| bar.inc(1);
-    let mut failed = refused;
-    failed.extend(batch::run(
-        registrar, &jobs, args.unit, settings, also, done,
-    ));
+    let now = batch::run(registrar, jobs, args.unit, settings, also, done);
+    let failed: Vec<&FitError> = refused.iter().chain(&now).collect();
     bar.finish_and_clear();
     let mut bare = bare.into_inner().unwrap_or_else(PoisonError::into_inner);
     bare.sort_unstable();
@@ -228,10 +245,7 @@ fn many(
             scan.display()
         );
     }
-    // Whose scans they are is whose faces they become.
-    let about = folder.join("about.json");
-    if about.is_file() {
-        let bytes = super::read(&about)?;
+    if let Some(bytes) = about {
         files::write_atomically(&output.join("about.json"), &bytes)?;
     }
     let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -244,6 +258,12 @@ fn many(
         all - there - failed.len(),
         failed.len()
     );
+    for path in found.strays(output)? {
+        println!(
+            "{}: of no scan there: it stays, and is learned from",
+            path.display()
+        );
+    }
     if failed.is_empty() {
         return Ok(());
     }

@@ -30,6 +30,9 @@ pub fn run(args: &SampleArgs) -> FitResult<()> {
     let target = Target::parse(&args.output)
         .unwrap_or_else(|cause| super::refuse("sample", ErrorKind::ValueValidation, cause));
     let model = super::read_model(&args.model)?;
+    if args.count > 1 {
+        super::check_varies(&args.model, &model)?;
+    }
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} faces, {eta} left");
     let bar = ProgressBar::new(args.count.into());
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));

@@ -1,6 +1,5 @@
 //! `phiz-fit validate`.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -8,6 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::evaluate::{self, Evaluator};
 use phiz::fit::format::files::check_writable;
+use phiz::fit::learn::about;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population::Labels;
 use phiz::fit::validate::bases;
@@ -34,7 +34,8 @@ pub struct ValidateArgs {
     /// some minutes.
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
     splits: u64,
-    /// Write a short copy, a page in Markdown with its pictures, into this folder.
+    /// Write a short copy, README.md with its pictures, into this folder; a README.md that is no former copy is not
+    /// written over.
     #[arg(long, value_name = "DIR")]
     short: Option<PathBuf>,
     /// The folder to write: `index.html` and `report.json`.
@@ -44,6 +45,9 @@ pub struct ValidateArgs {
 
 pub fn run(args: &ValidateArgs) -> FitResult<()> {
     one_arena();
+    if let Some(short) = &args.short {
+        page::check_short(short)?;
+    }
     let template = super::read_template(&args.template)?;
     let (names, faces) = super::read_faces(&args.faces, &template)?;
     let named: Vec<_> = names.into_iter().zip(faces).collect();
@@ -54,8 +58,8 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
         std::fs::create_dir_all(folder).map_err(|e| FitError::file(folder, e))?;
         check_writable(&folder.join("report.json"))?;
     }
-    let labels = labels(&args.faces, &named)?;
-    let about = super::about(&args.faces)?;
+    let labels = labels(&args.faces, &named)?.unwrap_or_default();
+    let about = about::read(&args.faces)?;
     let drift = match (&args.scans, &args.ict) {
         (Some(scans), Some(ict)) => Some(super::step("measuring drift", || {
             let ict = Ict::read(ict)?;
@@ -129,19 +133,21 @@ fn one_arena() {
     }
 }
 
-/// What `labels.json` beside the faces says of each of them.
-fn labels(folder: &Path, faces: &[(String, Vec<glam::DVec3>)]) -> FitResult<Vec<Labels>> {
+/// What `labels.json` beside the faces says of each of them; nothing where there is none, or what it says is not counted.
+fn labels(folder: &Path, faces: &[(String, Vec<glam::DVec3>)]) -> FitResult<Option<Vec<Labels>>> {
     let path = folder.join("labels.json");
     if !path.exists() {
-        return Ok(Vec::new());
+        return Ok(None);
     }
-    let mut labels: BTreeMap<String, Labels> =
-        serde_json::from_slice(&super::read(&path)?).map_err(|e| FitError::file(&path, e))?;
-    let of = |(name, _): &(String, _)| {
-        let found = labels.remove(name);
-        found.ok_or_else(|| FitError::file(&path, format!("no labels of the face {name}")))
-    };
-    faces.iter().map(of).collect()
+    let names: Vec<&str> = faces.iter().map(|(name, _)| name.as_str()).collect();
+    let labels = Labels::read(&path, &names)?;
+    if labels.is_none() {
+        println!(
+            "{}: other labels than those of a synthetic population are not counted",
+            path.display()
+        );
+    }
+    Ok(labels)
 }
 
 /// How far the faces' vertices are from where they belong.

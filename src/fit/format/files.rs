@@ -8,7 +8,8 @@ use tempfile::NamedTempFile;
 
 use crate::fit::{FitError, FitResult};
 
-/// Writes a file whole or not at all: a new file beside it takes its place.
+/// Writes a file whole or not at all: a new file beside it takes its place. What a link leads to is written, and the
+/// link stays; what is no plain file, as a pipe, is written into.
 ///
 /// # Errors
 /// When the folder does not exist or cannot be written to.
@@ -28,19 +29,25 @@ pub fn write_through(
     write: impl FnOnce(&mut BufWriter<&mut File>) -> FitResult<()>,
 ) -> FitResult<()> {
     let fail = |e: std::io::Error| FitError::file(path, e);
-    let mut file = beside(path).map_err(fail)?;
-    let mut buffered = BufWriter::new(file.as_file_mut());
-    write(&mut buffered)?;
-    buffered.flush().map_err(fail)?;
-    drop(buffered);
+    let filled = |file: &mut File| {
+        let mut buffered = BufWriter::new(file);
+        write(&mut buffered)?;
+        buffered.flush().map_err(fail)
+    };
+    let former = path.metadata().ok();
+    if former.as_ref().is_some_and(|former| !former.is_file()) {
+        let mut file = File::options().write(true).open(path).map_err(fail)?;
+        return filled(&mut file);
+    }
+    let target = place(path);
+    let mut file = beside(&target).map_err(fail)?;
+    filled(file.as_file_mut())?;
     // What takes the place of a file is for those whom that was for.
-    if let Ok(former) = path.metadata()
-        && former.is_file()
-    {
+    if let Some(former) = former {
         let permissions = former.permissions();
         file.as_file().set_permissions(permissions).map_err(fail)?;
     }
-    file.persist(path)
+    file.persist(&target)
         .map_err(|e| FitError::file(path, e.error))?;
     Ok(())
 }
@@ -57,7 +64,11 @@ pub fn check_writable(path: &Path) -> FitResult<()> {
             "a folder, where a file is to be written",
         ));
     }
-    match beside(path) {
+    // A pipe or a device is written into: whether that goes, only writing tells.
+    if path.metadata().is_ok_and(|there| !there.is_file()) {
+        return Ok(());
+    }
+    match beside(&place(path)) {
         Ok(_) => Ok(()),
         Err(e) => Err(FitError::file(path, e)),
     }
@@ -108,7 +119,7 @@ pub fn check_apart(written: &[&Path], read: &[(&str, &Path)]) -> FitResult<()> {
 }
 
 /// Where a file is, or will be: without links and dots.
-fn place(path: &Path) -> PathBuf {
+pub(in crate::fit) fn place(path: &Path) -> PathBuf {
     let there = path.canonicalize().ok();
     let new = || {
         let folder = folder(path).canonicalize().ok()?;
@@ -164,6 +175,34 @@ mod tests {
                 (own, b"2".to_vec())
             );
         }
+    }
+
+    #[test]
+    fn links_stay_and_pipes_are_written_into() {
+        use std::os::unix::fs::FileTypeExt;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("sub")).unwrap();
+        fs::write(at("sub/real"), "1").unwrap();
+        std::os::unix::fs::symlink("sub/real", at("link")).unwrap();
+        check_writable(&at("link")).unwrap();
+        write_atomically(&at("link"), b"2").unwrap();
+        assert!(fs::symlink_metadata(at("link")).unwrap().is_symlink());
+        assert_eq!(fs::read(at("sub/real")).unwrap(), b"2");
+
+        let pipe = at("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        check_writable(&pipe).unwrap();
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::read(pipe).unwrap()
+        });
+        write_atomically(&pipe, b"3").unwrap();
+        // Before the reader is waited for, who would wait for a pipe that was replaced without end.
+        assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+        assert_eq!(reader.join().unwrap(), b"3");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
     }
 
     #[test]

@@ -242,8 +242,8 @@ pub fn has_faces(dir: &Path) -> FitResult<bool> {
     Ok(!faces(dir)?.is_empty())
 }
 
-/// Every `.ply` of a folder.
-fn faces(dir: &Path) -> FitResult<Vec<PathBuf>> {
+/// Every `.ply` of a folder, in no order.
+pub(in crate::fit) fn faces(dir: &Path) -> FitResult<Vec<PathBuf>> {
     let mut paths = files_of(dir)?;
     paths.retain(|path| {
         let ending = path.extension();

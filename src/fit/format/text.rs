@@ -3,6 +3,10 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use serde::de::DeserializeOwned;
+
+use crate::fit::{FitError, FitResult};
+
 /// The bytes of a text file without a byte order mark; UTF-16, which only a mark tells, as UTF-8.
 /// What is Latin-1 or UTF-8 stays as it is: [`decoded`] tells them apart word by word.
 ///
@@ -26,6 +30,16 @@ pub fn plain(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
         (Ok(text), []) => Ok(text.into_bytes().into()),
         _ => Err("no text: it begins as UTF-16 and is none".into()),
     }
+}
+
+/// Reads a file of JSON, in any encoding that [`plain`] knows.
+///
+/// # Errors
+/// When it cannot be read, or is not what is meant: with the file and the place in it.
+pub fn json<T: DeserializeOwned>(path: &Path) -> FitResult<T> {
+    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    let bytes = plain(&bytes).map_err(|cause| FitError::file(path, cause))?;
+    serde_json::from_slice(&bytes).map_err(|e| FitError::file(path, e))
 }
 
 /// UTF-8, or else Latin-1, in which any bytes are text.

@@ -23,6 +23,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::FaceModel;
+use crate::fit::format::text::json;
 use crate::fit::head::generic_head::ETHNICITIES;
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::{Rigid, vertex_areas};
@@ -61,9 +62,7 @@ impl Labels {
     /// # Errors
     /// When the file cannot be read, a face is missing in it, or has other labels than the first.
     pub fn read(path: &Path, names: &[String]) -> FitResult<Self> {
-        let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
-        let all: BTreeMap<String, BTreeMap<String, Value>> =
-            serde_json::from_slice(&bytes).map_err(|e| FitError::file(path, e))?;
+        let all: BTreeMap<String, BTreeMap<String, Value>> = json(path)?;
         let mut labels = Labels::default();
         for (f, name) in names.iter().enumerate() {
             let bad = |why: &str| FitError::file(path, format!("{name}: {why}"));
@@ -151,7 +150,7 @@ impl Learned {
 /// who are called `source`.
 ///
 /// # Errors
-/// With fewer faces than what else is known of each would need, or a label that does not vary.
+/// With fewer faces than what else is known of each would need, or a label or a model that does not vary.
 pub fn learn(
     template: &Template,
     model: &FaceModel,
@@ -159,6 +158,10 @@ pub fn learn(
     labels: &Labels,
     source: &str,
 ) -> FitResult<Learned> {
+    if model.parts().population() == 0 {
+        let cause = "the model has one face, which tells no label";
+        return Err(FitError::Input(cause.into()));
+    }
     let people = faces.len();
     if people < 2 * (FOLDS + labels.besides.len()) {
         return Err(FitError::Input(format!(
@@ -495,6 +498,9 @@ mod tests {
         assert_eq!(labels.told[3].1, [0.5, 0.0]);
         assert_eq!(labels.together, [0..1, 1..4]);
         assert_eq!(labels.besides, [[1.0, -1.0]]);
+        // As Windows writes text.
+        let text = "\u{feff}{\"a\": {\"age\": 20}, \"b\": {\"age\": 30}}";
+        assert_eq!(read(text).unwrap().told[0].1, [20.0, 30.0]);
         for (text, why) in [
             (r#"{"a": {"age": 20}}"#, "b: it is not there"),
             (r#"{"a": {"age": 20}, "b": {"age": "x"}}"#, "b: its age"),

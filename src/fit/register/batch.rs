@@ -1,16 +1,17 @@
 //! Registering every scan of a folder: on all cores, resumable, and one bad scan does not stop the
-//! others. A face that is there and not older than its scan and its landmarks stays, and all faces of
+//! others. A face that is there, of the scan and the landmarks as they are, stays, and all faces of
 //! a folder are made in one way ([`Recipe`]).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Registered, Registrar, Settings, TOLD};
 use crate::fit::detect::{Detection, Detector};
-use crate::fit::format::files::{files_of, write_atomically};
+use crate::fit::format::files::{files_of, place, write_atomically};
 use crate::fit::format::ply;
 use crate::fit::head::people::RegisteredFace;
 use crate::fit::head::template::Template;
@@ -22,21 +23,103 @@ use crate::fit::{FitError, FitResult};
 pub struct Job {
     /// The scan.
     pub scan: PathBuf,
-    /// Its landmarks: the JSON or text file of its name; without one they are found.
+    /// Its landmarks: the JSON or text file of its name, with an ending in any case; without one they are found.
     pub landmarks: Option<PathBuf>,
     /// The registered face.
     pub output: PathBuf,
 }
 
 impl Job {
-    /// Whether its face is there, and not older than the scan and the landmarks that it is made from.
+    /// The files that it writes or takes away: the face, its landmarks and its picture.
+    fn written(&self) -> [PathBuf; 3] {
+        let beside = |ending: &str| self.output.with_extension(ending);
+        [self.output.clone(), beside("json"), beside("png")]
+    }
+
+    /// Takes away the picture that a former face had, where this one has none.
+    ///
+    /// # Errors
+    /// When it is there and stays.
+    pub fn remove_picture(&self) -> FitResult<()> {
+        let picture = self.output.with_extension("png");
+        match std::fs::remove_file(&picture) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(FitError::file(&picture, e)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Where it is kept what the face was made of: hidden, since it is for nobody else.
+    fn made(&self) -> PathBuf {
+        let mut name = std::ffi::OsString::from(".");
+        name.push(self.output.file_stem().unwrap_or_default());
+        name.push(".made");
+        self.output.with_file_name(name)
+    }
+
+    /// Whether its face is there, and made of the scan and the landmarks as they are. Where nobody kept what it was
+    /// made of: whether it is not older than they.
     pub fn is_done(&self) -> bool {
+        if let Ok(bytes) = std::fs::read(self.made()) {
+            // Dates are not put in order: what is copied keeps its own, and clocks are wrong.
+            let made = serde_json::from_slice::<Made>(&bytes);
+            return self.output.is_file() && made.is_ok_and(|made| Made::of(self) == Some(made));
+        }
         let written = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
         let newest = [Some(&self.scan), self.landmarks.as_ref()]
             .into_iter()
             .flatten();
         let newest = newest.filter_map(|path| written(path)).max();
         written(&self.output).is_some_and(|at| newest.is_none_or(|newest| newest <= at))
+    }
+}
+
+/// What a face was made of.
+#[derive(Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+struct Made {
+    scan: Version,
+    landmarks: Option<Version>,
+}
+
+/// A file, and which of those that it has been.
+#[derive(Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+struct Version {
+    name: String,
+    bytes: u64,
+    /// Nanoseconds since 1970, where the system tells.
+    modified: Option<i64>,
+}
+
+impl Made {
+    /// Of a job's files as they are; nothing where one of them cannot be seen.
+    fn of(job: &Job) -> Option<Self> {
+        let landmarks = job.landmarks.as_deref().map(Version::of);
+        Some(Made {
+            scan: Version::of(&job.scan)?,
+            landmarks: match landmarks {
+                Some(version) => Some(version?),
+                None => None,
+            },
+        })
+    }
+}
+
+impl Version {
+    fn of(path: &Path) -> Option<Self> {
+        let about = path.metadata().ok()?;
+        let name = path.file_name()?.to_string_lossy().into_owned();
+        Some(Version {
+            name,
+            bytes: about.len(),
+            modified: about.modified().ok().map(nanoseconds),
+        })
+    }
+}
+
+fn nanoseconds(time: SystemTime) -> i64 {
+    let whole = |apart: std::time::Duration| i64::try_from(apart.as_nanos()).unwrap_or(i64::MAX);
+    match time.duration_since(SystemTime::UNIX_EPOCH) {
+        Ok(after) => whole(after),
+        Err(before) => -whole(before.duration()),
     }
 }
 
@@ -105,8 +188,32 @@ pub struct Jobs {
     /// The jobs, by name.
     pub jobs: Vec<Job>,
     /// Scans that make none, by name: one that has the same name as another but for its ending, or one
-    /// that is taken.
+    /// that is taken, or several files of landmarks, or whose face would be written over a file of the folder.
     pub refused: Vec<FitError>,
+    /// Files like landmarks that have no scan's name.
+    pub unclaimed: Vec<PathBuf>,
+}
+
+impl Jobs {
+    /// The faces in a folder that no scan has the name of, as when a scan was taken away.
+    ///
+    /// # Errors
+    /// When the folder cannot be read.
+    pub fn strays(&self, output: &Path) -> FitResult<Vec<PathBuf>> {
+        let mut faces = ply::faces(output)?;
+        // Of scans that are refused, former faces may be there: what is wrong is said of the scan.
+        let is_refused = |face: &Path| {
+            let scans = self.refused.iter().filter_map(|error| match error {
+                FitError::File { path, .. } => path.file_stem(),
+                _ => None,
+            });
+            scans.into_iter().any(|name| Some(name) == face.file_stem())
+        };
+        let is_made = |face: &Path| self.jobs.iter().any(|job| job.output == face);
+        faces.retain(|face| !is_made(face) && !is_refused(face));
+        faces.sort();
+        Ok(faces)
+    }
 }
 
 /// The jobs of a folder: every scan in it (not in its subfolders), by its ending.
@@ -122,13 +229,27 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
         return Err(FitError::file(output, cause));
     }
     let mut found: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
-    for path in files {
-        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        if !ending.is_some_and(|e| ENDINGS.contains(&e.as_str())) {
+    let mut points: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
+    // Where the files of the folder are, which a link may have elsewhere.
+    let mut kept: HashMap<PathBuf, PathBuf> = files
+        .iter()
+        .map(|path| (place(path), path.clone()))
+        .collect();
+    for path in &files {
+        let ending = path.extension().unwrap_or_default();
+        let ending = &*ending.to_string_lossy().to_lowercase();
+        let of_name = if ENDINGS.contains(&ending) {
+            &mut found
+        } else if landmarks::ENDINGS.contains(&ending) {
+            &mut points
+        } else {
             continue;
-        }
+        };
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        found.entry(name.into_owned()).or_default().push(path);
+        of_name
+            .entry(name.into_owned())
+            .or_default()
+            .push(path.clone());
     }
     if found.is_empty() {
         let none = ENDINGS.map(|ending| format!(".{ending}")).join(", ");
@@ -137,6 +258,8 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
     let mut all = Jobs::default();
     for (name, mut paths) in found {
         paths.sort();
+        let mut points = points.remove(&name).unwrap_or_default();
+        points.sort();
         let refused = match &paths[..] {
             // Its landmarks would take the place of what is said of all faces.
             [scan, ..] if OF_ALL.contains(&name.as_str()) => {
@@ -146,22 +269,62 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
                 let cause = format!("has the same name as {}", other.display());
                 FitError::file(scan, cause)
             }
+            // Which of them was set by hand, only a person knows.
+            [scan] if points.len() > 1 => {
+                let names = points.iter().filter_map(|path| path.file_name());
+                let names: Vec<_> = names.map(|name| name.display().to_string()).collect();
+                let cause = format!("has landmarks in {}: one is to stay", names.join(" and "));
+                FitError::file(scan, cause)
+            }
             _ => {
-                all.jobs.extend(paths.into_iter().map(|scan| {
-                    Job {
-                        landmarks: (landmarks::ENDINGS.iter())
-                            .map(|ending| scan.with_extension(ending))
-                            .find(|path| path.is_file()),
-                        output: output.join(format!("{name}.ply")),
-                        scan,
+                let jobs = paths.into_iter().map(|scan| Job {
+                    landmarks: points.pop(),
+                    output: output.join(format!("{name}.ply")),
+                    scan,
+                });
+                for job in jobs {
+                    match written_over(&job, &kept) {
+                        Some(error) => all.refused.push(error),
+                        None => {
+                            // Nor is one face written over another's.
+                            kept.extend(job.written().map(|path| (place(&path), path)));
+                            all.jobs.push(job);
+                        }
                     }
-                }));
+                }
                 continue;
             }
         };
         all.refused.push(refused);
     }
+    // Text may be anything, and so may be what is said of all scans.
+    let points = points
+        .into_iter()
+        .filter(|(name, _)| !OF_ALL.contains(&name.as_str()));
+    let is_text = |path: &PathBuf| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("txt"))
+    };
+    all.unclaimed = points
+        .flat_map(|(_, paths)| paths)
+        .filter(|path| !is_text(path))
+        .collect();
+    all.unclaimed.sort();
     Ok(all)
+}
+
+/// Why a job is not done that would write over a file of the scans' folder or another's face, by way of a link: `kept`
+/// are those, by where they are.
+fn written_over(job: &Job, kept: &HashMap<PathBuf, PathBuf>) -> Option<FitError> {
+    job.written().iter().find_map(|path| {
+        let lost = kept.get(&place(path))?;
+        let cause = format!(
+            "its face would be written to {}, which is {}: each needs a place of its own",
+            path.display(),
+            lost.display()
+        );
+        Some(FitError::file(&job.scan, cause))
+    })
 }
 
 /// Found landmarks less sure than this are left out.
@@ -392,8 +555,10 @@ fn without_former(job: &Job, error: FitError) -> FitError {
     if std::fs::remove_file(&job.output).is_err() {
         return error;
     }
-    // Its landmarks are of no use without it, and may not be there.
+    // Its landmarks and its picture are of no use without it, and may not be there.
     let _ = std::fs::remove_file(job.output.with_extension("json"));
+    let _ = job.remove_picture();
+    let _ = std::fs::remove_file(job.made());
     match error.of(&job.scan) {
         FitError::File { path, cause } => {
             let cause = format!("{cause}; the face of what it was before is taken away");
@@ -405,7 +570,8 @@ fn without_former(job: &Job, error: FitError) -> FitError {
 
 /// Registers the jobs that are not done, on all cores, each with its landmarks in mm
 /// beside it; `also` may write more of each, `done` is told of each. Returns what failed, in the
-/// order of the jobs; where there is a former face of that, it goes.
+/// order of the jobs. Where a scan cannot be read or registered, its former face goes; where something cannot be written
+/// that stays, for the next time.
 pub fn run(
     registrar: &Registrar<'_>,
     jobs: &[Job],
@@ -419,23 +585,33 @@ pub fn run(
         .with_max_len(1)
         .filter(|job| !job.is_done())
         .filter_map(|job| {
-            let result =
-                register_scan(registrar, job, unit, settings).and_then(|(prepared, face)| {
-                    // The face last: while it is missing, the job is not done.
-                    also(job, &prepared, &face)?;
-                    let template = registrar.template;
-                    let (positions, points) = match settings.neutral {
-                        true => (
-                            &face.neutral(),
-                            &face.neutral_points(template, &prepared.points),
-                        ),
-                        false => (&face.positions, &prepared.points),
-                    };
-                    let file = job.output.with_extension("json");
-                    landmarks::write(&file, points, &prepared.errors, 1.0, template)?;
-                    ply::write_mesh(&job.output, positions, &registrar.triangles)
-                });
-            let result = result.map_err(|error| without_former(job, error));
+            let work = || -> FitResult<()> {
+                let without_former = |error| without_former(job, error);
+                // Before they are read: what takes their place meanwhile is another.
+                let made = Made::of(job);
+                let scan = Scan::read(&job.scan, unit).map_err(without_former)?;
+                // Nothing goes that may be the scan's own.
+                let written = job.written();
+                scan.check_beside(&written.each_ref().map(PathBuf::as_path))?;
+                let (prepared, face) =
+                    register_read(registrar, scan, job, settings).map_err(without_former)?;
+                also(job, &prepared, &face)?;
+                let template = registrar.template;
+                let (positions, points) = match settings.neutral {
+                    true => (
+                        &face.neutral(),
+                        &face.neutral_points(template, &prepared.points),
+                    ),
+                    false => (&face.positions, &prepared.points),
+                };
+                // The face after what is beside it, and what it was made of last: so that is never said of a former one.
+                let file = job.output.with_extension("json");
+                landmarks::write(&file, points, &prepared.errors, 1.0, template)?;
+                ply::write_mesh(&job.output, positions, &registrar.triangles)?;
+                let made = serde_json::to_vec(&made).map_err(|e| FitError::file(&job.made(), e))?;
+                write_atomically(&job.made(), &made)
+            };
+            let result = work();
             done(job, &result);
             result.err()
         })

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 
+use crate::fit::format::files::check_apart;
 use crate::fit::{FitError, FitResult};
 
 pub mod landmarks;
@@ -136,6 +137,16 @@ impl Scan {
             scan.notes.push(TURNED.into());
         }
         Ok(scan)
+    }
+
+    /// Refuses to write over what belongs to the scan, before the work on it.
+    ///
+    /// # Errors
+    /// When one of the files to be written is one of [`Scan::beside`].
+    pub fn check_beside(&self, written: &[&Path]) -> FitResult<()> {
+        let what = "a material, an image or a buffer of the scan";
+        let beside = self.beside.iter().map(|path| (what, path.as_path()));
+        check_apart(written, &beside.collect::<Vec<_>>())
     }
 
     /// The unit of the file that is in use.

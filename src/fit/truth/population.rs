@@ -3,7 +3,7 @@
 //! It is made of one artist's shapes, not of people: a stand-in until faces registered to real
 //! scans take its place, and labelled with what was sampled.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use glam::DVec3;
@@ -12,7 +12,8 @@ use rayon::prelude::*;
 
 use crate::Random;
 use crate::fit::format::files::write_atomically;
-use crate::fit::format::ply::write_mesh;
+use crate::fit::format::ply::{faces, write_mesh};
+use crate::fit::format::text::json;
 use crate::fit::head::base_mesh::{self, BaseMesh, Target};
 use crate::fit::head::generic_head::ETHNICITIES;
 use crate::fit::head::template::Template;
@@ -34,6 +35,24 @@ pub struct Labels {
     pub muscle: f64,
     /// The value of each local control, in its target's full displacement; 0 is average.
     pub local: BTreeMap<String, f64>,
+}
+
+impl Labels {
+    /// Reads `labels.json` as [`write`] leaves it, of the named faces; nothing where it has other labels, of who made it.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is no JSON, or a face is missing in it.
+    pub fn read(path: &Path, names: &[&str]) -> FitResult<Option<Vec<Self>>> {
+        let all: serde_json::Value = json(path)?;
+        let Ok(mut all) = serde_json::from_value::<BTreeMap<String, Self>>(all) else {
+            return Ok(None);
+        };
+        let of = |name: &&str| {
+            let found = all.remove(*name);
+            found.ok_or_else(|| FitError::file(path, format!("no labels of the face {name}")))
+        };
+        names.iter().map(of).collect::<FitResult<_>>().map(Some)
+    }
 }
 
 /// What a model that is learned from such a population says of itself.
@@ -205,17 +224,53 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
+/// What the file of a face is called, but for its ending.
+fn name(index: usize) -> String {
+    format!("face_{index:04}")
+}
+
+/// Refuses a folder with other faces than those that `count` of a population take the place of: labels would be missing
+/// of them, and who learns from the folder would learn from both.
+///
+/// # Errors
+/// When there is one, or the folder cannot be read.
+pub fn check_folder(dir: &Path, count: usize) -> FitResult<()> {
+    let own: BTreeSet<_> = (0..count)
+        .map(|index| dir.join(name(index) + ".ply"))
+        .collect();
+    match faces(dir)?
+        .into_iter()
+        .filter(|face| !own.contains(face))
+        .min()
+    {
+        Some(other) => {
+            let cause =
+                format!("a face that is none of these {count}: they go to a folder of their own");
+            Err(FitError::file(&other, cause))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Writes `face_0000.ply` ..., `labels.json` and `about.json`, which `train` puts into the model.
+///
+/// # Errors
+/// Those of [`check_folder`], and when the folder cannot be written to.
 pub fn write(population: &Population, template: &Template, dir: &Path) -> FitResult<()> {
     std::fs::create_dir_all(dir).map_err(|e| FitError::file(dir, e))?;
+    check_folder(dir, population.faces.len())?;
+    // Labels of before would be those of other faces, if this ended before its own are there.
+    let path = dir.join("labels.json");
+    if path.exists() {
+        std::fs::remove_file(&path).map_err(|e| FitError::file(&path, e))?;
+    }
     let triangles = template.triangles();
     let mut labels = BTreeMap::new();
     for (index, (face, label)) in population.faces.iter().zip(&population.labels).enumerate() {
-        let name = format!("face_{index:04}");
+        let name = name(index);
         write_mesh(&dir.join(format!("{name}.ply")), face, &triangles)?;
         labels.insert(name, label);
     }
-    let path = dir.join("labels.json");
     let json = serde_json::to_vec_pretty(&labels).map_err(|e| FitError::file(&path, e))?;
     write_atomically(&path, &json)?;
     let path = dir.join("about.json");
@@ -724,6 +779,43 @@ mod tests {
             // f32 at 200 mm.
             assert!(a.distance(*b) < 3e-5);
         }
+        // The same again, of no more, takes its place; fewer would leave some, which are named.
+        let labels = dir.path().join("labels.json");
+        write(&population, head, dir.path()).unwrap();
+        let names = ["face_0000", "face_0001"];
+        let read = Labels::read(&labels, &names).unwrap().unwrap();
+        assert_eq!(read.len(), 2);
+        for (read, written) in read.iter().zip(&population.labels) {
+            // JSON's numbers are read to the last place but one.
+            assert!((read.age - written.age).abs() < 1e-9);
+            assert_eq!(read.local.len(), written.local.len());
+        }
+        let first = Population {
+            faces: population.faces[..1].to_vec(),
+            labels: population.labels[..1].to_vec(),
+            ..population.clone()
+        };
+        let error = write(&first, head, dir.path()).unwrap_err().to_string();
+        assert!(
+            error.contains("face_0001.ply: a face that is none of these 1"),
+            "{error}"
+        );
+        assert!(labels.exists());
+        // One that ends early leaves no labels of before.
+        std::fs::remove_file(dir.path().join("face_0000.ply")).unwrap();
+        std::fs::create_dir(dir.path().join("face_0000.ply")).unwrap();
+        write(&population, head, dir.path()).unwrap_err();
+        assert!(!labels.exists());
+        std::fs::remove_dir(dir.path().join("face_0000.ply")).unwrap();
+        // Labels of others are none of these, and none that are broken.
+        std::fs::write(
+            &labels,
+            "\u{feff}{\"face_0001\": {\"age\": 30, \"sex\": 1}}",
+        )
+        .unwrap();
+        assert_eq!(Labels::read(&labels, &["face_0001"]).unwrap(), None);
+        std::fs::write(&labels, "{").unwrap();
+        Labels::read(&labels, &["face_0001"]).unwrap_err();
         std::fs::write(
             dir.path().join("odd.ply"),
             "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty float y\nproperty int z\nend_header\n1 2 3\n",

@@ -35,7 +35,11 @@ impl Interval {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-        let half = student_t(values.len().saturating_sub(1)) * (variance / n).sqrt();
+        // One value says nothing of how others differ from it.
+        let half = match values.len() {
+            0 | 1 => f64::INFINITY,
+            count => student_t(count - 1) * (variance / n).sqrt(),
+        };
         Self {
             mean,
             low: mean - half,
@@ -415,6 +419,11 @@ mod tests {
         ] {
             assert!((student_t(degrees) - t).abs() < 0.003, "{degrees}");
         }
+        let one = Interval::of(&[1.0]);
+        assert_eq!(
+            (one.low, one.mean, one.high),
+            (f64::NEG_INFINITY, 1.0, f64::INFINITY)
+        );
         let interval = Interval::of(&[1.0, 2.0, 3.0, 4.0]);
         assert_eq!(interval.mean, 2.5);
         // 3.182 times the standard error, sqrt(5 / 3) / 2.

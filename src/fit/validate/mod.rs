@@ -276,7 +276,9 @@ pub fn validate<'a>(
     drop((whole, whole_modes, aligned));
 
     done("holding out ten faces");
-    let ten = shuffled(faces.len(), 10)[..PAPER.min(faces.len() / 2)].to_vec();
+    // Of as few as may be, one is held out: the others are what is learned from.
+    let held = PAPER.min(faces.len() / 2).min(faces.len() + 1 - FEWEST);
+    let ten = shuffled(faces.len(), 10)[..held].to_vec();
     let (ten_held_out, pairs) = cross_validate(template, &faces, &[ten], &TRIED, &settings, || ())?;
     let parts_of = FOLDS.min(faces.len());
     let tests = folds(faces.len(), parts_of, 5);

@@ -10,6 +10,7 @@ use super::held_out::{AreaErrors, HeldOut, Interval};
 use super::plots::{self, Axes, Line};
 use super::{COUNTED, Report, Validated, pictures};
 use crate::fit::format::files::write_atomically;
+use crate::fit::format::text::decoded;
 use crate::fit::picture::render::Image;
 use crate::fit::{FitError, FitResult};
 
@@ -26,6 +27,32 @@ enum Content {
     Table(Vec<String>, Vec<Vec<String>>),
     Plot(&'static str, String, String),
     Picture(&'static str, Vec<u8>, String),
+}
+
+/// How a short copy says what it is.
+const WRITTEN: &str = "Written by `phiz-fit validate`";
+
+/// Refuses a folder for the short copy whose README is somebody's, before the work.
+///
+/// # Errors
+/// When there is a `README.md` that is no short copy, or that cannot be read.
+pub fn check_short(folder: &Path) -> FitResult<()> {
+    let path = folder.join("README.md");
+    let there = match std::fs::read(&path) {
+        Ok(bytes) => bytes,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(e) => return Err(FitError::file(&path, e)),
+    };
+    match decoded(&there)
+        .lines()
+        .any(|line| line.starts_with(WRITTEN))
+    {
+        true => Ok(()),
+        false => Err(FitError::file(
+            &path,
+            "is no report of before, and would be lost: the short copy goes to another folder",
+        )),
+    }
 }
 
 /// Writes `index.html` and `report.json` into a folder, and with `short` a page in Markdown with
@@ -605,6 +632,9 @@ fn normality(report: &Report) -> FitResult<Section> {
 }
 
 fn interval(of: &Interval, digits: usize) -> String {
+    if !of.low.is_finite() {
+        return format!("{:.digits$} (one face)", of.mean);
+    }
     format!(
         "{:.digits$} ({:.digits$} to {:.digits$})",
         of.mean, of.low, of.high
@@ -679,8 +709,7 @@ fn html(report: &Report, sections: &[Section]) -> String {
 
 fn markdown(report: &Report, sections: &[Section]) -> String {
     let mut page = format!(
-        "# {}: {} faces of {} vertices\n\nWritten by `phiz-fit validate`; the numbers are in \
-         `report.json`, too.\n",
+        "# {}: {} faces of {} vertices\n\n{WRITTEN}; the numbers are in `report.json`, too.\n",
         report.about.title, report.faces, report.vertices
     );
     for section in sections.iter().filter(|s| s.short) {
