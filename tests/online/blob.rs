@@ -500,8 +500,10 @@ fn huge_counts_in_the_preamble_and_the_table_are_refused() {
 fn sections_do_not_lie_over_each_other() {
     let count = u32::from_le_bytes(BLOB[24..28].try_into().unwrap()) as usize;
     let row = |i: usize| 40 + 32 * i + 20..40 + 32 * i + 28;
+    // What has no bytes lies over nothing.
+    let has_bytes = |i: &usize| BLOB[row(*i).start + 4..row(*i).end] != [0; 4];
     for i in 1..count {
-        for j in 0..i {
+        for j in (0..i).filter(has_bytes) {
             let mut bytes = BLOB.clone();
             let (from, to) = (row(j), row(i));
             bytes.copy_within(from, to.start);
