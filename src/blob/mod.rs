@@ -434,19 +434,22 @@ impl<'a> Blob<'a> {
             return bad("its header reaches past its end".into());
         };
         let mut rows = Vec::with_capacity(count);
+        // Sections that lay over each other would be more than the bytes that there are.
+        let mut free = header_end;
         for i in 0..count {
             let row = &bytes[PREAMBLE + i * ROW..PREAMBLE + (i + 1) * ROW];
             let (offset, length) = (word(row, 20) as usize, word(row, 24) as usize);
             let section = offset
                 .checked_add(length)
-                .filter(|_| offset >= header_end && offset.is_multiple_of(ALIGNMENT))
+                .filter(|_| offset >= free && offset.is_multiple_of(ALIGNMENT))
                 .and_then(|end| bytes.get(offset..end));
             let Some(section) = section else {
                 if !whole {
                     break;
                 }
-                return bad(format!("section {i} lies outside of it"));
+                return bad(format!("section {i} is not in its place"));
             };
+            free = offset + length;
             rows.push(Row {
                 name: row[..16]
                     .trim_ascii_end()

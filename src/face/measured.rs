@@ -197,12 +197,18 @@ impl Face {
     }
 
     /// Brings held measures back without touching `own` coefficients: by their semantic controls,
-    /// which touch little else, where all have one; else by whatever is not locked.
+    /// which touch little else, where all have one; else by whatever is not locked. What is locked is moved
+    /// by its own alone.
     pub(super) fn hold_without(&mut self, own: &[usize], before: Before) -> Result<()> {
         if self.held.is_empty() {
             return Ok(());
         }
         let parts = self.model.parts();
+        let mut free = self.free(None)?;
+        let open = self.edits(None)?;
+        let is_own = own
+            .first()
+            .is_some_and(|i| !free.contains(i) && !open.contains(i));
         let control = |held: &(usize, f64)| {
             let mut controls = parts.controls.iter();
             controls.find(|c| c.measure == Some(held.0 as u32))
@@ -214,16 +220,17 @@ impl Face {
             .iter()
             .flat_map(|c| &c.direction)
         {
-            if !own.contains(&(i as usize)) && !edits.contains(&(i as usize)) {
-                edits.push(i as usize);
+            let i = i as usize;
+            if !own.contains(&i) && !edits.contains(&i) && (is_own || open.contains(&i)) {
+                edits.push(i);
             }
         }
-        let mut free = self.free(None)?;
         free.retain(|i| !own.contains(i));
         self.hold(&[edits, free], before)
     }
 
-    /// Brings held measures back by the first of `choices` of coefficients that can.
+    /// Brings held measures back by the first of `choices` of coefficients that can; where nothing may move, they have to be
+    /// where they were.
     ///
     /// # Errors
     /// When none can: the face is then as `before`.
@@ -233,7 +240,7 @@ impl Face {
             return Ok(());
         }
         let mut failed = Ok(());
-        for free in choices.iter().filter(|free| !free.is_empty()) {
+        for free in choices {
             failed = self.solve(&held, Unknowns::Coefficients(free.clone()), HELD);
             if failed.is_ok() {
                 return Ok(());

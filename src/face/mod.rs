@@ -529,7 +529,14 @@ impl Face {
     }
 
     fn change(&mut self, coefficients: &[f32]) -> Result<()> {
-        self.replace(on_grid(coefficients)?);
+        let mut state = on_grid(coefficients)?;
+        // What was found on a finer grid, and is meant to stay, stays as it is.
+        for ((new, &old), &c) in state.iter_mut().zip(&self.state).zip(coefficients) {
+            if sigmas(old) == c {
+                *new = old;
+            }
+        }
+        self.replace(state);
         Ok(())
     }
 

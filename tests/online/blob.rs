@@ -497,6 +497,26 @@ fn huge_counts_in_the_preamble_and_the_table_are_refused() {
 }
 
 #[test]
+fn sections_do_not_lie_over_each_other() {
+    let count = u32::from_le_bytes(BLOB[24..28].try_into().unwrap()) as usize;
+    let row = |i: usize| 40 + 32 * i + 20..40 + 32 * i + 28;
+    // What has no bytes lies over nothing.
+    let has_bytes = |i: &usize| BLOB[row(*i).start + 4..row(*i).end] != [0; 4];
+    for i in 1..count {
+        for j in (0..i).filter(has_bytes) {
+            let mut bytes = BLOB.clone();
+            let (from, to) = (row(j), row(i));
+            bytes.copy_within(from, to.start);
+            seal(&mut bytes);
+            assert!(
+                refused(&bytes).contains("not in its place"),
+                "section {i} over {j}"
+            );
+        }
+    }
+}
+
+#[test]
 fn numbers_that_are_none_are_refused_in_every_float_section() {
     // Sigmas of the nose: 5 and 5 / 2; quantiles: from -3 on.
     for (section, start) in [("sigmas.0", 5.0_f32), ("quantiles", -3.0)] {

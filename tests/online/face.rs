@@ -650,6 +650,73 @@ fn a_locked_region_follows_its_own_sliders_and_no_other_locked_one_does() {
 }
 
 #[test]
+fn what_is_locked_stays_beside_what_is_held_in_it() {
+    let model = head_model();
+    let controls = &model.parts().controls;
+    let moving: Vec<_> = ["head 1", "head 2", "eyes 1", "mouth 1"]
+        .into_iter()
+        .collect();
+    for region in ["mouth", "nose"] {
+        let own = vertices_of(model, &[region.into()]);
+        let measured = controls.iter().filter(|c| c.group == region);
+        for measure in measured.filter_map(|c| c.measure) {
+            let measure = &model.parts().measures[measure as usize].name;
+            let mut face = random(model, 4);
+            face.lock(region).unwrap();
+            face.lock_measure(measure).unwrap();
+            let (start, mm) = (face.positions().to_vec(), face.measure(measure).unwrap());
+            for name in moving.iter().filter(|name| !name.starts_with(region)) {
+                let code = face.code();
+                if face.set(name, 0.95).is_err() {
+                    assert_eq!(face.code(), code, "{measure}, {name}");
+                }
+                let moved = farthest_of(face.positions(), &start, &own);
+                assert!(moved < 1e-4, "{measure}, {name}: {moved} mm");
+                let off = face.measure(measure).unwrap() - mm;
+                assert!(off.abs() < 1e-3, "{measure}, {name}: off by {off} mm");
+            }
+            // Its own sliders move it.
+            let slider = format!("{region} 1");
+            let other = 1.0 - face.get(&slider).unwrap();
+            face.set(&slider, other).unwrap();
+            assert!((face.get(&slider).unwrap() - other).abs() < 0.05);
+        }
+    }
+}
+
+#[test]
+fn where_all_is_locked_what_is_held_stays() {
+    let model = head_model();
+    let mut face = random(model, 4);
+    let blocks = &model.parts().blocks;
+    let regions: std::collections::BTreeSet<_> = blocks.iter().map(Block::region).collect();
+    for region in regions {
+        face.lock(region).unwrap();
+    }
+    face.lock_measure("face width").unwrap();
+    let (code, mm) = (face.code(), face.measure("face width").unwrap());
+    assert!(face.set("head 1", 0.95).is_err());
+    assert_eq!(face.code(), code);
+    assert_eq!(face.measure("face width").unwrap(), mm);
+}
+
+#[test]
+fn what_a_measure_left_between_the_grid_s_points_is_locked_there() {
+    let model = head_model();
+    let head = vertices_of(model, &["head".into()]);
+    for seed in 4..8 {
+        let mut face = random(model, seed);
+        let wanted = face.measure("face width").unwrap() + 2.0;
+        face.set_measure("face width", wanted).unwrap();
+        face.lock("head").unwrap();
+        let start = face.positions().to_vec();
+        face.set("nose 1", 0.9).unwrap();
+        let moved = farthest_of(face.positions(), &start, &head);
+        assert!(moved < 1e-4, "{moved} mm");
+    }
+}
+
+#[test]
 fn what_fails_beside_a_lock_changes_nothing() {
     let model = head_model();
     let mut face = random(model, 3);
