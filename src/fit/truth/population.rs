@@ -38,7 +38,7 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Reads `labels.json` as [`write`] leaves it, of the named faces; nothing where it has other labels, of who made it.
+    /// Reads `labels.json` as [`write()`] leaves it, of the named faces; nothing where it has other labels, of who made it.
     ///
     /// # Errors
     /// When the file cannot be read or is no JSON, or a face is missing in it.
