@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { FEELINGS, VISEMES } from '../../www/src/panel/feelings.js';
-import { differing, fingerOn, landmarkOnScreen, moveSlider, open, picture, pictureOfPage, siteAndBrowser, TALL } from './site.js';
+import { differing, fingerOn, holdBack, landmarkOnScreen, moveSlider, open, picture, pictureOfPage, siteAndBrowser, TALL } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -256,12 +256,7 @@ describe('expressions', () => {
 
     // The last visit, on a slow line: who shapes the face meanwhile loses nothing of it.
     const again = await context.newPage();
-    let come = () => {};
-    const late = new Promise((done) => (come = () => done(undefined)));
-    await again.route('**/expressions.phiz', async (route) => {
-      await late;
-      await route.continue();
-    });
+    const come = await holdBack(again, '**/expressions.phiz');
     await again.goto(site.url);
     await again.getByRole('slider', { name: 'nose 1', exact: true }).waitFor();
     await moveSlider(again, 'nose 1', 0.9);

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
+import { holdBack, moveSlider, open, SCREENSHOTS, settled, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -142,12 +142,7 @@ describe('nothing is lost', () => {
     await page.close();
 
     const linked = await context.newPage();
-    let come = () => {};
-    const late = new Promise((done) => (come = () => done(undefined)));
-    await linked.route('**/expressions.phiz', async (route) => {
-      await late;
-      await route.continue();
-    });
+    const come = await holdBack(linked, '**/expressions.phiz');
     await linked.goto(`${site.url}${theirs}`);
     await linked.waitForFunction(() => window.designer);
     await moveSlider(linked, 'nose 2', 0.2);
@@ -337,12 +332,7 @@ describe('nothing is lost', () => {
     await ready(page);
     await page.getByRole('tab', { name: 'Faces' }).click();
     // On a slow line what was opened last is what is shown.
-    let come = () => {};
-    const late = new Promise((done) => (come = () => done(undefined)));
-    await page.route('**/expressions.phiz', async (route) => {
-      await late;
-      await route.continue();
-    });
+    const come = await holdBack(page, '**/expressions.phiz');
     await page.getByRole('button', { name: 'Open Smiler' }).click();
     await page.getByRole('button', { name: 'Open My face 2' }).click();
     come();

@@ -7,7 +7,7 @@ import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
 import { readPicture } from './glb.js';
-import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, holdBack, landmarkOnScreen, moveSlider, onePage, open, settled, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
@@ -732,13 +732,8 @@ describe('one photo after another', () => {
     assert.deepEqual([back.mode, back.points, back.faces.length], ['ready', one.points, 5]);
 
     // An example that comes late is not wanted any more.
-    let come = () => {};
-    const late = new Promise((resolve) => (come = () => resolve(undefined)));
     const example = page.waitForResponse('**/astronaut.jpg');
-    await page.route('**/astronaut.jpg', async (route) => {
-      await late;
-      await route.continue();
-    });
+    const come = await holdBack(page, '**/astronaut.jpg');
     await page.getByRole('button', { name: 'An example' }).click();
     assert.equal((await stateOf(page)).mode, 'busy');
     const own = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');

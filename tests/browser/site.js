@@ -428,6 +428,22 @@ export async function moveSlider(page, name, value) {
 export const later = (page) => page.waitForTimeout(TOGETHER + 100);
 
 /**
+ * A slow line.
+ * @param {import('playwright-core').Page} page @param {string} what it asks for and does not get yet
+ * @returns {Promise<() => void>} lets it come
+ */
+export async function holdBack(page, what) {
+  let come = () => {};
+  /** @type {Promise<void>} */
+  const late = new Promise((done) => (come = done));
+  await page.route(what, async (route) => {
+    await late;
+    await route.continue();
+  });
+  return come;
+}
+
+/**
  * A run of presses of a key, which is one step when they follow each other soon: sent one by one they may not, where a processor
  * draws between them.
  * @param {import('playwright-core').Locator} on @param {string} key @param {number} times @param {boolean} [shiftKey]

@@ -228,7 +228,15 @@ export async function createDesigner(model, stage, chosen) {
   stage.furnish(panel.root);
   const tour = createTour(panel);
   stage.root.append(explanation.open, explanation.root, tour.invitation);
-  const exports = createExports(face, scene, head, file, () => library.nameOf(face.code), () => editor.colouring, () => display.refresh());
+  const exports = createExports({
+    face,
+    view: scene,
+    head,
+    expressions: file,
+    named: () => library.nameOf(face.code),
+    colouring: () => editor.colouring,
+    settle: () => display.refresh(),
+  });
   document.body.append(about.root, exports, ...tour.parts);
 
   editor.onShape((range) => {

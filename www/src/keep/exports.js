@@ -14,15 +14,16 @@ const LARGEST = 8192;
 /**
  * The dialog from which a face leaves the page, as a mesh or a picture.
  *
- * @param {import('phiz').Face} face
- * @param {Parameters<typeof portrait>[0] & { shapeChanged: () => void }} view
- * @param {ReturnType<typeof import('../head/head.js').createHead>} head
- * @param {{ any: boolean, load: () => Promise<void> }} expressions
- * @param {() => string} named what the face is called, '' when it was not saved
- * @param {() => import('../head/colouring.js').Colouring} colouring that the face has, whatever of it is shown
- * @param {() => void} open shows the face without what passes, such as a blink
+ * @param {object} of
+ * @param {import('phiz').Face} of.face
+ * @param {Parameters<typeof portrait>[0] & { shapeChanged: () => void }} of.view
+ * @param {ReturnType<typeof import('../head/head.js').createHead>} of.head
+ * @param {{ any: boolean, load: () => Promise<void> }} of.expressions
+ * @param {() => string} of.named what the face is called, '' when it was not saved
+ * @param {() => import('../head/colouring.js').Colouring} of.colouring that the face has, whatever of it is shown
+ * @param {() => void} of.settle shows the face without what passes, such as a blink
  */
-export function createExports(face, view, head, expressions, named, colouring, open) {
+export function createExports({ face, view, head, expressions, named, colouring, settle }) {
   const status = element('p', { class: 'note', role: 'status' });
 
   /**
@@ -50,7 +51,7 @@ export function createExports(face, view, head, expressions, named, colouring, o
       // What moves in the file is what the model knows of by then.
       if (expressions.any) await expressions.load();
       const { glbAsShown } = await part(() => import('../appearance/appearance.js'));
-      open();
+      settle();
       // Hair that is hidden is the face's all the same.
       const glb = await glbAsShown(view.renderer, head, face, { colouring: colouring() });
       // The stage may have been drawn meanwhile.
@@ -108,7 +109,7 @@ export function createExports(face, view, head, expressions, named, colouring, o
             event.preventDefault();
             const size = { width: width.valueAsNumber, height: height.valueAsNumber };
             offer('png', async () => {
-              open();
+              settle();
               head.finish();
               return portrait(view, { ...size, transparent: transparent.checked });
             });
