@@ -64,6 +64,22 @@ describe('a person', () => {
     await moveSlider(page, 'Age', 0.2);
     // Coefficients are rounded, to a micrometre, which a pixel at an edge may tell.
     assert.ok(differing(young.picture, await picture(page, 'person-young-at-last')) < 20, 'there and back is where it was');
+
+    // What is under way is what is undone, and stays undone when it is let go.
+    await later(page);
+    const before = await code(page);
+    const box = await slider(page, 'Age').boundingBox();
+    assert.ok(box);
+    const over = (/** @type {number} */ part) => page.mouse.move(box.x + part * box.width, box.y + box.height / 2, { steps: 3 });
+    await over(0.2);
+    await page.mouse.down();
+    await over(0.7);
+    assert.notEqual(await code(page), before);
+    await page.keyboard.press('Control+z');
+    assert.equal(await code(page), before);
+    await page.mouse.up();
+    assert.equal(await code(page), before);
+    assert.ok(await page.getByRole('button', { name: 'Redo', exact: true }).isEnabled());
     assert.deepEqual(complaints, []);
     await context.close();
   });

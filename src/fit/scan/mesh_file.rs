@@ -25,6 +25,8 @@ pub(super) struct MeshFile {
     /// One a triangle, [`Texture::BARE`] where no image is on it.
     pub uv_triangles: Vec<[u32; 3]>,
     pub images: Vec<RgbImage>,
+    /// How often the images were halved so that all of them are not too many pixels.
+    halvings: u32,
     /// Which of the images is on each triangle; any where none is.
     pub image_of: Vec<usize>,
     pub notes: Vec<String>,
@@ -331,8 +333,7 @@ impl MeshFile {
                     );
                     self.notes.push(note);
                 }
-                self.images.push(image);
-                Some(self.images.len() - 1)
+                Some(self.take_image(image, MOST_PIXELS))
             }
             Err(e) => {
                 self.notes.push(format!("no texture: {name}: {e}"));
@@ -341,23 +342,35 @@ impl MeshFile {
         }
     }
 
+    /// Takes one more image: its place among them, which are halved alike until they have at most so many
+    /// pixels together.
+    fn take_image(&mut self, image: RgbImage, most: u64) -> usize {
+        let image = (0..self.halvings).fold(image, |image, _| half(&image));
+        self.images.push(image);
+        let pixels = |images: &[RgbImage]| -> u64 {
+            let (width, height) = column(images);
+            u64::from(width) * u64::from(height)
+        };
+        while pixels(&self.images) > most {
+            for image in &mut self.images {
+                *image = half(image);
+            }
+            self.halvings += 1;
+        }
+        self.images.len() - 1
+    }
+
     /// Puts several images above each other into one. What repeats an image within a triangle ends at
     /// its edge.
     fn join_images(&mut self) {
         if self.images.len() < 2 {
             return;
         }
-        let note = format!("texture: {} images as one", self.images.len());
-        self.notes.push(note);
-        let pixels = |images: &[RgbImage]| -> u64 {
-            let (width, height) = column(images);
-            u64::from(width) * u64::from(height)
-        };
-        while pixels(&self.images) > MOST_PIXELS {
-            for image in &mut self.images {
-                *image = half(image);
-            }
+        let mut note = format!("texture: {} images as one", self.images.len());
+        if self.halvings > 0 {
+            note += &format!(", sides divided by {}", 1_u64 << self.halvings);
         }
+        self.notes.push(note);
         let (width, height) = column(&self.images);
         let mut joined = RgbImage::new(width, height);
         let mut tops = Vec::with_capacity(self.images.len());
@@ -500,6 +513,26 @@ impl MeshFile {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn many_images_are_halved_alike_as_they_come() {
+        let mut file = MeshFile::default();
+        for (count, halvings) in [(1, 0), (2, 0), (3, 1), (8, 1), (9, 2)] {
+            while file.images.len() < count {
+                let place = file.images.len();
+                let image = RgbImage::from_pixel(8, 8, image::Rgb([place as u8; 3]));
+                assert_eq!(file.take_image(image, 2 * 8 * 8), place);
+            }
+            assert_eq!(file.halvings, halvings, "{count} images");
+            for (place, image) in file.images.iter().enumerate() {
+                assert_eq!(image.dimensions(), (8 >> halvings, 8 >> halvings));
+                assert_eq!(image.get_pixel(0, 0).0, [place as u8; 3]);
+            }
+        }
+        file.join_images();
+        assert_eq!(file.images[0].dimensions(), (2, 18));
+        assert_eq!(file.notes, ["texture: 9 images as one, sides divided by 4"]);
+    }
 
     #[test]
     fn a_large_image_is_halved_and_not_refused() {

@@ -72,7 +72,7 @@ export function createPerson(editor, limits) {
     // What is beyond the labels stands at their end.
     const placeOf = (/** @type {number} */ value) => Math.min(1, Math.max(0, (value - least) / (most - least)));
     const isAge = unit === 'years';
-    /** @type {((face: import('phiz').Face) => void) | null} */
+    /** What was last asked for since it was taken up. @type {((face: import('phiz').Face) => void) | null} */
     let last = null;
     /** @param {number} at */
     function move(at) {
@@ -140,7 +140,11 @@ export function createPerson(editor, limits) {
     }
   }
   editor.onShape(refresh);
-  editor.onStep(refresh);
+  editor.onStep(() => {
+    // Another step ended what was under way, and may have taken it back: what follows starts from there.
+    start = null;
+    refresh();
+  });
 
   return {
     root: element(

@@ -59,13 +59,13 @@ export function createAveraging(renderer) {
     },
     /**
      * Draws once more, and shows the mean.
-     * @param {import('three').Scene} scene @param {import('three').PerspectiveCamera} from
+     * @param {() => void} draw @param {import('three').PerspectiveCamera} from where it draws
      * @returns {boolean} whether that was the last of them
      */
-    add(scene, from) {
+    add(draw, from) {
       from.setViewOffset(size.x, size.y, ...between(drawings), size.x, size.y);
       fineness.value = FINER;
-      renderer.render(scene, from);
+      draw();
       fineness.value = 1;
       from.clearViewOffset();
       material.blendAlpha = drawings / (drawings + 1);

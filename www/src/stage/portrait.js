@@ -14,10 +14,8 @@ const MOST_AVERAGED = 4096 ** 2;
  *
  * @param {{
  *   renderer: import('three').WebGLRenderer,
- *   scene: import('three').Scene,
  *   camera: import('three').PerspectiveCamera,
  *   render: (width: number, height: number) => void,
- *   readonly isSplit: boolean,
  *   invalidate: () => void,
  * }} view
  * @param {{ width: number, height: number, transparent?: boolean }} options pixels
@@ -25,7 +23,7 @@ const MOST_AVERAGED = 4096 ** 2;
  * @throws RangeError when the graphics card draws no picture of that size, Error when it was lost
  */
 export function portrait(view, { width, height, transparent = false }) {
-  const { renderer, scene, camera } = view;
+  const { renderer, camera } = view;
   const gl = renderer.getContext();
   // One that is lost knows no limits, and leaves an empty picture when it goes.
   const held = () => {
@@ -54,11 +52,11 @@ export function portrait(view, { width, height, transparent = false }) {
     camera.updateProjectionMatrix();
     view.render(size.x, size.y);
   }
-  /** What was drawn gets smooth edges. */
-  function smooth() {
+  /** What was drawn gets smooth edges. @param {Vector2} size */
+  function smooth({ x, y }) {
     const averaging = createAveraging(renderer);
     averaging.begin();
-    while (!averaging.add(scene, camera));
+    while (!averaging.add(() => view.render(x, y), camera));
     averaging.dispose();
   }
   try {
@@ -71,7 +69,7 @@ export function portrait(view, { width, height, transparent = false }) {
     renderer.setClearAlpha(transparent ? 0 : 1);
     const pixels = new Vector2(width, height);
     draw(pixels, pixels, width / height, transparent ? 0 : 1);
-    if (width * height <= MOST_AVERAGED && !view.isSplit) smooth();
+    if (width * height <= MOST_AVERAGED) smooth(pixels);
     held();
     // The pixels are taken at once, the compression happens later.
     return new Promise((done, fail) => {

@@ -159,7 +159,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     clearTimeout(resting);
     resting = 0;
     // Who asks for fewer pixels than the screen has does not look at edges.
-    fine = !refines || Boolean(wipe) || renderer.getPixelRatio() < 1;
+    fine = !refines || renderer.getPixelRatio() < 1;
     if (fine || scheduled) return;
     averaging.begin();
     resting = window.setTimeout(refine, RESTS);
@@ -171,7 +171,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
       if (round !== resting || scheduled) return;
       // Scenes on one page share what a wall is.
       for (const step of beforeFrame) step();
-      fine = asleep || averaging.add(scene, camera);
+      fine = asleep || averaging.add(() => render(canvas.clientWidth, canvas.clientHeight), camera);
       frames += 1;
       if (!fine) refine();
     });
@@ -370,10 +370,6 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     },
     portraits,
     render,
-    /** Whether there are two heads in the picture. */
-    get isSplit() {
-      return wipe !== null;
-    },
     /** Draws at once: what the canvas holds is no longer the stage. */
     redraw() {
       renderer.shadowMap.needsUpdate = true;
