@@ -313,6 +313,22 @@ describe('examples', () => {
     assert.match(await page.getByRole('status').innerText(), /^[1-9]\d* of \d+ vertices were updated$/);
     // The forehead and what is above it stay as they are, to the pixel.
     assert.equal(differing(before, after, [0.4, 0, 0.6, 0.25]), 0);
+    // Two changes within a frame are drawn as in two.
+    const slides = (/** @type {boolean} */ together) =>
+      page.evaluate(async (together) => {
+        const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+        for (const [name, value] of [['head 1', together ? '1' : '0.9'], ['nose 1', '0.01'], ...(together ? [] : [['head 1', '1']])]) {
+          const slider = document.querySelector(`input[name="${name}"]`);
+          slider.value = value;
+          slider.dispatchEvent(new Event('input', { bubbles: true }));
+          if (!together) await frame();
+        }
+      }, together);
+    await slides(true);
+    const together = await look(canvas, 'example-three-together');
+    await slides(false);
+    // On another way there last bits are others, and some edges. Of a torn head it would be thousands.
+    assert.ok(differing(together, await look(canvas, 'example-three-apart')) < 600);
     await page.getByRole('button', { name: 'Someone else' }).click();
     assert.ok(differing(after, await look(canvas, 'example-three-other')) > 1000);
     assert.deepEqual(complaints, []);
