@@ -712,6 +712,21 @@ test('faces that nobody has are given back, whenever memory is collected', async
   model.free();
 });
 
+// Wherever memory is full: a face each fills it.
+test('views outlive that the topology of their model is read', async () => {
+  const head = gunzipSync(await readFile(new URL('../../www/public/head.phiz', import.meta.url)));
+  const models = [];
+  for (let i = 0; i < 40; i++) models.push(await load(head));
+  for (const model of models) {
+    const face = model.face();
+    const { positions, normals } = face;
+    const read = [model.triangles, model.uvs, model.uvVertices, model.colours, model.regionOf, model.mirror, face.changed];
+    assert.ok(read.every(({ length }) => length > 0));
+    assert.deepEqual([positions.length, normals.length], [3 * model.vertexCount, 3 * model.vertexCount]);
+  }
+  for (const model of models) model.free();
+});
+
 test('both builds give the same faces', async () => {
   const [simd, scalar] = [
     await load(bytes, { build: 'simd' }),

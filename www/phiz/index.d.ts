@@ -528,7 +528,8 @@ export class Face {
 
   /**
    * x, y, z of each vertex, mm. A view on wasm memory: valid until the next call of anything in
-   * this package, so copy what you keep.
+   * this package, so copy what you keep. Reading `normals` and `changed` of the same face, and `vertexCount` to
+   * `mirror` of its model, does not end it.
    */
   readonly positions: Float32Array;
   /** Unit normals, as `positions`. */
