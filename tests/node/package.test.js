@@ -570,6 +570,15 @@ for (const build of ['simd', 'scalar']) {
       await assert.rejects(load(pieces(none, Buffer.from('<'), Buffer.from('html>')), { build }), /a page: is its address right/);
       await assert.rejects(load(pieces(bytes.subarray(0, 1)), { build }), /too few/);
       await assert.rejects(load(pieces(none, none), { build }), /too few/);
+      // As some sources have them; what is no bytes at all is told.
+      for (const view of [Uint8Array.from(bytes).buffer, new DataView(Uint8Array.from(bytes).buffer)]) {
+        const mine = await load(pieces(view), { build });
+        assert.equal(mine.vertexCount, model.vertexCount);
+        mine.free();
+      }
+      for (const [chunk, type] of [['text', 'String'], [5, 'Number'], [new Blob([bytes]), 'Blob'], [[31, 139], 'Array'], [null, 'object'], [undefined, 'undefined']]) {
+        await assert.rejects(load(pieces(bytes.subarray(0, 1000), chunk), { build }), (error) => error instanceof TypeError && error.message === `a stream must bring bytes, not ${type}`);
+      }
     });
 
     test('models that do not come leave no memory behind', async () => {

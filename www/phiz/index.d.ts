@@ -16,7 +16,7 @@
  * @throws Error with the reason when the bytes are not a usable blob, or do not come.
  */
 export function load(
-  file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>,
+  file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>,
   options?: { build?: 'simd' | 'scalar' },
 ): Promise<FaceModel>;
 
@@ -354,7 +354,7 @@ export class FaceModel implements ModelInfo {
    * them from then on. A model takes one such file; later ones are read and left.
    * @throws Error with the reason when the bytes are not usable, or of another model.
    */
-  loadExpressions(file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>): Promise<void>;
+  loadExpressions(file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>): Promise<void>;
   /** The names of the expressions: ARKit's, such as `jawOpen`; none before `loadExpressions`. */
   readonly expressions: readonly string[];
 

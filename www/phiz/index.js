@@ -155,7 +155,7 @@ function joined(chunks) {
 
 /**
  * Hands over the bytes of a blob as they come: a model on disk is gzip, and is inflated on the way.
- * @param {ReadableStream<Uint8Array>} file
+ * @param {ReadableStream<Uint8Array | ArrayBuffer>} file
  * @param {(bytes: Uint8Array) => void} take
  * @param {(bytes: Uint8Array) => void} [seen] the file's own
  */
@@ -187,7 +187,11 @@ async function unpackTo(file, take, seen = () => {}) {
     // Two bytes tell what it is; they may come one by one, and after none.
     let begin = new Uint8Array(0);
     for (let isTold = false; ; ) {
-      let { value } = await source.read();
+      const { done, value: chunk } = await source.read();
+      let value = done ? undefined : bytesOf(chunk);
+      if (!done && !(value instanceof Uint8Array)) {
+        throw new TypeError(`a stream must bring bytes, not ${/** @type {any} */ (chunk)?.constructor?.name ?? typeof chunk}`);
+      }
       if (value) seen(value);
       const first = !isTold;
       if (first) {
@@ -242,7 +246,7 @@ function bytesOf(file) {
   return file instanceof ArrayBuffer ? new Uint8Array(file) : /** @type {Exclude<T, ArrayBuffer>} */ (file);
 }
 
-/** What brings a file. @param {string} what @param {Uint8Array | Blob | Response | ReadableStream<Uint8Array>} file */
+/** What brings a file. @param {string} what @param {Uint8Array | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>} file */
 function opened(what, file) {
   if (ArrayBuffer.isView(file)) return streamOf(file);
   if (file instanceof Blob) return file.stream();
@@ -277,7 +281,7 @@ export async function prepare({ build = fastestBuild(), wasm, ...others } = {}) 
 }
 
 /**
- * @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>} file
+ * @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>} file
  * @param {{ build?: 'simd' | 'scalar' }} [options]
  */
 export async function load(file, { build = fastestBuild(), ...others } = {}) {
@@ -399,7 +403,7 @@ export class FaceModel {
     return this.#adopt(this.#live.from_code(string('a code', code)));
   }
 
-  /** @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>} file */
+  /** @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>} file */
   async loadExpressions(file) {
     /** @type {Uint8Array[]} */
     const blob = [];
