@@ -242,7 +242,11 @@ const streamOf = (bytes) => new Blob([/** @type {BlobPart} */ (bytes)]).stream()
  * @template T @param {T} file @returns {Exclude<T, ArrayBuffer> | Uint8Array}
  */
 function bytesOf(file) {
-  if (ArrayBuffer.isView(file)) return new Uint8Array(file.buffer, file.byteOffset, file.byteLength);
+  if (ArrayBuffer.isView(file)) {
+    const bytes = new Uint8Array(file.buffer, file.byteOffset, file.byteLength);
+    // Browsers take nothing out of memory that threads share.
+    return file.buffer instanceof ArrayBuffer ? bytes : bytes.slice();
+  }
   return file instanceof ArrayBuffer ? new Uint8Array(file) : /** @type {Exclude<T, ArrayBuffer>} */ (file);
 }
 
