@@ -497,7 +497,13 @@ export class Face {
   lockMeasure(name: string): void;
   unlockMeasure(name: string): void;
   readonly lockedMeasures: string[];
-  /** Brings a vertex to a point (mm) by the most probable change of the face. */
+  /**
+   * Brings a vertex, where it is shown, to a point (mm) by the most probable change of what is not locked. Each coefficient
+   * stays within 3 standard deviations, or where it was if that is farther, and held measures are held: a point that no such
+   * face reaches is approached, not met. With an expression the face at rest moves as far as the shown one would have to.
+   * @throws Error when there is no such vertex, the point is not finite, or a held measure cannot be held; the face then stays
+   *   as it was.
+   */
   drag(vertex: number, target: ArrayLike<number>): void;
 
   /**
