@@ -459,7 +459,8 @@ export class Face {
    * regions stay. Of `attributes` those that are named read what is asked, to a thousandth of their
    * limits, and all else is random as before; where regions stay, the others go their own part of
    * the way there.
-   * @returns the seed that was used; the same seed gives the same person again.
+   * @returns the seed that was used; the same seed and options give the same person again, where the blending distance and
+   *   what is locked or not among `regions` are the same.
    * @throws Error for what is unknown, and for values beyond their limits.
    */
   randomize(options?: {
