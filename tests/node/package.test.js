@@ -1,10 +1,13 @@
 // The npm package as `./build.sh build` leaves it in pkg, on the committed model.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { readFile } from 'node:fs/promises';
+import { mkdir, mkdtemp, readFile, rm, symlink, writeFile } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { setImmediate } from 'node:timers/promises';
 import { setFlagsFromString } from 'node:v8';
+import { fileURLToPath } from 'node:url';
 import { runInNewContext } from 'node:vm';
 import { gunzipSync, gzipSync } from 'node:zlib';
 
@@ -12,6 +15,8 @@ import { fastestBuild, load } from '../../pkg/index.js';
 
 const bytes = await readFile(new URL('../../www/public/model.phiz', import.meta.url));
 const expressionBytes = await readFile(new URL('../../www/public/expressions.phiz', import.meta.url));
+
+const here = (path) => fileURLToPath(new URL(`../../${path}`, import.meta.url));
 
 /** The largest difference between two arrays of numbers. */
 function farthest(a, b) {
@@ -684,6 +689,33 @@ test('the module may be given', async () => {
   const { stdout, status } = spawnSync(process.execPath, ['--input-type=module', '-e', script], { encoding: 'utf8' });
   assert.match(stdout, /no wasm file \(see Bundlers.*magic.* true\n.*no wasm file.*nowhere.* true\n$/);
   assert.equal(status, 0, 'a right one may follow');
+});
+
+test('the types are true of what a program writes, and strict', async () => {
+  const folder = await mkdtemp(join(tmpdir(), 'phiz-'));
+  try {
+    await mkdir(join(folder, 'node_modules'));
+    await symlink(here('pkg'), join(folder, 'node_modules/phiz'));
+    await writeFile(
+      join(folder, 'page.ts'),
+      `import { load, type PhotoFit } from 'phiz';
+      export async function picture(rgba: Uint8ClampedArray, fit: PhotoFit) {
+        const model = await load(new ReadableStream<ArrayBuffer>());
+        await model.loadExpressions(new ReadableStream<Uint8Array>());
+        const edit = await model.editPhoto({ width: 4, height: 4, fit, rgba });
+        return [new ImageData(edit.render(model.face(), rgba), 4, 4), new ImageData(edit.texture(rgba, 64), 64, 64)];
+      }
+      // @ts-expect-error a stream of text is none of bytes
+      load(new ReadableStream<string>());`,
+    );
+    for (const resolution of ['--module nodenext', '--module esnext --moduleResolution bundler']) {
+      const flags = `--strict --noEmit --target es2022 --lib es2023,dom ${resolution}`.split(' ');
+      const { status, stdout } = spawnSync(process.execPath, [here('www/node_modules/typescript/bin/tsc'), ...flags, 'page.ts'], { cwd: folder, encoding: 'utf8' });
+      assert.equal(status, 0, stdout);
+    }
+  } finally {
+    await rm(folder, { recursive: true });
+  }
 });
 
 test('what is imported, and all that it imports, is packed', async () => {

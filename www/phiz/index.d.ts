@@ -224,7 +224,7 @@ export interface PhotoEdit {
   /** How the photo changes for another shape than the fitted; null when it does not. */
   field(shape: PhotoShape): PhotoField | null;
   /** The photo's pixels, changed so: by the processor, without WebGL. */
-  render(shape: PhotoShape, rgba: Uint8Array | Uint8ClampedArray): Uint8ClampedArray;
+  render(shape: PhotoShape, rgba: Uint8Array | Uint8ClampedArray): Uint8ClampedArray<ArrayBuffer>;
   /**
    * The head's colours as the photo has them, without its light: `size` x `size` texels, 64 to 4096 a side and 1024 unless given, in the model's
    * texture coordinates, row by row from v = 1, sRGB; alpha is how much of it is the photo's. What the
@@ -232,7 +232,7 @@ export interface PhotoEdit {
    * counts as exposed as most are. `detail` is the face in the pixels of a larger photo, of which `rgba` has fewer.
    * @throws Error when the fit has no light (see `PhotoPoints.rgba`).
    */
-  texture(rgba: Uint8Array | Uint8ClampedArray, size?: number, detail?: PhotoDetail): Uint8ClampedArray;
+  texture(rgba: Uint8Array | Uint8ClampedArray, size?: number, detail?: PhotoDetail): Uint8ClampedArray<ArrayBuffer>;
   /**
    * What the photo tells of the person beside the shape; alpha as in `PhotoPoints.rgba`.
    * @throws Error when the fit has no light (see `PhotoPoints.rgba`).
