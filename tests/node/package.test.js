@@ -698,10 +698,16 @@ test('the types are true of what a program writes, and strict', async () => {
     await symlink(here('pkg'), join(folder, 'node_modules/phiz'));
     await writeFile(
       join(folder, 'page.ts'),
-      `import { load, type PhotoFit } from 'phiz';
+      `import { fastestBuild, load, prepare, type PhotoFit } from 'phiz';
+      import photo from 'phiz/photo/photo_bg.wasm';
+      import scalar from 'phiz/scalar/phiz_bg.wasm';
+      import simd from 'phiz/simd/phiz_bg.wasm';
       export async function picture(rgba: Uint8ClampedArray, fit: PhotoFit) {
+        const build = fastestBuild();
+        await prepare({ build, wasm: build === 'simd' ? simd : scalar });
         const model = await load(new ReadableStream<ArrayBuffer>());
         await model.loadExpressions(new ReadableStream<Uint8Array>());
+        await model.preparePhotos({ wasm: photo });
         const edit = await model.editPhoto({ width: 4, height: 4, fit, rgba });
         return [new ImageData(edit.render(model.face(), rgba), 4, 4), new ImageData(edit.texture(rgba, 64), 64, 64)];
       }
@@ -721,7 +727,7 @@ test('the types are true of what a program writes, and strict', async () => {
 test('what is imported, and all that it imports, is packed', async () => {
   const { files } = JSON.parse(await readFile(new URL('../../pkg/package.json', import.meta.url), 'utf8'));
   const packed = (name) => files.some((file) => file === name || name.startsWith(`${file}/`));
-  const seen = new Set(['index.js', 'index.d.ts', 'export/index.js']);
+  const seen = new Set(['index.js', 'index.d.ts', 'wasm.d.ts', 'export/index.js']);
   for (const name of seen) {
     const at = new URL(`../../pkg/${name}`, import.meta.url);
     assert.ok(packed(name), name);
