@@ -254,7 +254,7 @@ package() {
     local scalar=$!
     wasm simd phiz "" simd "-C target-feature=+simd128 $SMALL" --enable-simd --converge
     wait "$scalar"
-    cp www/phiz/{index,photoedit}.js www/phiz/index.d.ts www/phiz/package.json www/phiz/README.md LICENSE-* pkg/
+    cp www/phiz/{index,photoedit}.js www/phiz/{index,wasm}.d.ts www/phiz/package.json www/phiz/README.md LICENSE-* pkg/
     rm -rf pkg/export
     cp -r www/phiz/export pkg/export
 }

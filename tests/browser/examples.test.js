@@ -1,7 +1,7 @@
 // <phiz-designer> and the examples, as the built site has them, used as a person would.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { cp, mkdtemp, rm, writeFile } from 'node:fs/promises';
+import { cp, mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
@@ -9,6 +9,7 @@ import { fileURLToPath } from 'node:url';
 
 import { complaintsOf, decodePng, differing, DIST, launch, SCREENSHOTS, serve, smallTextures } from './site.js';
 
+const PACKAGE = fileURLToPath(new URL('../../pkg', import.meta.url));
 const TSC = fileURLToPath(new URL('../../www/node_modules/typescript/bin/tsc', import.meta.url));
 
 /** @type {Awaited<ReturnType<typeof serve>>} */
@@ -61,6 +62,26 @@ async function slide(slider, value) {
   await slider.fill(String(value));
   await slider.dispatchEvent('change');
 }
+
+test('the package takes a model out of memory that threads share', async () => {
+  // Browsers give such memory only to pages that nobody else's are in.
+  const headers = { 'cross-origin-opener-policy': 'same-origin', 'cross-origin-embedder-policy': 'require-corp' };
+  const own = await serve({ root: () => PACKAGE, model: await readFile(join(DIST, 'model.phiz')), headers });
+  const page = await browser.newPage();
+  await page.goto(`${own.url}index.js`);
+  const counts = await page.evaluate(async (url) => {
+    const { load } = await import(`${url}index.js`);
+    const bytes = new Uint8Array(await (await fetch(`${url}model.phiz`)).arrayBuffer());
+    const shared = new Uint8Array(new SharedArrayBuffer(bytes.length));
+    shared.set(bytes);
+    const models = [await load(bytes), await load(shared), await load(new ReadableStream({ start: (out) => (out.enqueue(shared), out.close()) }))];
+    return models.map(({ vertexCount }) => vertexCount);
+  }, own.url);
+  assert.ok(counts[0] > 10_000);
+  assert.deepEqual(counts, [counts[0], counts[0], counts[0]]);
+  await page.close();
+  await own.close();
+});
 
 test('the types beside the element are whole, and true of what a page writes', async () => {
   const folder = await mkdtemp(join(tmpdir(), 'phiz-'));
@@ -313,6 +334,22 @@ describe('examples', () => {
     assert.match(await page.getByRole('status').innerText(), /^[1-9]\d* of \d+ vertices were updated$/);
     // The forehead and what is above it stay as they are, to the pixel.
     assert.equal(differing(before, after, [0.4, 0, 0.6, 0.25]), 0);
+    // Two changes within a frame are drawn as in two.
+    const slides = (/** @type {boolean} */ together) =>
+      page.evaluate(async (together) => {
+        const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+        for (const [name, value] of [['head 1', together ? '1' : '0.9'], ['nose 1', '0.01'], ...(together ? [] : [['head 1', '1']])]) {
+          const slider = document.querySelector(`input[name="${name}"]`);
+          slider.value = value;
+          slider.dispatchEvent(new Event('input', { bubbles: true }));
+          if (!together) await frame();
+        }
+      }, together);
+    await slides(true);
+    const together = await look(canvas, 'example-three-together');
+    await slides(false);
+    // On another way there last bits are others, and some edges. Of a torn head it would be thousands.
+    assert.ok(differing(together, await look(canvas, 'example-three-apart')) < 600);
     await page.getByRole('button', { name: 'Someone else' }).click();
     assert.ok(differing(after, await look(canvas, 'example-three-other')) > 1000);
     assert.deepEqual(complaints, []);

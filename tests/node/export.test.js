@@ -338,6 +338,33 @@ describe('exports of a face with an expression', () => {
     assert.deepEqual(json.meshes[1].weights.map((w) => Math.round(100 * w)), [40]);
     assert.deepEqual(json.meshes[1].extras.targetNames, ['jawOpen']);
 
+    // What would make a file that nobody can open names what is wrong.
+    const { positions, triangles } = row;
+    for (const [wrong, reason] of [
+      [{}, /skin.colour/],
+      [{ skin: { ...skin, normal: undefined } }, /skin.normal/],
+      [{ skin: { ...skin, surface: { mimeType: 'image/webp', bytes: picture.bytes } } }, /skin.surface/],
+      [{ skin, eyes: { colour: picture } }, /eyes.reach .* not undefined/],
+      [{ skin, parts: {} }, /parts .* an array/],
+      [{ skin, parts: [null] }, /part 0 .* a name/],
+      ...[
+        [{ positions: positions.with(4, NaN) }, 'positions', 'one of vertex 1 is NaN'],
+        [{ positions: positions.subarray(1) }, 'positions', '9 numbers, three a vertex, not 8'],
+        [{ positions: Array.from(positions) }, 'positions', 'a Float32Array'],
+        [{ normals: positions.subarray(3) }, 'normals', '9 numbers, three a vertex, not 6'],
+        [{ colours: new Float32Array(3) }, 'colours', '9 numbers, three a vertex, not 3'],
+        [{ triangles: Uint32Array.of(0, 1, 3) }, 'triangles', 'vertex 3, and it has 3'],
+        [{ triangles: triangles.subarray(1) }, 'triangles', 'are 2 corners'],
+        [{ triangles: [0, 1, 2] }, 'triangles', 'a Uint32Array'],
+        [{ roughness: undefined }, 'roughness', 'from 0 to 1, not undefined'],
+        [{ targets: undefined }, 'targets', 'an object'],
+        [{ targets: { jawOpen: new Float32Array(12) } }, 'target "jawOpen"', 'three a vertex, not 12'],
+        [{ targets: { jawOpen: new Float32Array(9).fill(Infinity) } }, 'target "jawOpen"', 'vertex 0 is Infinity'],
+      ].map(([part, what, why]) => [{ skin, parts: [bald, { ...row, ...part }] }, new RegExp(`^the ${what} of the part "a tooth" .*${why}$`)]),
+    ]) {
+      assert.throws(() => toGlb(face, { appearance: wrong }), (error) => error instanceof Error && reason.test(error.message), `${reason}`);
+    }
+
     // Each eyeball's picture is around its gaze: what looks ahead at rest is in the middle, and an angle is as long
     // anywhere. The file's coordinates count from the top.
     const view = json.bufferViews[json.accessors[onSkin.attributes.TEXCOORD_0].bufferView];

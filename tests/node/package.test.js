@@ -1,10 +1,13 @@
 // The npm package as `./build.sh build` leaves it in pkg, on the committed model.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { readFile } from 'node:fs/promises';
+import { mkdir, mkdtemp, readFile, rm, symlink, writeFile } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { setImmediate } from 'node:timers/promises';
 import { setFlagsFromString } from 'node:v8';
+import { fileURLToPath } from 'node:url';
 import { runInNewContext } from 'node:vm';
 import { gunzipSync, gzipSync } from 'node:zlib';
 
@@ -12,6 +15,8 @@ import { fastestBuild, load } from '../../pkg/index.js';
 
 const bytes = await readFile(new URL('../../www/public/model.phiz', import.meta.url));
 const expressionBytes = await readFile(new URL('../../www/public/expressions.phiz', import.meta.url));
+
+const here = (path) => fileURLToPath(new URL(`../../${path}`, import.meta.url));
 
 /** The largest difference between two arrays of numbers. */
 function farthest(a, b) {
@@ -570,6 +575,15 @@ for (const build of ['simd', 'scalar']) {
       await assert.rejects(load(pieces(none, Buffer.from('<'), Buffer.from('html>')), { build }), /a page: is its address right/);
       await assert.rejects(load(pieces(bytes.subarray(0, 1)), { build }), /too few/);
       await assert.rejects(load(pieces(none, none), { build }), /too few/);
+      // As some sources have them; what is no bytes at all is told.
+      for (const view of [Uint8Array.from(bytes).buffer, new DataView(Uint8Array.from(bytes).buffer)]) {
+        const mine = await load(pieces(view), { build });
+        assert.equal(mine.vertexCount, model.vertexCount);
+        mine.free();
+      }
+      for (const [chunk, type] of [['text', 'String'], [5, 'Number'], [new Blob([bytes]), 'Blob'], [[31, 139], 'Array'], [null, 'object'], [undefined, 'undefined']]) {
+        await assert.rejects(load(pieces(bytes.subarray(0, 1000), chunk), { build }), (error) => error instanceof TypeError && error.message === `a stream must bring bytes, not ${type}`);
+      }
     });
 
     test('models that do not come leave no memory behind', async () => {
@@ -677,10 +691,43 @@ test('the module may be given', async () => {
   assert.equal(status, 0, 'a right one may follow');
 });
 
+test('the types are true of what a program writes, and strict', async () => {
+  const folder = await mkdtemp(join(tmpdir(), 'phiz-'));
+  try {
+    await mkdir(join(folder, 'node_modules'));
+    await symlink(here('pkg'), join(folder, 'node_modules/phiz'));
+    await writeFile(
+      join(folder, 'page.ts'),
+      `import { fastestBuild, load, prepare, type PhotoFit } from 'phiz';
+      import photo from 'phiz/photo/photo_bg.wasm';
+      import scalar from 'phiz/scalar/phiz_bg.wasm';
+      import simd from 'phiz/simd/phiz_bg.wasm';
+      export async function picture(rgba: Uint8ClampedArray, fit: PhotoFit) {
+        const build = fastestBuild();
+        await prepare({ build, wasm: build === 'simd' ? simd : scalar });
+        const model = await load(new ReadableStream<ArrayBuffer>());
+        await model.loadExpressions(new ReadableStream<Uint8Array>());
+        await model.preparePhotos({ wasm: photo });
+        const edit = await model.editPhoto({ width: 4, height: 4, fit, rgba });
+        return [new ImageData(edit.render(model.face(), rgba), 4, 4), new ImageData(edit.texture(rgba, 64), 64, 64)];
+      }
+      // @ts-expect-error a stream of text is none of bytes
+      load(new ReadableStream<string>());`,
+    );
+    for (const resolution of ['--module nodenext', '--module esnext --moduleResolution bundler']) {
+      const flags = `--strict --noEmit --target es2022 --lib es2023,dom ${resolution}`.split(' ');
+      const { status, stdout } = spawnSync(process.execPath, [here('www/node_modules/typescript/bin/tsc'), ...flags, 'page.ts'], { cwd: folder, encoding: 'utf8' });
+      assert.equal(status, 0, stdout);
+    }
+  } finally {
+    await rm(folder, { recursive: true });
+  }
+});
+
 test('what is imported, and all that it imports, is packed', async () => {
   const { files } = JSON.parse(await readFile(new URL('../../pkg/package.json', import.meta.url), 'utf8'));
   const packed = (name) => files.some((file) => file === name || name.startsWith(`${file}/`));
-  const seen = new Set(['index.js', 'index.d.ts', 'export/index.js']);
+  const seen = new Set(['index.js', 'index.d.ts', 'wasm.d.ts', 'export/index.js']);
   for (const name of seen) {
     const at = new URL(`../../pkg/${name}`, import.meta.url);
     assert.ok(packed(name), name);
@@ -710,6 +757,21 @@ test('faces that nobody has are given back, whenever memory is collected', async
   const most = model.face().positions.buffer.byteLength;
   assert.ok(most <= 2 * byteLength + 8e6, `${most} bytes, ${byteLength} before`);
   model.free();
+});
+
+// Wherever memory is full: a face each fills it.
+test('views outlive that the topology of their model is read', async () => {
+  const head = gunzipSync(await readFile(new URL('../../www/public/head.phiz', import.meta.url)));
+  const models = [];
+  for (let i = 0; i < 40; i++) models.push(await load(head));
+  for (const model of models) {
+    const face = model.face();
+    const { positions, normals } = face;
+    const read = [model.triangles, model.uvs, model.uvVertices, model.colours, model.regionOf, model.mirror, face.changed];
+    assert.ok(read.every(({ length }) => length > 0));
+    assert.deepEqual([positions.length, normals.length], [3 * model.vertexCount, 3 * model.vertexCount]);
+  }
+  for (const model of models) model.free();
 });
 
 test('both builds give the same faces', async () => {

@@ -16,7 +16,7 @@
  * @throws Error with the reason when the bytes are not a usable blob, or do not come.
  */
 export function load(
-  file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>,
+  file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>,
   options?: { build?: 'simd' | 'scalar' },
 ): Promise<FaceModel>;
 
@@ -224,7 +224,7 @@ export interface PhotoEdit {
   /** How the photo changes for another shape than the fitted; null when it does not. */
   field(shape: PhotoShape): PhotoField | null;
   /** The photo's pixels, changed so: by the processor, without WebGL. */
-  render(shape: PhotoShape, rgba: Uint8Array | Uint8ClampedArray): Uint8ClampedArray;
+  render(shape: PhotoShape, rgba: Uint8Array | Uint8ClampedArray): Uint8ClampedArray<ArrayBuffer>;
   /**
    * The head's colours as the photo has them, without its light: `size` x `size` texels, 64 to 4096 a side and 1024 unless given, in the model's
    * texture coordinates, row by row from v = 1, sRGB; alpha is how much of it is the photo's. What the
@@ -232,7 +232,7 @@ export interface PhotoEdit {
    * counts as exposed as most are. `detail` is the face in the pixels of a larger photo, of which `rgba` has fewer.
    * @throws Error when the fit has no light (see `PhotoPoints.rgba`).
    */
-  texture(rgba: Uint8Array | Uint8ClampedArray, size?: number, detail?: PhotoDetail): Uint8ClampedArray;
+  texture(rgba: Uint8Array | Uint8ClampedArray, size?: number, detail?: PhotoDetail): Uint8ClampedArray<ArrayBuffer>;
   /**
    * What the photo tells of the person beside the shape; alpha as in `PhotoPoints.rgba`.
    * @throws Error when the fit has no light (see `PhotoPoints.rgba`).
@@ -354,7 +354,7 @@ export class FaceModel implements ModelInfo {
    * them from then on. A model takes one such file; later ones are read and left.
    * @throws Error with the reason when the bytes are not usable, or of another model.
    */
-  loadExpressions(file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>): Promise<void>;
+  loadExpressions(file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>): Promise<void>;
   /** The names of the expressions: ARKit's, such as `jawOpen`; none before `loadExpressions`. */
   readonly expressions: readonly string[];
 
@@ -459,7 +459,8 @@ export class Face {
    * regions stay. Of `attributes` those that are named read what is asked, to a thousandth of their
    * limits, and all else is random as before; where regions stay, the others go their own part of
    * the way there.
-   * @returns the seed that was used; the same seed gives the same person again.
+   * @returns the seed that was used; the same seed and options give the same person again, where the blending distance and
+   *   what is locked or not among `regions` are the same.
    * @throws Error for what is unknown, and for values beyond their limits.
    */
   randomize(options?: {
@@ -497,7 +498,13 @@ export class Face {
   lockMeasure(name: string): void;
   unlockMeasure(name: string): void;
   readonly lockedMeasures: string[];
-  /** Brings a vertex to a point (mm) by the most probable change of the face. */
+  /**
+   * Brings a vertex, where it is shown, to a point (mm) by the most probable change of what is not locked. Each coefficient
+   * stays within 3 standard deviations, or where it was if that is farther, and held measures are held: a point that no such
+   * face reaches is approached, not met. With an expression the face at rest moves as far as the shown one would have to.
+   * @throws Error when there is no such vertex, the point is not finite, or a held measure cannot be held; the face then stays
+   *   as it was.
+   */
   drag(vertex: number, target: ArrayLike<number>): void;
 
   /**
@@ -528,7 +535,8 @@ export class Face {
 
   /**
    * x, y, z of each vertex, mm. A view on wasm memory: valid until the next call of anything in
-   * this package, so copy what you keep.
+   * this package, so copy what you keep. Reading `normals` and `changed` of the same face, and `vertexCount` to
+   * `mirror` of its model, does not end it.
    */
   readonly positions: Float32Array;
   /** Unit normals, as `positions`. */

@@ -155,7 +155,7 @@ function joined(chunks) {
 
 /**
  * Hands over the bytes of a blob as they come: a model on disk is gzip, and is inflated on the way.
- * @param {ReadableStream<Uint8Array>} file
+ * @param {ReadableStream<Uint8Array | ArrayBuffer>} file
  * @param {(bytes: Uint8Array) => void} take
  * @param {(bytes: Uint8Array) => void} [seen] the file's own
  */
@@ -187,7 +187,11 @@ async function unpackTo(file, take, seen = () => {}) {
     // Two bytes tell what it is; they may come one by one, and after none.
     let begin = new Uint8Array(0);
     for (let isTold = false; ; ) {
-      let { value } = await source.read();
+      const { done, value: chunk } = await source.read();
+      let value = done ? undefined : bytesOf(chunk);
+      if (!done && !(value instanceof Uint8Array)) {
+        throw new TypeError(`a stream must bring bytes, not ${/** @type {any} */ (chunk)?.constructor?.name ?? typeof chunk}`);
+      }
       if (value) seen(value);
       const first = !isTold;
       if (first) {
@@ -238,11 +242,15 @@ const streamOf = (bytes) => new Blob([/** @type {BlobPart} */ (bytes)]).stream()
  * @template T @param {T} file @returns {Exclude<T, ArrayBuffer> | Uint8Array}
  */
 function bytesOf(file) {
-  if (ArrayBuffer.isView(file)) return new Uint8Array(file.buffer, file.byteOffset, file.byteLength);
+  if (ArrayBuffer.isView(file)) {
+    const bytes = new Uint8Array(file.buffer, file.byteOffset, file.byteLength);
+    // Browsers take nothing out of memory that threads share.
+    return file.buffer instanceof ArrayBuffer ? bytes : bytes.slice();
+  }
   return file instanceof ArrayBuffer ? new Uint8Array(file) : /** @type {Exclude<T, ArrayBuffer>} */ (file);
 }
 
-/** What brings a file. @param {string} what @param {Uint8Array | Blob | Response | ReadableStream<Uint8Array>} file */
+/** What brings a file. @param {string} what @param {Uint8Array | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>} file */
 function opened(what, file) {
   if (ArrayBuffer.isView(file)) return streamOf(file);
   if (file instanceof Blob) return file.stream();
@@ -277,7 +285,7 @@ export async function prepare({ build = fastestBuild(), wasm, ...others } = {}) 
 }
 
 /**
- * @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>} file
+ * @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>} file
  * @param {{ build?: 'simd' | 'scalar' }} [options]
  */
 export async function load(file, { build = fastestBuild(), ...others } = {}) {
@@ -344,8 +352,8 @@ export class FaceModel {
   #faces = new Set();
   /** Asking each of them would take longer with every face, and keep it until the caller's turn ends. @type {FinalizationRegistry<WeakRef<Face>>} */
   #gone = new FinalizationRegistry((entry) => this.#faces.delete(entry));
-  /** @type {Map<string, any>} */
-  #topology = new Map();
+  /** @type {Pick<import('phiz').FaceModel, 'triangles' | 'uvs' | 'uvVertices' | 'colours' | 'regionOf' | 'mirror' | 'vertexCount'> | null} */
+  #copied = null;
   #glue;
   /** @type {{ raw: RawExpressions, names: string[], packed: Uint8Array } | null} */
   #expressions = null;
@@ -399,7 +407,7 @@ export class FaceModel {
     return this.#adopt(this.#live.from_code(string('a code', code)));
   }
 
-  /** @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array>} file */
+  /** @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>} file */
   async loadExpressions(file) {
     /** @type {Uint8Array[]} */
     const blob = [];
@@ -529,38 +537,43 @@ export class FaceModel {
     return this.#info.about;
   }
 
-  /**
-   * The topology is copied out of wasm memory once.
-   * @template T
-   * @param {string} name
-   * @param {(raw: RawFaceModel) => T} read
-   * @returns {T}
-   */
-  #once(name, read) {
-    if (!this.#topology.has(name)) this.#topology.set(name, read(this.#live));
-    return this.#topology.get(name);
+  /** All of it is copied out of wasm memory at once: a copy takes room there, and where memory grows views are detached. */
+  get #topology() {
+    if (!this.#copied) {
+      const raw = this.#live;
+      this.#copied = {
+        triangles: raw.uv_triangles(),
+        uvs: raw.uvs(),
+        uvVertices: raw.uv_vertices(),
+        colours: raw.colours(),
+        regionOf: raw.region_of(),
+        mirror: raw.mirror(),
+        vertexCount: raw.vertex_count(),
+      };
+    }
+    return this.#copied;
   }
 
   get triangles() {
-    return this.#once('triangles', (raw) => raw.uv_triangles());
+    return this.#topology.triangles;
   }
   get uvs() {
-    return this.#once('uvs', (raw) => raw.uvs());
+    return this.#topology.uvs;
   }
   get uvVertices() {
-    return this.#once('uvVertices', (raw) => raw.uv_vertices());
+    return this.#topology.uvVertices;
   }
   get colours() {
-    return this.#once('colours', (raw) => raw.colours());
+    return this.#topology.colours;
   }
   get regionOf() {
-    return this.#once('regionOf', (raw) => raw.region_of());
+    return this.#topology.regionOf;
   }
   get mirror() {
-    return this.#once('mirror', (raw) => raw.mirror());
+    return this.#topology.mirror;
   }
   get vertexCount() {
-    return this.#once('vertexCount', (raw) => raw.vertex_count());
+    return this.#topology.vertexCount;
   }
 
   free() {
@@ -762,14 +775,17 @@ export class Face {
     this.#live.set_alpha(number('alpha', mm));
   }
 
-  // The heap may have grown, and then old views are detached: views are made again each time.
+  /** The heap may have grown, and then old views are detached: views are made again each time. @param {number} pointer */
+  #view(pointer) {
+    // Before the view, which then outlives that all of the topology is read.
+    const length = 3 * this.#model.vertexCount;
+    return new Float32Array(this.#memory.buffer, pointer, length);
+  }
   get positions() {
-    const pointer = this.#live.positions_ptr();
-    return new Float32Array(this.#memory.buffer, pointer, 3 * this.#model.vertexCount);
+    return this.#view(this.#live.positions_ptr());
   }
   get normals() {
-    const pointer = this.#live.normals_ptr();
-    return new Float32Array(this.#memory.buffer, pointer, 3 * this.#model.vertexCount);
+    return this.#view(this.#live.normals_ptr());
   }
   /** @returns {[number, number]} */
   get changed() {

@@ -27,8 +27,8 @@ export class PhotoEdit {
   ): PhotoEdit;
   set_background(rgba: Uint8Array): void;
   field(code: string, weights: Float64Array): import('phiz').PhotoField | null;
-  render(rgba: Uint8Array | Uint8ClampedArray, code: string, weights: Float64Array): Uint8Array;
-  texture(rgba: Uint8Array | Uint8ClampedArray, size: number, finer: Uint8Array | undefined, place: Float64Array): Uint8Array;
+  render(rgba: Uint8Array | Uint8ClampedArray, code: string, weights: Float64Array): Uint8Array<ArrayBuffer>;
+  texture(rgba: Uint8Array | Uint8ClampedArray, size: number, finer: Uint8Array | undefined, place: Float64Array): Uint8Array<ArrayBuffer>;
   looks(rgba: Uint8Array | Uint8ClampedArray): import('phiz').PhotoLooks;
   free(): void;
 }

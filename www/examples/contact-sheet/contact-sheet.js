@@ -1,7 +1,7 @@
 #!/usr/bin/env node
 // Random people of a model on one sheet, drawn without any graphics card:
 //
-//     npm install phiz pngjs
+//     npm install path/to/pkg pngjs    (the package that ./build.sh build leaves)
 //     node contact-sheet.js model.phiz sheet.png [columns rows seed]
 import { readFile, writeFile } from 'node:fs/promises';
 import { load } from 'phiz';

@@ -70,7 +70,6 @@ function update([first, end] = [0, model.vertexCount]) {
   position.array.set(face.positions.subarray(3 * first, 3 * end), 3 * first);
   normal.array.set(face.normals.subarray(3 * first, 3 * end), 3 * first);
   for (const attribute of [position, normal]) {
-    attribute.clearUpdateRanges();
     attribute.addUpdateRange(3 * first, 3 * (end - first));
     attribute.needsUpdate = true;
   }

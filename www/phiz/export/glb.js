@@ -1,4 +1,5 @@
 import { ByteWriter } from './bytes.js';
+import { checkAppearance } from './checks.js';
 import { aroundGaze } from './eyeballs.js';
 import { meshOf, provenance } from './mesh.js';
 import { tangentsOf } from './tangents.js';
@@ -156,6 +157,7 @@ function colours16(rgb) {
 export function toGlb(face, { targets = true, targetNormals = true, appearance, ...others } = {}) {
   const [unknown] = Object.keys(others);
   if (unknown !== undefined) throw new Error(`toGlb knows no option "${unknown}"`);
+  if (appearance) checkAppearance(appearance, targets);
   const morphs = targets ? morphTargets(face) : [];
   const expressions = targets ? expressionTargets(face) : [];
   const base = targets ? atRest(face) : face;

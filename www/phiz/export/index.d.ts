@@ -111,6 +111,7 @@ export interface Appearance {
  *   true) gives them normals, which doubles the file; programs that compute normals need none. `appearance` puts
  *   pictures on skin and eyeballs, which then have no colour a vertex, and meshes beside the face, each a node
  *   whose targets have the names of the face's.
+ * @throws Error when an appearance is of what no glTF can be, naming the part and what is wrong of it
  */
 export function toGlb(
   face: Face,

@@ -1,0 +1,52 @@
+/**
+ * Three numbers a vertex. glTF forbids what is not finite.
+ * @param {string} what @param {unknown} values @param {number} vertices
+ */
+function checkVectors(what, values, vertices) {
+  if (!(values instanceof Float32Array)) throw new TypeError(`${what} must be a Float32Array`);
+  if (values.length !== 3 * vertices) throw new Error(`${what} must be ${3 * vertices} numbers, three a vertex, not ${values.length}`);
+  for (let i = 0; i < values.length; i++) {
+    if (!Number.isFinite(values[i])) throw new Error(`${what} must be finite, and one of vertex ${Math.floor(i / 3)} is ${values[i]}`);
+  }
+}
+
+/** @param {string} what @param {Partial<import('./index.js').Picture> | undefined} picture */
+function checkPicture(what, picture) {
+  const isKnown = picture?.mimeType === 'image/jpeg' || picture?.mimeType === 'image/png';
+  if (!isKnown || !(picture.bytes instanceof Uint8Array && picture.bytes.length > 0)) {
+    throw new TypeError(`the picture ${what} must be the bytes of a JPEG or PNG, with its mimeType`);
+  }
+}
+
+/** @param {Partial<import('./index.js').Part>} part @param {number} at @param {boolean} withTargets */
+function checkPart(part, at, withTargets) {
+  if (typeof part?.name !== 'string') throw new TypeError(`part ${at} of an appearance must have a name, a string`);
+  const { name, positions, triangles, roughness } = part;
+  const of = `of the part "${name}"`;
+  const vertices = Math.ceil((positions?.length ?? 0) / 3);
+  checkVectors(`the positions ${of}`, positions, vertices);
+  checkVectors(`the normals ${of}`, part.normals, vertices);
+  checkVectors(`the colours ${of}`, part.colours, vertices);
+  if (!(triangles instanceof Uint32Array)) throw new TypeError(`the triangles ${of} must be a Uint32Array`);
+  if (triangles.length % 3) throw new Error(`the triangles ${of} must be three corners each, and are ${triangles.length} corners`);
+  const beyond = triangles.find((vertex) => vertex >= vertices);
+  if (beyond !== undefined) throw new Error(`the triangles ${of} name vertex ${beyond}, and it has ${vertices}`);
+  if (!(typeof roughness === 'number' && roughness >= 0 && roughness <= 1)) throw new Error(`the roughness ${of} must be a number from 0 to 1, not ${roughness}`);
+  if (!withTargets) return;
+  if (typeof part.targets !== 'object' || !part.targets) throw new TypeError(`the targets ${of} must be an object`);
+  for (const [target, moves] of Object.entries(part.targets)) checkVectors(`the target "${target}" ${of}`, moves, vertices);
+}
+
+/**
+ * Whoever opens the file would refuse it, and could not say why.
+ * @param {import('./index.js').Appearance} appearance @param {boolean} withTargets
+ */
+export function checkAppearance({ skin, eyes, parts = [] }, withTargets) {
+  for (const name of /** @type {const} */ (['colour', 'normal', 'surface'])) checkPicture(`skin.${name} of an appearance`, skin?.[name]);
+  if (eyes) {
+    checkPicture('eyes.colour of an appearance', eyes.colour);
+    if (!(Number.isFinite(eyes.reach) && eyes.reach > 0)) throw new Error(`eyes.reach of an appearance must be an angle above 0, not ${eyes.reach}`);
+  }
+  if (!Array.isArray(parts)) throw new TypeError('the parts of an appearance must be an array');
+  for (const [i, part] of parts.entries()) checkPart(part, i, withTargets);
+}
