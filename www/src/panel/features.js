@@ -1,6 +1,6 @@
 import { isBeyond, placeOfSigmas, sigmas } from './distribution.js';
 import { element } from '../frame/element.js';
-import { fading } from '../frame/fading.js';
+import { fading, reveal } from '../frame/fading.js';
 import { icon } from '../frame/icons.js';
 import { createMeasures } from './measures.js';
 import { createPerson } from './person.js';
@@ -229,8 +229,7 @@ export function createFeatures(editor, { distributions, limits, random, preview,
     if (!tab) return;
     if (group !== chosen) scroll.scrollTop = 0;
     chosen = group;
-    const strip = /** @type {HTMLElement} */ (tab.parentElement);
-    strip?.scrollTo({ left: tab.offsetLeft - strip.clientWidth / 2 + tab.clientWidth / 2 });
+    reveal(tab);
     const isPerson = group === PERSON;
     feature.hidden = isPerson;
     person.root.hidden = !isPerson;
@@ -268,7 +267,8 @@ export function createFeatures(editor, { distributions, limits, random, preview,
     random.root,
     element('details', { class: 'advanced' }, element('summary', {}, text.advanced), limits.box(), alpha.root, random.again),
   );
-  const root = element('div', { class: 'features' }, fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values())), scroll);
+  const strip = fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values()), () => tabs.get(chosen));
+  const root = element('div', { class: 'features' }, strip, scroll);
   choose(chosen);
   limits.onChange(build);
   editor.onShape(refresh);
