@@ -1,7 +1,7 @@
 // Small things that a panel owes to who uses it.
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { onePage, siteAndBrowser } from './site.js';
+import { moveSlider, onePage, open, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -56,4 +56,48 @@ describe('the panels of one page', () => {
     await page.keyboard.press('h');
     assert.equal(await hide.getAttribute('aria-pressed'), 'true');
   });
+});
+
+test('where the person has chosen all colours, tracks and what is pressed are there', async () => {
+  const { context, page, complaints } = await open(browser, site, { forcedColors: 'active' });
+  await moveSlider(page, 'nose 1', 0.9);
+  const colours = (/** @type {string} */ selector) =>
+    page.locator(selector).first().evaluate((it) => {
+      const { backgroundColor, backgroundImage, borderBottomColor } = getComputedStyle(it);
+      return { backgroundColor, backgroundImage, borderBottomColor };
+    });
+  const panel = (await colours('.panel')).backgroundColor;
+  const [line, fill] = [await colours('#section-features .line'), await colours('#section-features .fill')];
+  assert.equal(new Set([panel, line.backgroundColor, fill.backgroundColor]).size, 3, 'the panel, a track, what of it is filled');
+  for (const selector of ['.tab', '.mode']) {
+    const [chosen, other] = [await colours(`${selector}:is([aria-pressed=true], [aria-selected=true])`), await colours(`${selector}:not([aria-pressed=true], [aria-selected=true])`)];
+    assert.notEqual(chosen.backgroundColor, other.backgroundColor, selector);
+  }
+  assert.equal((await colours('.mode[aria-selected=false]')).borderBottomColor, panel, 'no line under what is not chosen');
+  await page.getByRole('tab', { name: 'Looks' }).click();
+  assert.match((await colours('.colours .line')).backgroundImage, /gradient/);
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test('what is chosen is in sight on a phone on its side, and after the letters have grown', async () => {
+  const { context, page } = await open(browser, site, { viewport: { width: 844, height: 390 }, hasTouch: true, isMobile: true });
+  /** How much of the chosen one's row is between it and the nearer end, px; less than 0 when it is cut. */
+  const room = (/** @type {string} */ row) =>
+    page.locator(row).evaluate((it) => {
+      const chosen = it.querySelector('[aria-pressed=true], [aria-selected=true]').getBoundingClientRect();
+      const { left, right } = it.getBoundingClientRect();
+      return Math.min(chosen.left - left, right - chosen.right);
+    });
+  assert.ok((await room('.tabs')) >= 0, 'the nose of a new face');
+  await page.getByRole('tab', { name: 'Photo' }).tap();
+  assert.ok((await room('.modes')) >= 0);
+  await page.getByRole('tab', { name: 'Features' }).tap();
+  assert.ok((await room('.modes')) >= 0, 'back from the last');
+  await page.getByRole('tab', { name: 'Mix' }).tap();
+  await page.evaluate(() => (document.documentElement.style.fontSize = '200%'));
+  await page.waitForFunction(() => document.querySelector('.modes').scrollWidth > 2 * document.querySelector('.modes').clientWidth);
+  await page.evaluate(() => new Promise((laid) => requestAnimationFrame(() => requestAnimationFrame(laid))));
+  assert.ok((await room('.modes')) >= 0, 'in large letters');
+  await context.close();
 });
