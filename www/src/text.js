@@ -75,6 +75,7 @@ export const text = {
     sexes: ['female', 'male'],
     reset: 'Double-click or press Delete to go to the average. Type a number for an exact value.',
     years: (/** @type {number} */ years) => `${Math.round(years)} years`,
+    adults: (/** @type {number} */ least) => `This model knows adults only: it ends at ${least}.`,
     share: (/** @type {string} */ name, /** @type {number} */ share) => {
       if (name !== 'sex') return text.percent(100 * share);
       const male = share < 0.5 ? 0 : 1;

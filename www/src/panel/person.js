@@ -119,6 +119,7 @@ export function createPerson(editor, limits) {
       },
       move,
       hold,
+        ...(isAge && { ended: (years) => (years === least ? text.person.adults(years) : text.ended(String(years))) }),
       finish: done,
     });
     return { name, placeOf, slider };

@@ -38,7 +38,7 @@ function bell(density) {
  *   typed: { label: string, unit: string, min: number, max: number, step: number,
  *     show: (value: number) => number, take: (shown: number) => void,
  *     atRank?: (percent: number) => number, write?: (shown: number) => string, read?: (typed: string, present: number) => number,
- *     ended?: (most: number) => Node },
+ *     ended?: (most: number) => string | Node },
  *   legend?: string,
  *   move: (value: number) => void,
  *   hold?: () => void,
