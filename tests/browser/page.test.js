@@ -395,7 +395,7 @@ describe('one page after another of these', () => {
     const { page } = visit;
     await page.getByRole('button', { name: 'What is this?' }).click();
     const dialog = page.getByRole('dialog');
-    for (const word of ['eigenmode', 'percentile', 'population']) {
+    for (const word of ['eigenmesh', 'percentile', 'population']) {
       assert.ok(await dialog.getByText(word).first().isVisible(), word);
     }
     const { population } = await page.evaluate(() => window.designer.model.about);

@@ -561,7 +561,7 @@ export const text = {
     ],
     [
       'What a slider is',
-      'For each feature, the model has found the ways it varies: the greatest first, then the next. Each is called an eigenmode, and “nose 1” is the first of the nose. They have no names of their own: move one and see.',
+      'For each feature, the model has found the ways it varies: the greatest first, then the next. Each is called an eigenmesh, and “nose 1” is the first of the nose. They have no names of their own: the words below a slider are what it changes most.',
     ],
     [
       'What the number means',
