@@ -235,6 +235,48 @@ describe('the lengths of one page', () => {
     const [name, limits] = await page.evaluate(() => {
       const controls = window.designer.model.controls.filter(({ measure }) => measure);
       const { name, limits } = controls.reduce((a, b) => (a.limits[1] < b.limits[1] ? a : b));
+  test('a sign is a change where lengths have none, and with an equals sign where they have', async () => {
+    const { page } = visit;
+    await page.getByRole('tab', { name: 'Lengths' }).click();
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    const length = (/** @type {string} */ name) => page.evaluate((m) => window.designer.face.measure(m), name);
+    const type = async (/** @type {string} */ name, /** @type {string} */ keys) => {
+      await page.getByRole('slider', { name, exact: true }).focus();
+      // A sign opens the number as a digit does.
+      await page.keyboard.type(keys);
+      await page.keyboard.press('Enter');
+    };
+    const nose = await length('nose length');
+    const near = async (/** @type {string} */ name, /** @type {number} */ goal) => {
+      const mm = await length(name);
+      assert.ok(Math.abs(mm - goal) <= 0.061, `${name} is ${mm} mm, not ${goal}`);
+    };
+    await type('nose length', '+3');
+    await near('nose length', nose + 3);
+    await type('nose length', '+0,5 mm');
+    await near('nose length', nose + 3.5);
+    await type('nose length', '-2');
+    await near('nose length', nose + 1.5);
+    await type('nose length', '+=0.1 cm');
+    await near('nose length', nose + 2.5);
+    const place = await length('mouth vertical position');
+    await type('mouth vertical position', '+2');
+    await near('mouth vertical position', place + 2);
+    await type('mouth vertical position', '-=1.5');
+    await near('mouth vertical position', place + 0.5);
+    await type('mouth vertical position', '-49');
+    await near('mouth vertical position', -49);
+    for (const keys of ['+', '+3rd', '--3']) {
+      await type('mouth vertical position', keys);
+      assert.match((await page.getByRole('alert').textContent()) ?? '', /^Type it like/, keys);
+      await page.keyboard.press('Escape');
+    }
+    await near('mouth vertical position', -49);
+    const field = page.getByRole('spinbutton', { name: 'mouth vertical position in mm', includeHidden: true });
+    assert.equal(await field.getAttribute('title'), 'A number, or a change: +2 for 2 more, −=2 for 2 less');
+    await page.getByRole('button', { name: 'Reset all' }).click();
+  });
+
       return /** @type {const} */ ([name, limits]);
     });
     assert.ok(limits[1] < 0.97, `${name} has room up to ${limits[1]}`);
