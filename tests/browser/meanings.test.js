@@ -183,8 +183,14 @@ describe('the lengths of one page', () => {
     assert.equal(order.length, length);
     assert.ok(order.indexOf('meaning-face-height') < order.indexOf('meaning-chin-height'), order.join());
     const said = await page.locator('#section-meanings .about').allTextContents();
-    assert.ok(said.includes('nose to the subject’s left') && said.includes('mouth to the subject’s left'), said.join());
-    assert.ok(!said.some((words) => words.includes('its left')));
+    assert.equal(said.filter((words) => /lies? to the subject’s left of/.test(words)).length, 2, said.join());
+    // Each says from where to where it goes, whatever it is called: what surgeons call the length is the height here.
+    assert.equal(said.length, length);
+    assert.deepEqual(said.filter((words) => !/from|between|how (far|high)|mean of/i.test(words)), []);
+    for (const [name, words] of [['nose-length', /stands out before the base/], ['nose-height', /surgeons call the length/], ['face-width', /on the front/]]) {
+      const described = await page.locator(`#meaning-${name}`).getAttribute('aria-describedby');
+      assert.match((await page.locator(`#${described}`).textContent()) ?? '', /** @type {RegExp} */ (words));
+    }
   });
 
   test('a decimal comma is a point, and what is typed keeps to the slider', async () => {
@@ -229,12 +235,6 @@ describe('the lengths of one page', () => {
     assert.deepEqual(visit.complaints, []);
   });
 
-  test('a length stops where its part has no room, and goes on once that is unlocked', async () => {
-    const { page } = visit;
-    await page.getByRole('button', { name: 'Reset all' }).click();
-    const [name, limits] = await page.evaluate(() => {
-      const controls = window.designer.model.controls.filter(({ measure }) => measure);
-      const { name, limits } = controls.reduce((a, b) => (a.limits[1] < b.limits[1] ? a : b));
   test('a sign is a change where lengths have none, and with an equals sign where they have', async () => {
     const { page } = visit;
     await page.getByRole('tab', { name: 'Lengths' }).click();
@@ -277,6 +277,12 @@ describe('the lengths of one page', () => {
     await page.getByRole('button', { name: 'Reset all' }).click();
   });
 
+  test('a length stops where its part has no room, and goes on once that is unlocked', async () => {
+    const { page } = visit;
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    const [name, limits] = await page.evaluate(() => {
+      const controls = window.designer.model.controls.filter(({ measure }) => measure);
+      const { name, limits } = controls.reduce((a, b) => (a.limits[1] < b.limits[1] ? a : b));
       return /** @type {const} */ ([name, limits]);
     });
     assert.ok(limits[1] < 0.97, `${name} has room up to ${limits[1]}`);

@@ -633,10 +633,10 @@ export const spoken = (name) =>
   name.replace(/^eyes (?=\D)/, 'eye ').replace(/eye length$/, 'eye width').replace(/eye height$/, 'eye opening').replace(/^tragion/, 'ear-to-ear');
 
 /**
- * What a control does, as people say it.
- * @param {string} description
+ * What a measure is.
+ * @param {{ name: string, description: string }} measure of the model, which has fewer words for it
  */
-export const told = (description) => description.replace(/\bits left$/, 'the subject’s left');
+export const meant = ({ name, description }) => text.lengthsAre[name] ?? description;
 
 /**
  * A sentence for hands on a mouse as fingers need it, where those are what points.

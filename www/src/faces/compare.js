@@ -3,7 +3,7 @@ import { createFaceList } from './facelist.js';
 import { gradient } from '../stage/heat.js';
 import { createHold } from '../frame/hold.js';
 import { icon } from '../frame/icons.js';
-import { decimal, spoken, text } from '../text.js';
+import { decimal, meant, spoken, text } from '../text.js';
 
 /**
  * The face beside another: held for a moment, split by a line, as distances in colour, as numbers.
@@ -168,9 +168,10 @@ export function createCompare(editor, { library, display, stage, wears }) {
     ),
     body,
   );
-  const rows = model.measures.map(({ name, description }) => {
+  const rows = model.measures.map((measure) => {
+    const { name } = measure;
     const cells = [0, 1, 2].map(() => element('td', {}));
-    body.append(element('tr', { title: description }, element('th', { scope: 'row' }, spoken(name)), ...cells));
+    body.append(element('tr', { title: meant(measure) }, element('th', { scope: 'row' }, spoken(name)), ...cells));
     return { name, cells };
   });
 
