@@ -227,7 +227,9 @@ export async function createDesigner(model, stage, chosen) {
   });
   stage.furnish(panel.root);
   const tour = createTour(panel);
-  stage.root.append(explanation.open, explanation.root, tour.invitation);
+  // Beside the stage, which makes room for it.
+  stage.root.before(explanation.root);
+  stage.root.append(explanation.open, tour.invitation);
   const exports = createExports({
     face,
     view: scene,
