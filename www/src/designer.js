@@ -38,6 +38,9 @@ import { createToolbar } from './frame/toolbar.js';
 import { createTour } from './frame/tour.js';
 import { createViewpoint } from './stage/viewpoint.js';
 
+/** The sections in which the face is taken hold of. */
+const SHAPING = ['features', 'meanings'];
+
 /** @typedef {NonNullable<ReturnType<ReturnType<typeof createAutosave>['last']>>} Last */
 
 /**
@@ -199,6 +202,8 @@ export async function createDesigner(model, stage, chosen) {
   function turnedTo(section) {
     explanation.about(section);
     if (section !== 'features') select(null);
+    // Elsewhere a click leads away from what is being done.
+    hint.hidden = !SHAPING.includes(section);
   }
   const panel = createPanel(text.panel, turnedTo, [
     { name: 'features', title: text.modes.features, root: features.root, shown: features.shown },
