@@ -242,6 +242,7 @@ export async function createDesigner(model, stage, chosen) {
     expressions: file,
     named: () => library.nameOf(face.code),
     colouring: () => editor.colouring,
+    legend: () => compare.legend,
     settle: () => display.refresh(),
   });
   document.body.append(about.root, exports, ...tour.parts);

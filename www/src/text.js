@@ -136,6 +136,7 @@ export const text = {
   height: 'Height in pixels',
   pixels: 'pixels',
   transparent: 'Transparent behind the head',
+  versus: (/** @type {string} */ name, /** @type {string} */ other) => `${name || 'face'} vs ${other}`,
   exporting: 'Writing the file…',
   exported: (/** @type {string} */ file, /** @type {number} */ bytes) =>
     `Saved ${file}, ${(bytes / 1e6).toLocaleString('en-GB', { maximumFractionDigits: 1 })} MB.`,
@@ -586,6 +587,7 @@ export const text = {
   badModel: (/** @type {string} */ why) =>
     `The face model on this site cannot be used: ${why}. Whoever runs the site should install it again.`,
   unknownModel: 'This link asks for a model that is not here. You see the usual one.',
+  noPicture: 'the picture could not be made',
   noCard: 'the graphics card is not available at the moment',
   lostContext: 'The graphics card was lost for a moment. If the face does not come back, reload the page.',
   reload: 'Reload',

@@ -242,6 +242,16 @@ export function createCompare(editor, { library, display, stage, wears }) {
   );
   return {
     root,
+    /** What a picture of the stage has to say, as the stage does; null when it shows this face alone. @returns {import('../keep/legend.js').Legend | null} */
+    get legend() {
+      if (!split.checked && !heat.checked) return null;
+      const other = nameOf();
+      return {
+        other,
+        split: split.checked ? { at: line, left: other, right: text.thisFace } : null,
+        heat: heat.checked ? { title: text.distanceFrom(other), least: '0', most: scaleEnd.textContent ?? '' } : null,
+      };
+    },
     /** @param {number} millimetres */
     setScale(millimetres) {
       scaleEnd.textContent = `≥ ${millimetres} mm`;
