@@ -37,6 +37,10 @@ export const text = {
   resetLength: 'Double-click or press Delete to go back to the length a new face has. Type a number for an exact value.',
   more: (/** @type {number} */ n) => `Show ${n} more`,
   fewer: 'Show fewer',
+  find: 'Find',
+  /** By feature: words that sliders of it have. */
+  findLike: /** @type {Record<string, string>} */ ({ head: 'ear, lobe, jaw, cheek, neck …', eyes: 'brow, corner, narrower …', nose: 'tip, wings, root …', mouth: 'upper lip, corner …' }),
+  found: (/** @type {number} */ n, /** @type {number} */ of) => (n === 0 ? `None of the ${of} sliders has these words.` : `${n} of ${of} sliders`),
   advanced: 'Advanced',
   alpha: 'Blending distance',
   alphaTyped: 'Blending distance in mm',
