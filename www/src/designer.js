@@ -28,6 +28,7 @@ import { createPanel } from './panel/panel.js';
 import { createPhotoTab } from './photo/tab.js';
 import { createPicking } from './stage/picking.js';
 import { createPortraits } from './stage/portraits.js';
+import { createPrinted } from './frame/print.js';
 import { createRandom } from './panel/random.js';
 import { createSaved } from './keep/saved.js';
 import { createShaping } from './editing/shaping.js';
@@ -245,7 +246,8 @@ export async function createDesigner(model, stage, chosen) {
     legend: () => compare.legend,
     settle: () => display.refresh(),
   });
-  document.body.append(about.root, exports, ...tour.parts);
+  const printed = createPrinted(face, { stage: stage.root, named: () => library.nameOf(face.code), draw: display.draw });
+  document.body.append(about.root, exports, ...tour.parts, printed);
 
   editor.onShape((range) => {
     display.refresh(range);
