@@ -1,7 +1,8 @@
 // Small things that a panel owes to who uses it.
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
-import { moveSlider, onePage, open, siteAndBrowser } from './site.js';
+import { decodePng, moveSlider, onePage, open, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -58,7 +59,6 @@ describe('the panels of one page', () => {
   });
 });
 
-test('where the person has chosen all colours, tracks and what is pressed are there', async () => {
 test('a slider is found among many by the words below it', async () => {
   const { context, page, complaints } = await open(browser, site);
   const field = page.getByRole('textbox', { name: 'Find' });
@@ -173,6 +173,7 @@ test('on paper there is the picture, with the lengths under it and nothing to pr
   await context.close();
 });
 
+test('where the person has chosen all colours, tracks and what is pressed are there', async () => {
   const { context, page, complaints } = await open(browser, site, { forcedColors: 'active' });
   await moveSlider(page, 'nose 1', 0.9);
   const colours = (/** @type {string} */ selector) =>

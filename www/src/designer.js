@@ -118,7 +118,7 @@ export async function createDesigner(model, stage, chosen) {
   const library = createLibrary(model, chosen.name);
   const portraits = createPortraits(model, display);
 
-  const random = createRandom(editor, toast.say);
+  const random = createRandom(editor, { library, portraits, say: toast.say });
   const distributions = createDistributions(model);
   const limits = createLimits();
   const features = createFeatures(editor, {
@@ -185,7 +185,7 @@ export async function createDesigner(model, stage, chosen) {
   const colouring = createColours(editor, head.pigments);
   const meanings = createMeanings(editor, { distributions, limits });
   const compare = createCompare(editor, { library, display, stage: stage.root, wears: () => head.wears });
-  const saved = createSaved(editor, { library, portraits, expressions: file, say: toast.say });
+  const saved = createSaved(editor, { library, portraits, display, canvas, expressions: file, say: toast.say });
   const photo = createPhotoTab(editor, {
     stage: stage.root,
     files: { modelUrl: chosen.url, expressionsUrl: chosen.expressions },

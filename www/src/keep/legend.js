@@ -19,6 +19,17 @@ const INK = '#1e2124';
 const STEPS = 32;
 
 /**
+ * As much of the words as there is room for.
+ * @param {CanvasRenderingContext2D} context @param {string} words @param {number} room px
+ */
+export function fitting(context, words, room) {
+  if (context.measureText(words).width <= room) return words;
+  let some = [...words];
+  while (some.length > 0 && context.measureText(`${some.join('')}…`).width > room) some = some.slice(0, -1);
+  return `${some.join('').trimEnd()}…`;
+}
+
+/**
  * @param {Blob} picture @param {Legend} legend
  * @returns {Promise<Blob>} a PNG
  */
@@ -43,13 +54,6 @@ export async function withLegend(picture, { split, heat }) {
     context.fill();
     context.fillStyle = INK;
   };
-  /** As much of the words as there is room for. @param {string} words @param {number} room */
-  const fitting = (words, room) => {
-    if (context.measureText(words).width <= room) return words;
-    let some = [...words];
-    while (some.length > 0 && context.measureText(`${some.join('')}…`).width > room) some = some.slice(0, -1);
-    return `${some.join('').trimEnd()}…`;
-  };
 
   if (split) {
     const line = Math.round(split.at * width);
@@ -61,7 +65,7 @@ export async function withLegend(picture, { split, heat }) {
     for (const [name, side] of /** @type {const} */ ([[split.left, -1], [split.right, 1]])) {
       const room = (side < 0 ? line : width - line) - 4 * gap;
       if (room < letter) continue;
-      const words = fitting(name, room - 2 * gap);
+      const words = fitting(context, name, room - 2 * gap);
       const wide = context.measureText(words).width + 2 * gap;
       const left = side < 0 ? line - 2 * gap - wide : line + 2 * gap;
       sheet(left, gap, wide, 1.7 * letter);
@@ -69,7 +73,7 @@ export async function withLegend(picture, { split, heat }) {
     }
   }
   if (heat) {
-    const title = fitting(heat.title, 0.6 * width);
+    const title = fitting(context, heat.title, 0.6 * width);
     const [wide, high] = [Math.max(context.measureText(title).width, 6 * letter) + 2 * gap, 10 * letter];
     const [left, top] = [width - wide - gap, split ? 3 * letter : gap];
     sheet(left, top, wide, high);
