@@ -173,6 +173,29 @@ describe('for everybody', () => {
     await context.close();
   });
 
+  test('the explanation leaves the face free, and the tabs', async () => {
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 1366, height: 768 } });
+    const boxOf = (/** @type {string} */ selector) => page.locator(selector).evaluate((it) => it.getBoundingClientRect().toJSON());
+    await page.getByRole('button', { name: 'What is happening?' }).click();
+    for (const [width, height] of [[1366, 768], [1280, 720], [1000, 640], [911, 512], [844, 390], [390, 844]]) {
+      await page.setViewportSize({ width, height });
+      await page.evaluate(() => new Promise((laid) => requestAnimationFrame(() => requestAnimationFrame(laid))));
+      const [said, ...others] = [await boxOf('.explanation'), await boxOf('.view'), ...(width > 820 ? [await boxOf('.modes')] : [])];
+      for (const it of others) {
+        const apart = said.right <= it.left + 1 || it.right <= said.left + 1 || said.bottom <= it.top + 1 || it.bottom <= said.top + 1;
+        assert.ok(apart, `${width} x ${height}: it lies over what is at ${it.left}, ${it.top}`);
+      }
+      assert.ok(others[0].width > 300 && said.width > 280 && said.height > 200, `${width} x ${height}`);
+      assert.ok((await overflow(page)) <= 0);
+      assert.equal(await page.locator('.invitation').isVisible(), false);
+    }
+    await page.keyboard.press('Escape');
+    assert.ok(await page.locator('.invitation').isVisible());
+    assert.equal(await page.locator('.hint').isVisible(), false, 'one sentence at a time');
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('fits a screen of 3840 by 2160', async () => {
     // Half a device pixel a CSS pixel: the layout is the same, the software renderer has a quarter.
     const viewport = { width: 3840, height: 2160 };

@@ -163,6 +163,53 @@ describe('what is taken along leaves the page as it was', () => {
     assert.deepEqual(visit.complaints, []);
   });
 
+  test('a PNG of two faces has the line, and one of a distance its colours; both say whose in their names', async () => {
+    const { page } = visit;
+    /** How much of a box (parts of the picture) is of a colour, or near it. */
+    const share = ({ width, height, rgb }, [left, top, right, bottom], colour, near = 12) => {
+      let [of, all] = [0, 0];
+      for (let y = Math.floor(top * height); y < bottom * height; y++) {
+        for (let x = Math.floor(left * width); x < right * width; x++, all++) {
+          const o = 3 * (y * width + x);
+          if (colour.every((c, k) => Math.abs(rgb[o + k] - c) < near)) of++;
+        }
+      }
+      return of / all;
+    };
+    const take = async () => {
+      await page.getByRole('button', { name: 'Take the face with you' }).click();
+      await ask(page, 240, 320);
+      const { name, bytes } = await download(page, 'PNG');
+      await page.getByRole('dialog').getByRole('button', { name: 'Close' }).click();
+      return { name, bytes, ...decodePng(bytes) };
+    };
+    const [white, yellow] = [[255, 255, 255], [253, 231, 37]];
+    const [line, bar, sheet] = [[119 / 240, 0.1, 121 / 240, 1], [0.68, 0.03, 0.74, 0.1], [0.8, 0.08, 0.97, 0.15]];
+    const plain = await take();
+    assert.ok(share(plain, line, white) < 0.1);
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    await page.getByLabel('Compare with').selectOption({ label: 'Preset 5' });
+    await page.getByLabel('Split by a line you drag').check();
+    const split = await take();
+    assert.equal(split.name, 'face-vs-preset-5.png');
+    await writeFile(`${SCREENSHOTS}/exports-split.png`, split.bytes);
+    assert.ok(share(split, line, white) > 0.95, 'no line between the two');
+    assert.ok(share(split, [0.37, 0.012, 0.47, 0.036], white) > 0.4, 'no name beside it');
+    assert.equal(share(split, bar, yellow, 40), 0);
+    await page.getByLabel('Split by a line you drag').uncheck();
+    await page.getByLabel('Distance as colour').check();
+    const heat = await take();
+    assert.equal(heat.name, 'face-vs-preset-5.png');
+    await writeFile(`${SCREENSHOTS}/exports-heat.png`, heat.bytes);
+    assert.ok(share(heat, bar, yellow, 40) > 0.003 && share(heat, sheet, white) > 0.9, 'no scale');
+    await page.getByLabel('Distance as colour').uncheck();
+    const again = await take();
+    assert.equal(again.name, 'face.png');
+    assert.equal(differing(plain, again), 0, 'a plain picture has neither');
+    await page.getByRole('tab', { name: 'Features' }).click();
+    assert.deepEqual(visit.complaints, []);
+  });
+
   test('a GLB looks like the page: skin, eyes, teeth that open with the jaw, and nothing of the page changes', async () => {
     const { page } = visit;
     // Lips that are open at rest, by 2 mm: what is between them follows lips, and not all that a face does.

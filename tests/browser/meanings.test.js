@@ -183,8 +183,14 @@ describe('the lengths of one page', () => {
     assert.equal(order.length, length);
     assert.ok(order.indexOf('meaning-face-height') < order.indexOf('meaning-chin-height'), order.join());
     const said = await page.locator('#section-meanings .about').allTextContents();
-    assert.ok(said.includes('nose to the subject’s left') && said.includes('mouth to the subject’s left'), said.join());
-    assert.ok(!said.some((words) => words.includes('its left')));
+    assert.equal(said.filter((words) => /lies? to the subject’s left of/.test(words)).length, 2, said.join());
+    // Each says from where to where it goes, whatever it is called: what surgeons call the length is the height here.
+    assert.equal(said.length, length);
+    assert.deepEqual(said.filter((words) => !/from|between|how (far|high)|mean of/i.test(words)), []);
+    for (const [name, words] of [['nose-length', /stands out before the base/], ['nose-height', /surgeons call the length/], ['face-width', /on the front/]]) {
+      const described = await page.locator(`#meaning-${name}`).getAttribute('aria-describedby');
+      assert.match((await page.locator(`#${described}`).textContent()) ?? '', /** @type {RegExp} */ (words));
+    }
   });
 
   test('a decimal comma is a point, and what is typed keeps to the slider', async () => {
@@ -227,6 +233,48 @@ describe('the lengths of one page', () => {
     await page.keyboard.press('Enter');
     assert.ok(Math.abs((await length('mouth vertical position')) + 52.5) <= 0.011, `${await length('mouth vertical position')} mm`);
     assert.deepEqual(visit.complaints, []);
+  });
+
+  test('a sign is a change where lengths have none, and with an equals sign where they have', async () => {
+    const { page } = visit;
+    await page.getByRole('tab', { name: 'Lengths' }).click();
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    const length = (/** @type {string} */ name) => page.evaluate((m) => window.designer.face.measure(m), name);
+    const type = async (/** @type {string} */ name, /** @type {string} */ keys) => {
+      await page.getByRole('slider', { name, exact: true }).focus();
+      // A sign opens the number as a digit does.
+      await page.keyboard.type(keys);
+      await page.keyboard.press('Enter');
+    };
+    const nose = await length('nose length');
+    const near = async (/** @type {string} */ name, /** @type {number} */ goal) => {
+      const mm = await length(name);
+      assert.ok(Math.abs(mm - goal) <= 0.061, `${name} is ${mm} mm, not ${goal}`);
+    };
+    await type('nose length', '+3');
+    await near('nose length', nose + 3);
+    await type('nose length', '+0,5 mm');
+    await near('nose length', nose + 3.5);
+    await type('nose length', '-2');
+    await near('nose length', nose + 1.5);
+    await type('nose length', '+=0.1 cm');
+    await near('nose length', nose + 2.5);
+    const place = await length('mouth vertical position');
+    await type('mouth vertical position', '+2');
+    await near('mouth vertical position', place + 2);
+    await type('mouth vertical position', '-=1.5');
+    await near('mouth vertical position', place + 0.5);
+    await type('mouth vertical position', '-49');
+    await near('mouth vertical position', -49);
+    for (const keys of ['+', '+3rd', '--3']) {
+      await type('mouth vertical position', keys);
+      assert.match((await page.getByRole('alert').textContent()) ?? '', /^Type it like/, keys);
+      await page.keyboard.press('Escape');
+    }
+    await near('mouth vertical position', -49);
+    const field = page.getByRole('spinbutton', { name: 'mouth vertical position in mm', includeHidden: true });
+    assert.equal(await field.getAttribute('title'), 'A number, or a change: +2 for 2 more, −=2 for 2 less');
+    await page.getByRole('button', { name: 'Reset all' }).click();
   });
 
   test('a length stops where its part has no room, and goes on once that is unlocked', async () => {

@@ -216,7 +216,10 @@ describe('the page', () => {
     const { context, page, complaints } = await open(browser, site, { sharp: true, viewport: { width: 1100, height: 640 } });
     await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
     const chin = await landmarkOnScreen(page, 'ibug_08');
+    const hint = await page.locator('.hint').boundingBox();
+    assert.ok(hint);
     await page.getByRole('tab', { name: 'Looks' }).click();
+    assert.ok(await page.locator('.hint').isHidden(), 'who chooses colours is not told to shape');
     await page.getByRole('button', { name: 'Wavy', exact: true }).click();
     await page.getByRole('tab', { name: 'Expressions' }).click();
     await moveSlider(page, 'Open jawOpen', 1);
@@ -226,7 +229,7 @@ describe('the page', () => {
       assert.ok(found, part);
       return found;
     };
-    const [views, hint, canvas] = [await box('.views'), await box('.hint'), await box('canvas')];
+    const [views, canvas] = [await box('.views'), await box('canvas')];
     assert.ok(opened.y > chin.y + 10 && opened.y < views.y, `the jaw is at ${opened.y}, the buttons at ${views.y}`);
     const shown = await picture(page, 'room');
     const dark = (/** @type {number} */ o) => shown.rgb[o] < 90;
@@ -395,7 +398,7 @@ describe('one page after another of these', () => {
     const { page } = visit;
     await page.getByRole('button', { name: 'What is this?' }).click();
     const dialog = page.getByRole('dialog');
-    for (const word of ['eigenmode', 'percentile', 'population']) {
+    for (const word of ['eigenmesh', 'percentile', 'population']) {
       assert.ok(await dialog.getByText(word).first().isVisible(), word);
     }
     const { population } = await page.evaluate(() => window.designer.model.about);

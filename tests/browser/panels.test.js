@@ -1,7 +1,8 @@
 // Small things that a panel owes to who uses it.
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
-import { onePage, siteAndBrowser } from './site.js';
+import { decodePng, moveSlider, onePage, open, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -56,4 +57,162 @@ describe('the panels of one page', () => {
     await page.keyboard.press('h');
     assert.equal(await hide.getAttribute('aria-pressed'), 'true');
   });
+});
+
+test('a slider is found among many by the words below it', async () => {
+  const { context, page, complaints } = await open(browser, site);
+  const field = page.getByRole('textbox', { name: 'Find' });
+  await page.getByRole('button', { name: 'Head', exact: true }).click();
+  const abouts = () => page.locator('#section-features .sliders[role=group] .about').allTextContents();
+  const first = await abouts();
+  const known = await page.evaluate(() => window.designer.model.controls.filter(({ group, measure }) => group === 'head' && !measure).map(({ description }) => description));
+  await field.fill('ears');
+  const ears = known.filter((description) => /\bears?\b/.test(description)).length;
+  assert.ok(ears > first.filter((words) => /\bears?\b/.test(words)).length, 'all of them are sought, not only the first');
+  assert.equal((await abouts()).filter((words) => /\bears?\b/.test(words)).length, ears);
+  assert.equal((await abouts()).length, ears);
+  assert.equal(await page.getByRole('status').filter({ hasText: 'sliders' }).textContent(), `${ears} of ${known.length} sliders`);
+  await field.fill('neck, left ear');
+  assert.ok((await abouts()).every((words) => /neck|left.*ear|ear.*left/.test(words)) && (await abouts()).length > 1);
+  await field.fill('xylophone');
+  assert.equal((await abouts()).length, 0);
+  await page.getByText(`None of the ${known.length} sliders has these words.`).waitFor();
+  await field.fill('');
+  assert.deepEqual(await abouts(), first);
+  // Another feature begins with all of its own; one that has few is seen at a glance.
+  await field.fill('ear');
+  await page.getByRole('button', { name: 'Eyes', exact: true }).click();
+  assert.equal(await field.inputValue(), '');
+  await page.getByRole('button', { name: 'Forehead', exact: true }).click();
+  assert.equal(await field.isVisible(), false);
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test('faces like one are drawn beside each other, taken, saved, and put on one sheet', async () => {
+  const { context, page, complaints } = await open(browser, site);
+  const code = () => page.evaluate(() => window.designer.face.code);
+  await page.getByRole('button', { name: 'Random face', exact: true }).click();
+  await page.getByRole('button', { name: 'Lock the nose', exact: true }).click();
+  const own = await code();
+  const looks = await page.evaluate(() => window.designer.colouring);
+  await page.getByRole('button', { name: 'Like this face' }).click();
+  const six = page.getByRole('group', { name: 'Faces like it' }).getByRole('button', { name: /^Take face/ });
+  assert.equal(await six.count(), 6);
+  assert.equal(await code(), own, 'none of them is taken yet');
+  const codes = await six.evaluateAll((buttons) => buttons.map((button) => button.dataset.face));
+  assert.equal(new Set([own, ...codes]).size, 7);
+  /** Root mean squares in mm: of the skin, and of what belongs to the nose. */
+  const apart = (/** @type {string} */ other) =>
+    page.evaluate(
+      ([own, other]) => {
+        const { model } = window.designer;
+        const [a, b] = [own, other].map((code) => model.fromCode(code));
+        const p = a.positions.slice();
+        const q = b.positions.slice();
+        const nose = model.regions.indexOf('nose');
+        const [all, some] = [[], []];
+        for (let i = 0; i < p.length; i++) {
+          all.push((p[i] - q[i]) ** 2);
+          if (model.regionGroups[model.regionOf[Math.floor(i / 3)]] === nose) some.push((p[i] - q[i]) ** 2);
+        }
+        const reads = ['sex', 'age'].map((name) => Math.abs(a.attribute(name) - b.attribute(name)));
+        a.free();
+        b.free();
+        return { skin: Math.sqrt((3 * all.reduce((x, y) => x + y)) / all.length), nose: Math.sqrt(Math.max(...some)), reads };
+      },
+      [own, other],
+    );
+  for (const other of codes) {
+    const { skin, nose, reads } = await apart(other);
+    assert.ok(skin > 0.4 && skin < 6, `${skin} mm`);
+    assert.ok(nose < 0.001, `the nose is locked, and ${nose} mm off`);
+    // A reading that is beyond its labels may go.
+    assert.ok(reads[0] < 0.35 && reads[1] < 40, reads.join());
+  }
+  await six.nth(3).click();
+  assert.equal(await code(), codes[3]);
+  assert.equal(await six.nth(3).getAttribute('aria-pressed'), 'true');
+  assert.deepEqual(await page.evaluate(() => window.designer.colouring), looks);
+  await page.getByRole('button', { name: 'Undo', exact: true }).click();
+  assert.equal(await code(), own);
+  assert.equal(await six.nth(3).getAttribute('aria-pressed'), 'false');
+
+  await page.getByRole('button', { name: 'Save all 6' }).click();
+  await page.getByRole('tab', { name: 'Faces' }).click();
+  assert.deepEqual(await page.locator('.saved .open').allTextContents(), [1, 2, 3, 4, 5, 6].map((n) => `Line-up, ${n}`));
+  const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Picture of all' }).click()]);
+  assert.equal(file.suggestedFilename(), 'faces.png');
+  const { width, height } = decodePng(await readFile(await file.path()));
+  assert.ok(width > 3 * 288 && height > 2 * 352, `${width} x ${height}`);
+  await page.getByText('Saved faces.png, 6 faces.').waitFor();
+  assert.equal(await code(), own, 'the face on the stage stays');
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test('on paper there is the picture, with the lengths under it and nothing to press', async () => {
+  const { context, page, complaints } = await open(browser, site);
+  await page.getByRole('tab', { name: 'Compare' }).click();
+  await page.getByLabel('Split by a line you drag').check();
+  assert.equal(await page.locator('.printed').isVisible(), false);
+  await page.evaluate(() => window.dispatchEvent(new Event('beforeprint')));
+  await page.emulateMedia({ media: 'print' });
+  assert.deepEqual(await page.locator('button, input, [role=tab], .hint, .toast, .panel, .bar').filter({ visible: true }).count(), 0);
+  assert.ok(await page.locator('canvas.view').isVisible());
+  const { measures, nose } = await page.evaluate(() => ({ measures: window.designer.model.measures.length, nose: window.designer.face.measure('nose length') }));
+  assert.equal(await page.locator('.printed dt').filter({ visible: true }).count(), measures);
+  assert.match((await page.locator('.printed').textContent()) ?? '', new RegExp(`^This face.*nose length${nose.toFixed(1)} mm`));
+  // The line between two faces is where it is on the screen.
+  const [stage, line] = [await page.locator('.stage').boundingBox(), await page.locator('.divider').boundingBox()];
+  assert.ok(stage && line && Math.abs(line.x + line.width / 2 - stage.x - stage.width / 2) < 1.5);
+  const shape = await page.locator('.stage').evaluate((it) => it.clientWidth / it.clientHeight);
+  await page.emulateMedia({ media: 'screen' });
+  assert.ok(Math.abs(shape - (await page.locator('.stage').evaluate((it) => it.clientWidth / it.clientHeight))) < 0.02);
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test('where the person has chosen all colours, tracks and what is pressed are there', async () => {
+  const { context, page, complaints } = await open(browser, site, { forcedColors: 'active' });
+  await moveSlider(page, 'nose 1', 0.9);
+  const colours = (/** @type {string} */ selector) =>
+    page.locator(selector).first().evaluate((it) => {
+      const { backgroundColor, backgroundImage, borderBottomColor } = getComputedStyle(it);
+      return { backgroundColor, backgroundImage, borderBottomColor };
+    });
+  const panel = (await colours('.panel')).backgroundColor;
+  const [line, fill] = [await colours('#section-features .line'), await colours('#section-features .fill')];
+  assert.equal(new Set([panel, line.backgroundColor, fill.backgroundColor]).size, 3, 'the panel, a track, what of it is filled');
+  for (const selector of ['.tab', '.mode']) {
+    const [chosen, other] = [await colours(`${selector}:is([aria-pressed=true], [aria-selected=true])`), await colours(`${selector}:not([aria-pressed=true], [aria-selected=true])`)];
+    assert.notEqual(chosen.backgroundColor, other.backgroundColor, selector);
+  }
+  assert.equal((await colours('.mode[aria-selected=false]')).borderBottomColor, panel, 'no line under what is not chosen');
+  await page.getByRole('tab', { name: 'Looks' }).click();
+  assert.match((await colours('.colours .line')).backgroundImage, /gradient/);
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test('what is chosen is in sight on a phone on its side, and after the letters have grown', async () => {
+  const { context, page } = await open(browser, site, { viewport: { width: 844, height: 390 }, hasTouch: true, isMobile: true });
+  /** How much of the chosen one's row is between it and the nearer end, px; less than 0 when it is cut. */
+  const room = (/** @type {string} */ row) =>
+    page.locator(row).evaluate((it) => {
+      const chosen = it.querySelector('[aria-pressed=true], [aria-selected=true]').getBoundingClientRect();
+      const { left, right } = it.getBoundingClientRect();
+      return Math.min(chosen.left - left, right - chosen.right);
+    });
+  assert.ok((await room('.tabs')) >= 0, 'the nose of a new face');
+  await page.getByRole('tab', { name: 'Photo' }).tap();
+  assert.ok((await room('.modes')) >= 0);
+  await page.getByRole('tab', { name: 'Features' }).tap();
+  assert.ok((await room('.modes')) >= 0, 'back from the last');
+  await page.getByRole('tab', { name: 'Mix' }).tap();
+  await page.evaluate(() => (document.documentElement.style.fontSize = '200%'));
+  await page.waitForFunction(() => document.querySelector('.modes').scrollWidth > 2 * document.querySelector('.modes').clientWidth);
+  await page.evaluate(() => new Promise((laid) => requestAnimationFrame(() => requestAnimationFrame(laid))));
+  assert.ok((await room('.modes')) >= 0, 'in large letters');
+  await context.close();
 });

@@ -109,8 +109,15 @@ describe('a person', () => {
     // The field has what the reading says, and takes it; a number alone is of what it says.
     await type('Age', '70 years');
     assert.ok(Math.abs((await reading(page, 'age')) - 70) < 0.1);
+    await type('Age', '-8');
+    assert.ok(Math.abs((await reading(page, 'age')) - 62) < 0.1);
+    await type('Age', 7);
+    assert.equal(await page.getByRole('alert').textContent(), 'This model knows adults only: it ends at 18.');
+    await type('Age', 99);
+    assert.equal(await page.getByRole('alert').textContent(), 'It ends at 80.');
+    await type('Age', 70);
     const field = page.getByRole('spinbutton', { name: 'Sex', exact: true });
-    for (const [typed, male, said] of /** @type {const} */ ([['80 % F', 0.2, '80% female'], ['70', 0.3, '70% female'], ['60% male', 0.6, '60% male'], ['52', 0.52, '52% male']])) {
+    for (const [typed, male, said] of /** @type {const} */ ([['80 % F', 0.2, '80% female'], ['70', 0.3, '70% female'], ['60% male', 0.6, '60% male'], ['52', 0.52, '52% male'], ['+10', 0.62, '62% male'], ['+20% female', 0.42, '58% female'], ['-10', 0.52, '52% male']])) {
       await type('Sex', typed);
       assert.ok(Math.abs((await reading(page, 'sex')) - male) < 0.005, `${typed} is ${await reading(page, 'sex')}`);
       await slider(page, 'Sex').press('Enter');

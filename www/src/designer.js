@@ -28,6 +28,7 @@ import { createPanel } from './panel/panel.js';
 import { createPhotoTab } from './photo/tab.js';
 import { createPicking } from './stage/picking.js';
 import { createPortraits } from './stage/portraits.js';
+import { createPrinted } from './frame/print.js';
 import { createRandom } from './panel/random.js';
 import { createSaved } from './keep/saved.js';
 import { createShaping } from './editing/shaping.js';
@@ -37,6 +38,9 @@ import { createToast } from './frame/toast.js';
 import { createToolbar } from './frame/toolbar.js';
 import { createTour } from './frame/tour.js';
 import { createViewpoint } from './stage/viewpoint.js';
+
+/** The sections in which the face is taken hold of. */
+const SHAPING = ['features', 'meanings'];
 
 /** @typedef {NonNullable<ReturnType<ReturnType<typeof createAutosave>['last']>>} Last */
 
@@ -114,7 +118,7 @@ export async function createDesigner(model, stage, chosen) {
   const library = createLibrary(model, chosen.name);
   const portraits = createPortraits(model, display);
 
-  const random = createRandom(editor, toast.say);
+  const random = createRandom(editor, { library, portraits, say: toast.say });
   const distributions = createDistributions(model);
   const limits = createLimits();
   const features = createFeatures(editor, {
@@ -181,7 +185,7 @@ export async function createDesigner(model, stage, chosen) {
   const colouring = createColours(editor, head.pigments);
   const meanings = createMeanings(editor, { distributions, limits });
   const compare = createCompare(editor, { library, display, stage: stage.root, wears: () => head.wears });
-  const saved = createSaved(editor, { library, portraits, expressions: file, say: toast.say });
+  const saved = createSaved(editor, { library, portraits, display, canvas, expressions: file, say: toast.say });
   const photo = createPhotoTab(editor, {
     stage: stage.root,
     files: { modelUrl: chosen.url, expressionsUrl: chosen.expressions },
@@ -199,6 +203,8 @@ export async function createDesigner(model, stage, chosen) {
   function turnedTo(section) {
     explanation.about(section);
     if (section !== 'features') select(null);
+    // Elsewhere a click leads away from what is being done.
+    hint.hidden = !SHAPING.includes(section);
   }
   const panel = createPanel(text.panel, turnedTo, [
     { name: 'features', title: text.modes.features, root: features.root, shown: features.shown },
@@ -227,7 +233,9 @@ export async function createDesigner(model, stage, chosen) {
   });
   stage.furnish(panel.root);
   const tour = createTour(panel);
-  stage.root.append(explanation.open, explanation.root, tour.invitation);
+  // Beside the stage, which makes room for it.
+  stage.root.before(explanation.root);
+  stage.root.append(explanation.open, tour.invitation);
   const exports = createExports({
     face,
     view: scene,
@@ -235,9 +243,11 @@ export async function createDesigner(model, stage, chosen) {
     expressions: file,
     named: () => library.nameOf(face.code),
     colouring: () => editor.colouring,
+    legend: () => compare.legend,
     settle: () => display.refresh(),
   });
-  document.body.append(about.root, exports, ...tour.parts);
+  const printed = createPrinted(face, { stage: stage.root, named: () => library.nameOf(face.code), draw: display.draw });
+  document.body.append(about.root, exports, ...tour.parts, printed);
 
   editor.onShape((range) => {
     display.refresh(range);

@@ -37,6 +37,10 @@ export const text = {
   resetLength: 'Double-click or press Delete to go back to the length a new face has. Type a number for an exact value.',
   more: (/** @type {number} */ n) => `Show ${n} more`,
   fewer: 'Show fewer',
+  find: 'Find',
+  /** By feature: words that sliders of it have. */
+  findLike: /** @type {Record<string, string>} */ ({ head: 'ear, lobe, jaw, cheek, neck …', eyes: 'brow, corner, narrower …', nose: 'tip, wings, root …', mouth: 'upper lip, corner …' }),
+  found: (/** @type {number} */ n, /** @type {number} */ of) => (n === 0 ? `None of the ${of} sliders has these words.` : `${n} of ${of} sliders`),
   advanced: 'Advanced',
   alpha: 'Blending distance',
   alphaTyped: 'Blending distance in mm',
@@ -75,6 +79,7 @@ export const text = {
     sexes: ['female', 'male'],
     reset: 'Double-click or press Delete to go to the average. Type a number for an exact value.',
     years: (/** @type {number} */ years) => `${Math.round(years)} years`,
+    adults: (/** @type {number} */ least) => `This model knows adults only: it ends at ${least}.`,
     share: (/** @type {string} */ name, /** @type {number} */ share) => {
       if (name !== 'sex') return text.percent(100 * share);
       const male = share < 0.5 ? 0 : 1;
@@ -92,6 +97,17 @@ export const text = {
     flip: 'Mirror image',
     flipAbout: 'Left and right change places, in the expression and the hair, too; what is locked stays',
   },
+  alike: {
+    draw: 'Like this face',
+    title: 'Six faces around this one, in its looks',
+    group: 'Faces like it',
+    about: 'Click one to take it. “How unusual” says how far they may differ, and what is locked stays.',
+    keep: (/** @type {number} */ n) => `Save all ${n}`,
+    take: (/** @type {number} */ n) => `Take face ${n}`,
+    drawn: (/** @type {number} */ n) => `${n} faces like this one`,
+    name: (/** @type {string} */ of, /** @type {number} */ n) => (of ? `Like ${of}, ${n}` : `Line-up, ${n}`),
+    kept: (/** @type {number} */ n) => `${n} faces saved under Faces`,
+  },
   spread: 'How unusual',
   spreadAbout: 'At × 1 random faces differ as people do; below, they stay close to the average.',
   randomColours: 'With their own looks',
@@ -101,6 +117,8 @@ export const text = {
   randomisedRest: (/** @type {number} */ seed) => `Random except what is locked, seed ${seed}`,
   typeValue: (/** @type {string} */ name, /** @type {string} */ words) => `${words}: type a value for ${name}`,
   typed: (/** @type {string} */ name) => `Percentile of ${name}`,
+  typedChange: (/** @type {boolean} */ isSigned, /** @type {boolean} */ isSignWritten) =>
+    `A number, or a change: ${isSignWritten ? '+=' : '+'}2 for 2 more, ${isSigned ? '−=' : '−'}2 for 2 less`,
   percentile: 'percentile',
   measures: 'Measures',
   change: (/** @type {number} */ mm) => (mm < 0 ? '' : '+') + decimal(mm),
@@ -133,6 +151,7 @@ export const text = {
   height: 'Height in pixels',
   pixels: 'pixels',
   transparent: 'Transparent behind the head',
+  versus: (/** @type {string} */ name, /** @type {string} */ other) => `${name || 'face'} vs ${other}`,
   exporting: 'Writing the file…',
   exported: (/** @type {string} */ file, /** @type {number} */ bytes) =>
     `Saved ${file}, ${(bytes / 1e6).toLocaleString('en-GB', { maximumFractionDigits: 1 })} MB.`,
@@ -161,6 +180,10 @@ export const text = {
   downloadThis: 'Download',
   downloadFace: (/** @type {string} */ name) => `Download ${name}`,
   importFace: 'Open a file',
+  sheet: 'Picture of all',
+  sheetAbout: 'A PNG of your faces side by side, with their names',
+  sheetName: 'faces',
+  sheetSaved: (/** @type {number} */ n, /** @type {string} */ file) => `Saved ${file}, ${n} ${n === 1 ? 'face' : 'faces'}.`,
   imported: (/** @type {string} */ name) => `Opened “${name}” and added it to your faces.`,
   fileTooLong: (/** @type {string} */ file) => `${file} is not a face: it is far too big. ${text.filesTaken}`,
   fileForeign: (/** @type {string} */ file) => `${file} is not a face from this page. ${text.filesTaken}`,
@@ -232,7 +255,41 @@ export const text = {
   otherShort: 'Other',
   typedLength: (/** @type {string} */ name) => `${name} in mm`,
   lengthAndRank: (/** @type {number} */ mm, /** @type {string} */ rank) => `${decimal(mm)} mm, ${rank}`,
-  meaningsAbout: 'Each slider sets one length. Type a number, or lock a length and let the rest of the face follow.',
+  meaningsAbout: 'Each slider sets one length. Type a number, or +2 for 2 mm more. Lock a length, and the rest of the face follows.',
+  /** What each length is, from where to where, so that nobody has to guess from its name; the model's own words for others. */
+  lengthsAre: /** @type {Record<string, string>} */ ({
+    'face height': 'From the root of the nose to under the chin (nasion to menton), without the forehead',
+    'face width': 'Between the cheeks, on the front of the face; jaw and ear-to-ear width are taken farther back',
+    'jaw width': 'Between the corners of the jaw, under the ears (gonion to gonion)',
+    'tragion width': 'Between the flaps before the ear openings (tragion to tragion)',
+    'forehead width': 'Between the edges of the forehead, above the ends of the brows (frontotemporale to frontotemporale)',
+    'forehead height': 'From the hairline to between the brows (trichion to glabella)',
+    'forehead convexity': 'How far the middle of the forehead (metopion) lies before the middle between hairline and brows',
+    'forehead size': 'The geometric mean of the forehead’s width and height',
+    'eyes size': 'The geometric mean of an eye’s width and opening, both the mean of left and right',
+    'eyes length': 'From the inner to the outer corner, the mean of left and right',
+    'left eye length': 'From the inner to the outer corner',
+    'right eye length': 'From the inner to the outer corner',
+    'left eye height': 'From lid to lid, in the middle',
+    'right eye height': 'From lid to lid, in the middle',
+    'eyes vertical position': 'How high the corners lie over the ear openings (tragi), the mean of left and right',
+    'left eye vertical position': 'How high its corners lie over the ear openings (tragi)',
+    'right eye vertical position': 'How high its corners lie over the ear openings (tragi)',
+    'inner eye distance': 'Between the inner corners of the eyes',
+    'brow distance': 'Between the inner ends of the brows',
+    'nose length': 'How far the tip stands out before the base (subnasale): its projection. From root to base is the nose height',
+    'nose width': 'From wing to wing (ala to ala)',
+    'nose height': 'From the root to the base (nasion to subnasale): what surgeons call the length of the nose',
+    'nose lateral position': 'How far the base lies to the subject’s left of the middle between the ears; less than 0 is to the right',
+    'nose vertical position': 'How high the base lies over the ear openings (tragi); less than 0 is below them',
+    'mouth width': 'From corner to corner',
+    'mouth protrusion': 'How far the middle of the lips lies before their corners',
+    'mouth lateral position': 'How far the lips lie to the subject’s left of the middle between the ears; less than 0 is to the right',
+    'mouth vertical position': 'How high the lips lie over the ear openings (tragi); less than 0 is below them',
+    'lip height': 'From the upper edge of the lips to the lower, both lips together',
+    'upper lip height': 'From the base of the nose (subnasale) to the edge of the lip',
+    'chin height': 'From the lower edge of the lips to under the chin (menton)',
+  }),
   lockMeasure: (/** @type {string} */ name) => `Lock the ${name}`,
   clearMeasure: (/** @type {string} */ name) => `Undo what ${name} did`,
   resetMeasure: (/** @type {string} */ name) => `Reset the ${name}`,
@@ -549,6 +606,7 @@ export const text = {
   badModel: (/** @type {string} */ why) =>
     `The face model on this site cannot be used: ${why}. Whoever runs the site should install it again.`,
   unknownModel: 'This link asks for a model that is not here. You see the usual one.',
+  noPicture: 'the picture could not be made',
   noCard: 'the graphics card is not available at the moment',
   lostContext: 'The graphics card was lost for a moment. If the face does not come back, reload the page.',
   reload: 'Reload',
@@ -560,7 +618,7 @@ export const text = {
     ],
     [
       'What a slider is',
-      'For each feature, the model has found the ways it varies: the greatest first, then the next. Each is called an eigenmode, and “nose 1” is the first of the nose. They have no names of their own: move one and see.',
+      'For each feature, the model has found the ways it varies: the greatest first, then the next. Each is called an eigenmesh, and “nose 1” is the first of the nose. They have no names of their own: the words below a slider are what it changes most.',
     ],
     [
       'What the number means',
@@ -596,10 +654,10 @@ export const spoken = (name) =>
   name.replace(/^eyes (?=\D)/, 'eye ').replace(/eye length$/, 'eye width').replace(/eye height$/, 'eye opening').replace(/^tragion/, 'ear-to-ear');
 
 /**
- * What a control does, as people say it.
- * @param {string} description
+ * What a measure is.
+ * @param {{ name: string, description: string }} measure of the model, which has fewer words for it
  */
-export const told = (description) => description.replace(/\bits left$/, 'the subject’s left');
+export const meant = ({ name, description }) => text.lengthsAre[name] ?? description;
 
 /**
  * A sentence for hands on a mouse as fingers need it, where those are what points.

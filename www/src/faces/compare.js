@@ -3,7 +3,7 @@ import { createFaceList } from './facelist.js';
 import { gradient } from '../stage/heat.js';
 import { createHold } from '../frame/hold.js';
 import { icon } from '../frame/icons.js';
-import { decimal, spoken, text } from '../text.js';
+import { decimal, meant, spoken, text } from '../text.js';
 
 /**
  * The face beside another: held for a moment, split by a line, as distances in colour, as numbers.
@@ -168,9 +168,10 @@ export function createCompare(editor, { library, display, stage, wears }) {
     ),
     body,
   );
-  const rows = model.measures.map(({ name, description }) => {
+  const rows = model.measures.map((measure) => {
+    const { name } = measure;
     const cells = [0, 1, 2].map(() => element('td', {}));
-    body.append(element('tr', { title: description }, element('th', { scope: 'row' }, spoken(name)), ...cells));
+    body.append(element('tr', { title: meant(measure) }, element('th', { scope: 'row' }, spoken(name)), ...cells));
     return { name, cells };
   });
 
@@ -241,6 +242,16 @@ export function createCompare(editor, { library, display, stage, wears }) {
   );
   return {
     root,
+    /** What a picture of the stage has to say, as the stage does; null when it shows this face alone. @returns {import('../keep/legend.js').Legend | null} */
+    get legend() {
+      if (!split.checked && !heat.checked) return null;
+      const other = nameOf();
+      return {
+        other,
+        split: split.checked ? { at: line, left: other, right: text.thisFace } : null,
+        heat: heat.checked ? { title: text.distanceFrom(other), least: '0', most: scaleEnd.textContent ?? '' } : null,
+      };
+    },
     /** @param {number} millimetres */
     setScale(millimetres) {
       scaleEnd.textContent = `≥ ${millimetres} mm`;

@@ -14,7 +14,7 @@ function entry(name, present) {
 }
 
 /**
- * The page explains itself: eigenmodes, percentiles, and whose faces these are.
+ * The page explains itself: eigenmeshes, percentiles, and whose faces these are.
  * @param {import('phiz').FaceModel} model
  * @param {string} present the name of the model among those of the page
  * @param {() => void} tour shows the person around

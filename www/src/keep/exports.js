@@ -21,22 +21,24 @@ const LARGEST = 8192;
  * @param {{ any: boolean, load: () => Promise<void> }} of.expressions
  * @param {() => string} of.named what the face is called, '' when it was not saved
  * @param {() => import('../head/colouring.js').Colouring} of.colouring that the face has, whatever of it is shown
+ * @param {() => import('./legend.js').Legend | null} of.legend what a picture of the stage has to say, when that shows more than the face
  * @param {() => void} of.settle shows the face without what passes, such as a blink
  */
-export function createExports({ face, view, head, expressions, named, colouring, settle }) {
+export function createExports({ face, view, head, expressions, named, colouring, legend, settle }) {
   const status = element('p', { class: 'note', role: 'status' });
 
   /**
    * @param {string} ending
    * @param {() => Promise<Blob>} make
+   * @param {string} [name]
    */
-  async function offer(ending, make) {
+  async function offer(ending, make, name = named()) {
     status.textContent = text.exporting;
     // The sentence shows before the work begins, which for a GLB takes a second or two.
     await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
     try {
       const blob = await make();
-      const file = fileName(named(), ending);
+      const file = fileName(name, ending);
       save(blob, file);
       status.textContent = text.exported(file, blob.size);
     } catch (error) {
@@ -108,11 +110,14 @@ export function createExports({ face, view, head, expressions, named, colouring,
           onsubmit: (/** @type {Event} */ event) => {
             event.preventDefault();
             const size = { width: width.valueAsNumber, height: height.valueAsNumber };
-            offer('png', async () => {
+            const said = legend();
+            const make = async () => {
               settle();
               head.finish();
-              return portrait(view, { ...size, transparent: transparent.checked });
-            });
+              const picture = await portrait(view, { ...size, transparent: transparent.checked });
+              return said ? (await part(() => import('./legend.js'))).withLegend(picture, said) : picture;
+            };
+            offer('png', make, said ? text.versus(named(), said.other) : undefined);
           },
         },
         element('span', { class: 'size' }, width, '×', height, text.pixels),

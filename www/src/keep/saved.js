@@ -1,3 +1,4 @@
+import { part } from '../frame/download.js';
 import { element } from '../frame/element.js';
 import { faceFile, readFaceFile } from './facefile.js';
 import { icon } from '../frame/icons.js';
@@ -15,11 +16,13 @@ const FACE = 'phiz.json';
  * @param {{
  *   library: import('./library.js').Library,
  *   portraits: import('../stage/portraits.js').Portraits,
+ *   display: import('../stage/display.js').Display,
+ *   canvas: HTMLCanvasElement,
  *   expressions: { load: () => Promise<void> },
  *   say: (sentence: string) => void,
  * }} parts
  */
-export function createSaved(editor, { library, portraits, expressions, say }) {
+export function createSaved(editor, { library, portraits, display, canvas, expressions, say }) {
   const { model } = editor;
   let visible = false;
   /** Whether it was said that some faces cannot be shown. */
@@ -49,6 +52,8 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
   );
   const list = element('ul', { class: 'saved', 'aria-label': text.ownFaces });
   const nothing = element('p', { class: 'note' }, text.noFaces);
+  const sheet = element('button', { type: 'button', class: 'button', title: text.sheetAbout, onclick: saveSheet }, icon('download'), text.sheet);
+  const sheetRow = element('div', { class: 'row', hidden: true }, sheet);
   const restoreNote = element('p', { class: 'note restore', hidden: true });
   const picker = element('input', {
     type: 'file',
@@ -95,6 +100,23 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
         say(error instanceof Error ? error.message : String(error));
       }
     }
+  }
+
+  async function saveSheet() {
+    const faces = library.own;
+    sheet.disabled = true;
+    say(text.exporting);
+    try {
+      // Without them those that have one are at rest.
+      if (faces.some(({ expression }) => shows(expression))) await expressions.load().catch(() => {});
+      const { sheetOf } = await part(() => import('./sheet.js'));
+      const file = fileName(text.sheetName, 'png');
+      save(await sheetOf(faces, model, display, canvas), file);
+      say(text.sheetSaved(faces.length, file));
+    } catch (error) {
+      say(text.notExported(error instanceof Error ? error.message : String(error)));
+    }
+    sheet.disabled = false;
   }
 
   /** @param {import('./library.js').Entry} entry */
@@ -176,6 +198,7 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
     list.replaceChildren(...library.own.map(row));
     if (there) rows().find((one) => one.dataset.id === there.dataset.id)?.querySelectorAll('button')[at]?.focus();
     nothing.hidden = library.own.length > 0;
+    sheetRow.hidden = !nothing.hidden;
     restoreNote.hidden = removed === null;
     restoreNote.replaceChildren();
     if (removed) {
@@ -223,6 +246,7 @@ export function createSaved(editor, { library, portraits, expressions, say }) {
       restoreNote,
       nothing,
       list,
+      sheetRow,
       element(
         'section',
         { class: 'part' },

@@ -1,6 +1,6 @@
 import { isBeyond, placeOfSigmas, sigmas } from './distribution.js';
-import { element } from '../frame/element.js';
-import { fading } from '../frame/fading.js';
+import { element, say } from '../frame/element.js';
+import { fading, reveal } from '../frame/fading.js';
 import { icon } from '../frame/icons.js';
 import { createMeasures } from './measures.js';
 import { createPerson } from './person.js';
@@ -8,6 +8,8 @@ import { createSlider } from './slider.js';
 import { standing, text, titleOf } from '../text.js';
 
 const FIRST = 6;
+/** Of so many sliders nobody reads all to find one. */
+const MANY = 12;
 /** What is chosen when no feature is: the whole person. */
 const PERSON = 'person';
 const ORDER = ['head', 'forehead', 'eyes', 'nose', 'mouth', 'chin'];
@@ -16,6 +18,17 @@ const ORDER = ['head', 'forehead', 'eyes', 'nose', 'mouth', 'chin'];
 export function featuresOf(model) {
   const groups = [...new Set(model.controls.filter(({ measure }) => !measure).map(({ group }) => group))];
   return groups.sort((a, b) => (ORDER.indexOf(a) + 1 || 99) - (ORDER.indexOf(b) + 1 || 99));
+}
+
+/**
+ * Whether the words below a slider, or its number, are among those that are sought: all of a phrase, any of several with commas between.
+ * Beginnings of words will do, and one of several things is sought as all of them.
+ * @param {import('phiz').Control} control @param {string} sought
+ */
+function fits({ name, description }, sought) {
+  const words = `${name.split(' ').at(-1)} ${description}`.toLowerCase().split(/[\s,]+/);
+  const phrases = sought.toLowerCase().split(',').map((phrase) => phrase.split(/\s+/).filter(Boolean));
+  return phrases.some((phrase) => phrase.length > 0 && phrase.every((word) => words.some((known) => known.startsWith(word.replace(/(.)s$/, '$1')))));
 }
 
 /**
@@ -78,6 +91,10 @@ export function createFeatures(editor, { distributions, limits, random, preview,
     },
   });
 
+  const sought = element('input', { type: 'text', id: 'find-slider', autocomplete: 'off', oninput: () => build() });
+  const find = element('div', { class: 'field' }, element('label', { for: sought.id }, text.find), sought);
+  const found = element('p', { class: 'note', role: 'status' });
+
   /** @type {{ control: import('phiz').Control, slider: import('./slider.js').Slider, distribution: import('./distribution.js').Distribution }[]} */
   let rows = [];
   /** Where the sliders stood when one of them was taken up. @type {number[] | null} */
@@ -97,7 +114,11 @@ export function createFeatures(editor, { distributions, limits, random, preview,
   function build() {
     const all = model.controls.filter((control) => control.group === chosen && !control.measure);
     const open = opened.has(chosen);
-    rows = (open ? all : all.slice(0, FIRST)).map((control, i) => {
+    find.hidden = all.length <= MANY;
+    sought.placeholder = text.findLike[chosen] ?? '';
+    const seeks = !find.hidden && sought.value.trim() !== '';
+    const fitting = seeks ? all.filter((control) => fits(control, sought.value)) : all;
+    rows = (open || seeks ? fitting : all.slice(0, FIRST)).map((control, i) => {
       const id = `control-${control.name.replaceAll(/\W+/g, '-')}`;
       const distribution = distributions(control);
       /** @param {number} value */
@@ -153,7 +174,8 @@ export function createFeatures(editor, { distributions, limits, random, preview,
     });
     before = null;
     sliders.replaceChildren(...rows.map(({ slider }) => slider.root));
-    more.hidden = all.length <= FIRST;
+    more.hidden = all.length <= FIRST || seeks;
+    say(found, seeks ? text.found(fitting.length, all.length) : '');
     more.textContent = open ? text.fewer : text.more(all.length - FIRST);
     refreshAll();
   }
@@ -227,10 +249,12 @@ export function createFeatures(editor, { distributions, limits, random, preview,
   function choose(group) {
     const tab = tabs.get(group);
     if (!tab) return;
-    if (group !== chosen) scroll.scrollTop = 0;
+    if (group !== chosen) {
+      scroll.scrollTop = 0;
+      sought.value = '';
+    }
     chosen = group;
-    const strip = /** @type {HTMLElement} */ (tab.parentElement);
-    strip?.scrollTo({ left: tab.offsetLeft - strip.clientWidth / 2 + tab.clientWidth / 2 });
+    reveal(tab);
     const isPerson = group === PERSON;
     feature.hidden = isPerson;
     person.root.hidden = !isPerson;
@@ -256,6 +280,8 @@ export function createFeatures(editor, { distributions, limits, random, preview,
     element('div', { class: 'feature-head' }, heading, surprise, reset, lock),
     lockNote,
     measures.root,
+    find,
+    found,
     sliders,
     more,
   );
@@ -268,7 +294,8 @@ export function createFeatures(editor, { distributions, limits, random, preview,
     random.root,
     element('details', { class: 'advanced' }, element('summary', {}, text.advanced), limits.box(), alpha.root, random.again),
   );
-  const root = element('div', { class: 'features' }, fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values())), scroll);
+  const strip = fading(element('nav', { class: 'tabs', 'aria-label': text.features }, ...tabs.values()), () => tabs.get(chosen));
+  const root = element('div', { class: 'features' }, strip, scroll);
   choose(chosen);
   limits.onChange(build);
   editor.onShape(refresh);

@@ -5,7 +5,7 @@ import { createLengths } from './lengths.js';
 import { groupOfMeasure } from './measures.js';
 import { createSlider } from './slider.js';
 import { createTimeslices } from './timeslice.js';
-import { spoken, standing, text, titleOf, told } from '../text.js';
+import { meant, spoken, standing, text, titleOf } from '../text.js';
 
 /** @typedef {import('./distribution.js').Distribution} Distribution */
 
@@ -46,7 +46,7 @@ export function createMeanings(editor, { distributions, limits }) {
       name: words,
       label: words,
       id,
-      about: told(about),
+      about,
       title: text.resetLength,
       limits: limits.present,
       ends,
@@ -149,10 +149,10 @@ export function createMeanings(editor, { distributions, limits }) {
   /** @typedef {{ name: string, measure: string, about: string, control?: import('phiz').Control }} Length */
   /** In the order in which they stand in each part. @type {Length[]} */
   const lengths = model.controls.flatMap((control) => {
-    const { name, measure, description } = control;
-    return measure ? [{ name, measure, about: description, control }] : [];
+    const measure = model.measures.find(({ name }) => name === control.measure);
+    return measure ? [{ name: control.name, measure: measure.name, about: meant(measure), control }] : [];
   });
-  const without = others.measures.map(({ name, description }) => ({ name, measure: name, about: description }));
+  const without = others.measures.map((measure) => ({ name: measure.name, measure: measure.name, about: meant(measure) }));
   lengths.unshift(...without.filter(({ name }) => groupOfMeasure(name) === 'head'));
   lengths.push(...without.filter(({ name }) => groupOfMeasure(name) !== 'head'));
   /** How people differ in each, once that is known. @type {Map<Length, Distribution>} */
@@ -189,7 +189,7 @@ export function createMeanings(editor, { distributions, limits }) {
   const rowOf = (length, distribution) => (length.control ? controlled(length, length.control, distribution) : uncontrolled(length, distribution));
   /** Nothing moves when the row comes. @param {Length} length */
   const roomFor = ({ name, about }) =>
-    element('div', { class: 'control' }, element('p', { class: 'awaited' }, spoken(name)), element('div', { class: 'track' }), element('p', { class: 'about' }, told(about)));
+    element('div', { class: 'control' }, element('p', { class: 'awaited' }, spoken(name)), element('div', { class: 'track' }), element('p', { class: 'about' }, about));
 
   /** @param {Length} length @param {Distribution} distribution */
   function put(length, distribution) {

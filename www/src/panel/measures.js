@@ -1,5 +1,5 @@
 import { element, say } from '../frame/element.js';
-import { spoken, text } from '../text.js';
+import { meant, spoken, text } from '../text.js';
 
 /** Which measures belong to which feature, by the words in their names; the rest are the head's. */
 const WORDS = /** @type {const} */ ([
@@ -46,11 +46,12 @@ export function createMeasures(model, face) {
       root.replaceChildren(
         ...model.measures
           .filter(({ name }) => groupOfMeasure(name) === group)
-          .map(({ name, description }) => {
+          .map((measure) => {
+            const { name } = measure;
             const value = element('span', {});
             const change = element('span', { class: 'change' });
             rows.push({ name, value, change });
-            return element('div', { title: description }, element('dt', {}, spoken(name)), element('dd', {}, change, value));
+            return element('div', { title: meant(measure) }, element('dt', {}, spoken(name)), element('dd', {}, change, value));
           }),
       );
       root.hidden = rows.length === 0;

@@ -1,5 +1,5 @@
 import { element } from '../frame/element.js';
-import { fading } from '../frame/fading.js';
+import { fading, reveal } from '../frame/fading.js';
 
 /**
  * The panel: one section at a time, chosen by tabs.
@@ -44,7 +44,7 @@ export function createPanel(label, changed, sections) {
       tabs[i].setAttribute('aria-selected', String(present));
       tabs[i].tabIndex = present ? 0 : -1;
       // On a phone they do not all fit.
-      if (present) tabs[i].parentElement?.scrollTo({ left: tabs[i].offsetLeft - 40 });
+      if (present) reveal(tabs[i]);
     });
     before?.shown?.(false);
     sections.find((section) => section.name === name)?.shown?.(true);
@@ -60,7 +60,7 @@ export function createPanel(label, changed, sections) {
   const root = element(
     'aside',
     { class: 'panel', 'aria-label': label },
-    fading(element('div', { class: 'modes', role: 'tablist', 'aria-label': label }, ...tabs)),
+    fading(element('div', { class: 'modes', role: 'tablist', 'aria-label': label }, ...tabs), () => tabs.find((_, i) => sections[i].name === chosen)),
     ...sections.map((section) => section.root),
   );
   choose(sections[0].name);

@@ -3,7 +3,7 @@ import { coloursAlong, told } from '../head/someone.js';
 import { text } from '../text.js';
 import { createSlider } from './slider.js';
 import { createSymmetry } from './symmetry.js';
-import { numberAndRest } from './typed.js';
+import { changeIn, numberAndRest } from './typed.js';
 import { ETHNICITY, ORDER } from './wishes.js';
 
 // What labels say of the person, as sliders: the face becomes older, or more of a man's, and stays as like itself as it can.
@@ -21,13 +21,16 @@ function bellOf([least, most], mean, deviation) {
 }
 
 /**
- * How much of a man's a face is, per cent, that is said to be so much of a woman's or a man's. A number alone is of what the face is said to be.
+ * How much of a man's a face is, per cent, that is said to be so much of a woman's or a man's, or so much more. A number alone is of what the
+ * face is said to be.
  * @param {string} typed @param {number} present
  */
 function maleness(typed, present) {
-  const [percent, rest] = numberAndRest(typed);
+  const change = changeIn(typed, 0, '%');
+  const [percent, rest] = numberAndRest(change ?? typed);
   const said = rest.replace(/^%\s*/, '');
   const sex = said ? text.person.sexes.findIndex((word) => word.startsWith(said)) : Number(present >= 50);
+  if (change !== null) return present + ([-percent, percent][sex] ?? NaN);
   return [100 - percent, percent][sex] ?? NaN;
 }
 
@@ -116,6 +119,7 @@ export function createPerson(editor, limits) {
           move(placeOf(isAge ? shown : shown / 100));
           done();
         },
+        ...(isAge && { ended: (years) => (years === least ? text.person.adults(years) : text.ended(String(years))) }),
       },
       move,
       hold,

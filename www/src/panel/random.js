@@ -1,3 +1,4 @@
+import { createAlike } from './alike.js';
 import { element } from '../frame/element.js';
 import { createSlider } from './slider.js';
 import { someone } from '../head/someone.js';
@@ -7,9 +8,13 @@ import { createWishes } from './wishes.js';
 /**
  * Random faces: what they should be like, how unusual they are, and the seed that gives one again.
  * @param {import('../editing/editor.js').Editor} editor
- * @param {(sentence: string) => void} say
+ * @param {{
+ *   library: import('../keep/library.js').Library,
+ *   portraits: import('../stage/portraits.js').Portraits,
+ *   say: (sentence: string) => void,
+ * }} parts
  */
-export function createRandom(editor, say) {
+export function createRandom(editor, { library, portraits, say }) {
   let spread = 1;
   const wishes = createWishes(editor.model);
   const amount = createSlider({
@@ -74,14 +79,16 @@ export function createRandom(editor, say) {
   const dressed = element('input', { type: 'checkbox', id: 'random-colours', checked: true });
   const colours = element('label', { class: 'check', for: dressed.id }, dressed, text.randomColours);
 
+  const alike = createAlike(editor, { library, portraits, say, spread: () => spread });
   const root = element('section', { class: 'part' }, element('h3', {}, text.randomFaces));
   if (wishes.root) {
     // The toolbar has a button of this kind; on a phone it is far from here.
     const draw = element('button', { type: 'button', class: 'button', onclick: () => randomise() }, text.wishes.draw);
-    root.append(wishes.root, amount.root, colours, draw);
+    root.append(wishes.root, amount.root, colours, element('div', { class: 'row' }, draw, alike.button));
   } else {
-    root.append(amount.root, colours);
+    root.append(amount.root, colours, element('div', { class: 'row' }, alike.button));
   }
+  root.append(alike.root);
 
   return { root, again, randomise };
 }

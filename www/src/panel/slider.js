@@ -1,7 +1,7 @@
 import { isBeyond } from './distribution.js';
 import { element } from '../frame/element.js';
 import { text } from '../text.js';
-import { numberIn } from './typed.js';
+import { changeIn, numberIn } from './typed.js';
 
 /** How far a finger goes sideways before it means the slider and not the page, px. */
 const FINGER = 6;
@@ -38,7 +38,7 @@ function bell(density) {
  *   typed: { label: string, unit: string, min: number, max: number, step: number,
  *     show: (value: number) => number, take: (shown: number) => void,
  *     atRank?: (percent: number) => number, write?: (shown: number) => string, read?: (typed: string, present: number) => number,
- *     ended?: (most: number) => Node },
+ *     ended?: (most: number) => string | Node },
  *   legend?: string,
  *   move: (value: number) => void,
  *   hold?: () => void,
@@ -142,7 +142,7 @@ export function createSlider(spec) {
       };
       if (event.key in to) move(to[event.key]);
       else if (event.key === 'Delete' || event.key === 'Backspace') toNeutral();
-      else if (/^[0-9.,-]$/.test(event.key)) openTyped(event.key);
+      else if (/^[0-9.,+-]$/.test(event.key)) openTyped(event.key);
       else if (event.key === 'Enter') openTyped();
       else return;
       event.preventDefault();
@@ -206,6 +206,7 @@ export function createSlider(spec) {
     inputmode: 'decimal',
     autocomplete: 'off',
     'aria-label': spec.typed.label,
+    title: text.typedChange(spec.typed.min < 0, spec.typed.unit === 'σ'),
     oninput: () => {
       unsay();
       tell();
@@ -223,7 +224,12 @@ export function createSlider(spec) {
   });
   const present = () => spec.typed.show(input.valueAsNumber);
   const written = (/** @type {number} */ shown) => spec.typed.write?.(shown) ?? String(shown);
-  const numberTyped = () => spec.typed.read?.(number.value, present()) ?? numberIn(number.value, spec.typed.unit, spec.typed.atRank);
+  function numberTyped() {
+    const { unit, min, read, atRank } = spec.typed;
+    if (read) return read(number.value, present());
+    const change = changeIn(number.value, min, unit);
+    return change === null ? numberIn(number.value, unit, atRank) : present() + numberIn(change, unit);
+  }
   /** What the field had when it was opened, unless that was a key. */
   let untouched = '';
   function tell() {

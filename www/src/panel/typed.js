@@ -21,6 +21,19 @@ export function numberAndRest(typed) {
 }
 
 /**
+ * What is typed as a change from the present value, as the table of differences writes it: `+3`, or `−3` where nothing is less than
+ * nothing; with `=` it is one wherever signs are a part of values.
+ * @param {string} typed @param {number} least that there is @param {string} unit
+ * @returns {string | null} the change, signed; null for a value
+ */
+export function changeIn(typed, least, unit) {
+  const [, sign, equals, rest] = typed.trim().match(/^([-+−])(=?)\s*(.*)$/) ?? [];
+  // Standard deviations are written with either sign.
+  const isChange = equals || (sign === '+' ? unit !== 'σ' : least >= 0);
+  return sign && isChange ? (sign === '+' ? rest : `-${rest}`) : null;
+}
+
+/**
  * @param {string} typed @param {string} unit of the number, which need not be typed
  * @param {(percent: number) => number} [atRank] what the number is where so many per cent of people have less
  * @returns {number} NaN when it cannot be read

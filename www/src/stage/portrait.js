@@ -73,7 +73,7 @@ export function portrait(view, { width, height, transparent = false }) {
     held();
     // The pixels are taken at once, the compression happens later.
     return new Promise((done, fail) => {
-      canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error('the picture could not be made'))), 'image/png');
+      canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error(text.noPicture))), 'image/png');
     });
   } finally {
     renderer.setClearAlpha(before.alpha);
