@@ -1,9 +1,11 @@
 //! Faces in photos that take another shape.
 
+use std::sync::LazyLock;
+
 use glam::{DVec2, DVec3, Vec3};
 use phiz::photo::raster::{NOTHING, Raster};
 use phiz::photo::{Camera, Edit, Field, Image};
-use phiz::{Face, Random};
+use phiz::{Expressions, Face, Performance, Random};
 
 use crate::common::{self, person};
 use crate::staged::{SIZE, camera, edit, stencil, window};
@@ -65,6 +67,170 @@ fn least_jacobian(field: &Field) -> f64 {
         across.perp_dot(down)
     });
     each.fold(f64::INFINITY, f64::min)
+}
+
+static EXPRESSIONS: LazyLock<Expressions> = LazyLock::new(|| {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/expressions.phiz");
+    Expressions::parse(&std::fs::read(path).unwrap(), common::head_model()).unwrap()
+});
+
+/// A face as it shows expressions.
+fn performed(face: &Face, shown: &[(&str, f64)]) -> Performance {
+    let mut performance = Performance::new(&EXPRESSIONS);
+    for &(name, weight) in shown {
+        performance.set(name, weight).unwrap();
+    }
+    performance.perform(face).unwrap();
+    performance
+}
+
+/// A landmark in a photo.
+fn point(name: &str, of: &[Vec3], camera: &Camera) -> DVec2 {
+    let landmarks = &common::head_model().parts().landmarks;
+    let found = landmarks.iter().find(|l| l.name == name).unwrap();
+    camera.project(found.place(of))
+}
+
+/// Whether a point is within a polygon.
+fn within(corners: &[DVec2], p: DVec2) -> bool {
+    let sides = (0..corners.len()).map(|i| {
+        let [a, b] = [corners[i], corners[(i + 1) % corners.len()]];
+        (b - a).perp_dot(p - a)
+    });
+    sides.clone().all(|s| s > 0.0) || sides.clone().all(|s| s < 0.0)
+}
+
+#[test]
+fn a_shut_eye_is_skin() {
+    let mut covered = 0;
+    for (seed, yaw) in [(3, 0.0), (4, 0.3), (5, -0.3)] {
+        let face = person(seed);
+        let camera = camera([yaw, 0.05, 0.0]);
+        let edit = edit(&face, &camera, None);
+        for blink in [0.6, 1.0] {
+            let shut = performed(&face, &[("eyeBlinkLeft", blink), ("eyeBlinkRight", blink)]);
+            let field = edit.field(shut.positions(), shut.normals());
+            let field = field.unwrap().expect("it moves");
+            for eye in [36, 42] {
+                let lids = |of: &[Vec3]| -> Vec<DVec2> {
+                    let names = (eye..eye + 6).map(|i| format!("ibug_{i}"));
+                    names.map(|name| point(&name, of, &camera)).collect()
+                };
+                let [open, now] = [face.positions(), shut.positions()].map(lids);
+                let [[a, b], [c, d]] = [[open[1], open[2]], [open[5], open[4]]];
+                // Places of the open eye that a lid is over, by more than a cell.
+                for (across, down) in [0.2, 0.5, 0.8].map(|x| [(x, 0.2), (x, 0.5)]).concat() {
+                    let at = a.lerp(b, across).lerp(c.lerp(d, across), down);
+                    let lid = now[1].lerp(now[2], across);
+                    if at.y > lid.y - 1.5 * field.step {
+                        continue;
+                    }
+                    let from = at + motion(&field, at);
+                    assert!(!within(&open, from), "{seed}, {blink}: {at} shows {from}");
+                    covered += 1;
+                }
+            }
+        }
+    }
+    assert!(covered > 40, "{covered}");
+}
+
+#[test]
+fn an_eyeball_stays_where_a_lid_goes_over_it() {
+    let face = person(3);
+    let camera = camera([0.0; 3]);
+    let edit = edit(&face, &camera, None);
+    let half = performed(&face, &[("eyeBlinkLeft", 0.6), ("eyeBlinkRight", 0.6)]);
+    let field = edit.field(half.positions(), half.normals());
+    let field = field.unwrap().expect("it moves");
+    for [up, low] in [["ibug_37", "ibug_41"], ["ibug_44", "ibug_46"]] {
+        let [lid, rim] = [up, low].map(|name| point(name, half.positions(), &camera));
+        assert!(rim.y - lid.y > 2.0 * field.step, "it is still open");
+        let moved = motion(&field, lid.lerp(rim, 0.7)).length();
+        // It was drawn along by half of the lid's way, 3 px.
+        assert!(moved < 1.0, "{up}: {moved}");
+    }
+}
+
+#[test]
+fn an_opened_mouth_has_its_upper_teeth_and_is_dark_below() {
+    for (seed, yaw) in [(3, 0.0), (4, 0.3)] {
+        let face = person(seed);
+        let camera = camera([yaw, 0.05, 0.0]);
+        let smile = [
+            ("jawOpen", 0.2),
+            ("mouthSmileLeft", 0.6),
+            ("mouthSmileRight", 0.6),
+        ];
+        let smiling = performed(&face, &smile);
+        let edit = Edit::new(
+            face.model(),
+            &camera,
+            SIZE,
+            Some(window()),
+            smiling.positions(),
+            smiling.normals(),
+        )
+        .unwrap();
+        let gaping = performed(&face, &[&[("jawOpen", 0.9)], &smile[1..]].concat());
+        let field = edit.field(gaping.positions(), gaping.normals());
+        let field = field.unwrap().expect("it opens");
+        let [before, after] = [smiling.positions(), gaping.positions()]
+            .map(|of| ["ibug_62", "ibug_66"].map(|name| point(name, of, &camera)));
+        let [teeth, gap] = [before[1] - before[0], after[1] - after[0]];
+        assert!(gap.y > 2.0 * teeth.y, "{seed}: {gap} after {teeth}");
+        // In the middle of what was seen: as the upper lip moves, and no darker.
+        let at = after[0] + 0.5 * teeth;
+        let off = motion(&field, at) - (before[0] - after[0]);
+        assert!(off.length() < 1.5, "{seed}: teeth are off by {off}");
+        // Deep in the mouth it is the inside of the mouth that is read, and dark.
+        let node = |p: DVec2| {
+            let [x, y] = ((p - field.origin) / field.step).round().to_array();
+            y as usize * field.columns + x as usize
+        };
+        let deep = after[0] + 0.8 * gap;
+        let from = deep + motion(&field, deep);
+        assert!(
+            from.y < before[1].y + 1.5,
+            "{seed}: {from} is below {}",
+            before[1]
+        );
+        let [light, dark] = [at, deep].map(|p| field.gain[node(p)][0]);
+        assert!(light > 0.7 && dark < 0.25, "{seed}: {light}, {dark}");
+    }
+}
+
+#[test]
+fn nothing_is_read_from_outside_of_a_photo() {
+    let face = person(8);
+    // Heads that are cut off at the left, above and below.
+    for shift in [[-190.0, 0.0], [0.0, -110.0], [0.0, 165.0]] {
+        let mut camera = camera([0.1, 0.0, 0.0]);
+        camera.centre += DVec2::from(shift);
+        let edit = edit(&face, &camera, None);
+        let mut outside = 0;
+        for control in ["forehead size", "mouth width", "nose length"] {
+            for sigmas in [-3.0, 3.0] {
+                let Some(field) = field(&edit, &moved(&face, control, sigmas)) else {
+                    continue;
+                };
+                for (x, y) in (0..SIZE[0]).flat_map(|x| (0..SIZE[1]).map(move |y| (x, y))) {
+                    let at = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
+                    let node = (at - field.origin) / field.step;
+                    let last = DVec2::new(field.columns as f64, field.rows as f64) - 1.0;
+                    if node.min_element() < 0.0 || !node.cmplt(last).all() {
+                        continue;
+                    }
+                    let from = at + motion(&field, at);
+                    let size = DVec2::new(f64::from(SIZE[0]), f64::from(SIZE[1]));
+                    // Motion is linear between nodes, and what makes up for a cut is not.
+                    outside += usize::from(!from.clamp(DVec2::ZERO, size).abs_diff_eq(from, 0.1));
+                }
+                assert!(least_jacobian(&field) > 0.3, "{shift:?}, {control}");
+            }
+        }
+        assert_eq!(outside, 0, "{shift:?}");
+    }
 }
 
 #[test]

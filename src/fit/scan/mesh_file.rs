@@ -26,7 +26,7 @@ pub(super) struct MeshFile {
     pub uv_triangles: Vec<[u32; 3]>,
     pub images: Vec<RgbImage>,
     /// How often the images were halved so that all of them are not too many pixels.
-    halvings: u32,
+    pub halvings: u32,
     /// Which of the images is on each triangle; any where none is.
     pub image_of: Vec<usize>,
     pub notes: Vec<String>,

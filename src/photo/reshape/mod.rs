@@ -8,7 +8,9 @@
 //! twice. Light does so in hair; what is read from behind the person keeps its own, or the person would
 //! have a halo.
 
+mod border;
 mod membrane;
+mod openings;
 mod render;
 
 use glam::{DVec2, DVec3, Vec3};
@@ -17,9 +19,10 @@ use super::light::bare;
 use super::raster::{NOTHING, Raster, barycentric};
 use super::sight::BEHIND;
 use super::{Camera, Detail, Image, Light, Looks, Texture, check_mesh};
-use crate::anatomy::Landmark;
 use crate::{Error, FaceModel, Result};
+use border::stay_within;
 use membrane::{CHANNELS, Cell, Known};
+use openings::{Eye, Mouth, Openings};
 
 /// How a photo changes: on the nodes of a regular grid, linear in between, nothing outside.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +62,8 @@ const HELD: f32 = 1e3;
 /// The weight of the inside of the mouth, which moves as a whole: over some six cells it gives way to
 /// what lips do.
 const INSIDE: f32 = 0.03;
+/// The weight of what is in an opening that opens or shuts: it gives way over a cell or two.
+const OPENING: f32 = 0.5;
 /// The least and the greatest factor of light: what is beyond is a wrong normal, not a shape.
 const GAIN: [f64; 2] = [0.75, 1.0 / 0.75];
 /// Shadows are never wholly black: a part of the light from the front that is everywhere.
@@ -87,7 +92,7 @@ pub struct Edit {
     triangles: Vec<[u32; 3]>,
     /// Of each triangle.
     kinds: Vec<Kind>,
-    lips: Vec<Landmark>,
+    openings: Openings,
     grid: Grid,
     /// What is seen of the face in the photo, cell by cell.
     raster: Raster,
@@ -102,8 +107,13 @@ pub struct Edit {
 enum Kind {
     /// Skin that is not under hair.
     Bare,
+    /// The same of lids.
+    Lid,
     /// The inside of the mouth.
     Mouth,
+    Eyeball,
+    /// What is behind lids, and their rims.
+    Socket,
     Other,
 }
 
@@ -134,6 +144,11 @@ impl Grid {
             columns: count.x as usize + 1,
             rows: count.y as usize + 1,
         })
+    }
+
+    /// The middle of a cell, in cells.
+    fn cell(&self, at: usize) -> DVec2 {
+        DVec2::new((at % self.columns) as f64, (at / self.columns) as f64) + 0.5
     }
 
     /// A camera whose pixels are the cells.
@@ -167,19 +182,22 @@ impl Edit {
         let bare = bare(model);
         let mut on_face = vec![false; positions.len()];
         bare.iter().for_each(|&v| on_face[v as usize] = true);
+        let openings = Openings::of(model);
         let mut kinds = vec![Kind::Other; triangles.len()];
         for part in &topology.parts {
             let range = part.first as usize..(part.first + part.count) as usize;
             for (kind, corners) in kinds[range.clone()].iter_mut().zip(&triangles[range]) {
+                let all = |which: &[bool]| corners.iter().all(|&v| which[v as usize]);
                 *kind = match part.name.as_str() {
-                    "skin" if corners.iter().all(|&v| on_face[v as usize]) => Kind::Bare,
+                    "skin" if all(&on_face) && all(&openings.lids) => Kind::Lid,
+                    "skin" if all(&on_face) => Kind::Bare,
                     "mouth cavity" => Kind::Mouth,
+                    "left eyeball" | "right eyeball" => Kind::Eyeball,
+                    "eye cavities" => Kind::Socket,
                     _ => Kind::Other,
                 };
             }
         }
-        let inner_lip = |l: &&Landmark| ("ibug_60"..="ibug_67").contains(&l.name.as_str());
-        let lips = parts.landmarks.iter().filter(inner_lip).cloned().collect();
         let positions: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for &v in &bare {
@@ -193,7 +211,7 @@ impl Edit {
         let raster = Raster::new(&own, [grid.columns, grid.rows], &positions, &triangles);
         let face = |at: usize| {
             let triangle = raster.triangles[at];
-            triangle != NOTHING && kinds[triangle as usize] == Kind::Bare
+            triangle != NOTHING && matches!(kinds[triangle as usize], Kind::Bare | Kind::Lid)
         };
         let away = distances(grid.columns, grid.rows, face);
         // Hair stands farther out, so this is for a photo of which nobody tells the background.
@@ -215,7 +233,7 @@ impl Edit {
             normals: normals.to_vec(),
             triangles,
             kinds,
-            lips,
+            openings,
             grid,
         })
     }
@@ -259,6 +277,7 @@ impl Edit {
             return Ok(None);
         }
         let mut cells = self.known(&moved, normals).extend();
+        self.stay_in_photo(&mut cells);
         self.keep_background(&mut cells);
         Ok(self.field_of(cells))
     }
@@ -296,7 +315,8 @@ impl Edit {
         let Grid { columns, rows, .. } = self.grid;
         let seen: Vec<DVec2> = moved.iter().map(|&p| self.own.project(p)).collect();
         let raster = Raster::new(&self.own, [columns, rows], moved, &self.triangles);
-        let hold = self.mouth(moved);
+        let mouth = self.openings.mouth(&self.own, &self.positions, moved);
+        let eyes = self.openings.eyes(&self.own, &self.positions, moved);
         let eye = self.camera.position();
         let mut known = Known::new(columns, rows);
         for at in 0..columns * rows {
@@ -305,14 +325,16 @@ impl Edit {
                 continue;
             }
             let corners = self.triangles[triangle as usize].map(|v| v as usize);
-            match self.kinds[triangle as usize] {
-                Kind::Other => {}
-                Kind::Mouth => {
-                    known.weights[at] = INSIDE;
-                    known.values[at] = [hold.x as f32, hold.y as f32, 0.0, 0.0, 0.0];
-                }
-                Kind::Bare => {
-                    let here = DVec2::new((at % columns) as f64, (at / columns) as f64) + 0.5;
+            let here = self.grid.cell(at);
+            let kind = self.kinds[triangle as usize];
+            (known.weights[at], known.values[at]) = match kind {
+                Kind::Other | Kind::Socket => continue,
+                Kind::Mouth => match &mouth {
+                    Some(mouth) => inside(mouth, here),
+                    None => continue,
+                },
+                Kind::Eyeball => eyeball(nearest(&eyes, here)),
+                Kind::Bare | Kind::Lid => {
                     let share = barycentric(here, corners.map(|v| seen[v]));
                     let blend = |from: &[DVec3]| mix(share, corners.map(|v| from[v]));
                     let before = blend(&self.positions);
@@ -321,37 +343,40 @@ impl Edit {
                     let new = mix(share, corners.map(|v| normals[v].as_dvec3()));
                     let facing =
                         |n: DVec3, p: DVec3| n.normalize_or_zero().dot((eye - p).normalize());
-                    let least = facing(old, before).min(facing(new, after));
-                    let trust = ((least - FACING[0]) / (FACING[1] - FACING[0])).min(1.0);
+                    let trust =
+                        |least: f64| ((least - FACING[0]) / (FACING[1] - FACING[0])).min(1.0);
                     let motion =
                         (0..3).map(|i| (self.seen[corners[i]] - seen[corners[i]]) * share[i]);
-                    let motion: DVec2 = motion.sum();
-                    let depth = self.own.to_camera(before).z;
-                    if !(trust > 0.0) || depth > self.raster.depth(here + motion) + BEHIND {
-                        continue;
+                    let mut motion: DVec2 = motion.sum();
+                    let lid = match kind {
+                        Kind::Lid => nearest(&eyes, here).filter(|eye| eye.shut > 0.0),
+                        _ => None,
+                    };
+                    let mut line = 0.0;
+                    if let Some(eye) = lid {
+                        (motion, line) = eye.lid(here, motion);
                     }
-                    let gain = self.gain(old.normalize_or_zero(), new.normalize_or_zero());
-                    known.weights[at] = (f64::from(TRUST) * trust) as f32;
-                    known.values[at] =
-                        [motion.x, motion.y, gain.x, gain.y, gain.z].map(|x| x as f32);
+                    let depth = self.own.to_camera(before).z;
+                    let is_behind = depth > self.raster.depth(here + motion) + BEHIND;
+                    let now = facing(new, after);
+                    let both = trust(now.min(facing(old, before)));
+                    let (trust, gain) = match lid {
+                        _ if both > 0.0 && !is_behind => {
+                            let [old, new] = [old, new].map(DVec3::normalize_or_zero);
+                            (both, self.gain(old, new))
+                        }
+                        // What was folded away is read from the skin that it was folded into.
+                        Some(eye) => (trust(now).max(eye.shut), DVec3::ZERO),
+                        None => continue,
+                    };
+                    let gain = gain + line;
+                    let value = [motion.x, motion.y, gain.x, gain.y, gain.z];
+                    ((f64::from(TRUST) * trust) as f32, value.map(|x| x as f32))
                 }
-            }
+            };
         }
-        self.soften(&mut known);
+        self.soften(&mut known, &raster, &eyes);
         known
-    }
-
-    /// How the inside of the mouth moves as a whole, cells: as the middle of the lips' inner edges.
-    fn mouth(&self, moved: &[DVec3]) -> DVec2 {
-        let middle = |positions: &[DVec3]| -> DVec2 {
-            let each = self.lips.iter().map(|l| {
-                let stencil = l.stencil.iter();
-                let p = stencil.map(|&(v, w)| positions[v as usize] * w).sum();
-                self.own.project(p)
-            });
-            each.sum::<DVec2>() / self.lips.len().max(1) as f64
-        };
-        middle(&self.positions) - middle(moved)
     }
 
     /// The logarithm of the new shading over the old.
@@ -368,14 +393,28 @@ impl Edit {
     }
 
     /// Trust grows from the edges of what is trusted; far away from it nothing moves.
-    fn soften(&self, known: &mut Known) {
+    fn soften(&self, known: &mut Known, raster: &Raster, eyes: &[Eye]) {
         let Grid { columns, rows, .. } = self.grid;
         let trusted: Vec<bool> = known.weights.iter().map(|&w| w > INSIDE).collect();
         let inside = distances(columns, rows, |at| !trusted[at]);
+        // The edge itself is mixed with what is beside it.
+        let grown = |inside: u16| ((f32::from(inside) / 5.0 - 1.0) / EDGE).clamp(0.0, 1.0);
+        let kind = |at: usize| self.kinds.get(raster.triangles[at] as usize);
+        // Lids that meet have no edge between them.
+        let shut = eyes.iter().any(|eye| eye.shut > 0.0).then(|| {
+            distances(columns, rows, |at| {
+                !trusted[at] && !matches!(kind(at), Some(Kind::Lid | Kind::Socket | Kind::Eyeball))
+            })
+        });
         for at in 0..columns * rows {
             if trusted[at] {
-                // The edge itself is mixed with what is beside it.
-                known.weights[at] *= ((f32::from(inside[at]) / 5.0 - 1.0) / EDGE).clamp(0.0, 1.0);
+                let mut trust = grown(inside[at]);
+                if let (Some(shut), Some(Kind::Lid)) = (&shut, kind(at))
+                    && let Some(eye) = nearest(eyes, self.grid.cell(at))
+                {
+                    trust += eye.shut as f32 * (grown(shut[at]) - trust);
+                }
+                known.weights[at] *= trust;
             } else if self.far[at] {
                 known.weights[at] = HELD;
                 known.values[at] = [0.0; CHANNELS];
@@ -384,6 +423,19 @@ impl Edit {
                 *value *= known.weights[at];
             }
         }
+    }
+
+    /// Nothing is read from outside of the photo.
+    fn stay_in_photo(&self, cells: &mut [Cell]) {
+        let Grid {
+            origin,
+            step,
+            columns,
+            rows,
+        } = self.grid;
+        let size = DVec2::from(self.size.map(f64::from));
+        let edges = [DVec2::ZERO, size].map(|at| ((at - origin) / step).as_vec2().to_array());
+        stay_within(cells, [columns, rows], edges, &self.far);
     }
 
     /// What is read from behind the person keeps its light.
@@ -437,6 +489,31 @@ impl Edit {
             gain,
         })
     }
+}
+
+/// How a cell of the inside of the mouth is known: it moves as a whole, unless lips part.
+fn inside(mouth: &Mouth, here: DVec2) -> (f32, Cell) {
+    let (motion, gain) = mouth.read(here);
+    let open = mouth.open;
+    let motion = mouth.hold().lerp(motion, open).as_vec2();
+    let gain = (gain * open) as f32;
+    let weight = INSIDE + open as f32 * (OPENING - INSIDE);
+    (weight, [motion.x, motion.y, gain, gain, gain])
+}
+
+/// The eye that a place is of.
+fn nearest(eyes: &[Eye], here: DVec2) -> Option<&Eye> {
+    let away = |eye: &&Eye| eye.middle().distance_squared(here);
+    eyes.iter().min_by(|a, b| away(a).total_cmp(&away(b)))
+}
+
+/// How a cell of an eyeball is known: where lids go over it, it stays.
+fn eyeball(eye: Option<&Eye>) -> (f32, Cell) {
+    eye.map_or((0.0, [0.0; CHANNELS]), |eye| {
+        let motion = eye.motion().as_vec2();
+        let weight = OPENING * eye.shut as f32;
+        (weight, [motion.x, motion.y, 0.0, 0.0, 0.0])
+    })
 }
 
 /// How much of a change of light is taken so far from a person, fifths of a cell.
