@@ -264,6 +264,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     dress();
   }
   function dress() {
+    colours.offer();
     if (!photo || !onPhoto()) void colours.dress();
   }
   function draw() {
