@@ -659,6 +659,20 @@ describe('one photo after another', () => {
     assert.equal(await refuse(Buffer.alloc(0), 'a.png', 'image/png'), 'The file is empty.');
     assert.equal(await refuse(PORTRAIT.subarray(0, PORTRAIT.length / 2), 'a.jpg', 'image/jpeg'), 'The picture is damaged and cannot be opened.');
     assert.equal(await refuse(greyPng(16000, 8000), 'a.png', 'image/png'), 'The photo has 128 megapixels; a page can take no more than 100.');
+    // A line of a pixel, in the size that can be saved.
+    const tooSmall = 'The picture is too small to hold a face.';
+    assert.equal(await refuse(greyPng(1_000_000, 33), 'a.png', 'image/png'), tooSmall);
+    assert.equal(await refuse(greyPng(20, 20), 'a.png', 'image/png'), tooSmall);
+    // It is decoded, and then the stage has no room for it.
+    await page.evaluate(() => {
+      const { createImageBitmap } = window;
+      window.createImageBitmap = (image, ...rest) => {
+        if (!(image instanceof ImageBitmap)) return createImageBitmap(image, ...rest);
+        window.createImageBitmap = createImageBitmap;
+        return Promise.reject(new Error('no room'));
+      };
+    });
+    assert.equal(await refuse(greyPng(300, 200), 'a.png', 'image/png'), 'The picture is damaged and cannot be opened.');
 
     // No face, and one that is too small.
     const wall = await choose(page, await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332));

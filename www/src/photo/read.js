@@ -25,12 +25,19 @@ const WHOLE = [4 / 3, 3 / 2, 16 / 9];
 
 /** @typedef {Awaited<ReturnType<typeof readPhoto>>} Photo */
 
-/** The size in which a photo is saved, which is the file's if that can be. @param {number} width @param {number} height */
+/**
+ * The size in which a photo is saved, which is the file's if that can be.
+ * @param {number} width @param {number} height
+ * @throws Failure when none can
+ */
 function saved(width, height) {
   const pixels = width * height;
   if (pixels > OPENED) throw new Failure(text.photo.tooLarge(pixels / 1e6, OPENED / 1e6));
   const scale = Math.min(1, Math.sqrt(SAVED / pixels), LONGEST / Math.max(width, height));
-  return { width: Math.max(1, Math.round(scale * width)), height: Math.max(1, Math.round(scale * height)) };
+  const size = { width: Math.round(scale * width), height: Math.round(scale * height) };
+  // What is very long is as low as that in the end.
+  if (Math.min(size.width, size.height) < SMALLEST) throw new Failure(text.photo.tooSmall);
+  return size;
 }
 
 /** What makes the picture to work on of one of this size; null when that is small enough. @param {number} width @param {number} height */
@@ -48,7 +55,7 @@ function smaller(width, height) {
 export async function readPhoto(file, name) {
   if (file.size === 0) throw new Failure(text.photo.empty);
   const { kind, size, focal35 } = headerOf(await file.slice(0, HEAD).arrayBuffer());
-  // What is too large is not even decoded.
+  // What is too large or too small is not even decoded.
   if (size) saved(...size);
   let bitmap;
   try {
@@ -58,11 +65,13 @@ export async function readPhoto(file, name) {
   }
   /** @type {readonly [number, number]} */
   const whole = size ?? [bitmap.width, bitmap.height];
-  if (Math.min(...whole) < SMALLEST) {
+  let width, height;
+  try {
+    ({ width, height } = saved(...whole));
+  } catch (error) {
     bitmap.close();
-    throw new Failure(text.photo.tooSmall);
+    throw error;
   }
-  const { width, height } = saved(...whole);
   const later = size ? null : smaller(...whole);
   if (later) {
     const large = bitmap;

@@ -26,6 +26,9 @@ const LONGEST_SHOWN = drawnByProcessor() ? 2048 : 4096;
 /** What the example's portrait is called. */
 const EXAMPLE = 'astronaut.jpg';
 
+/** px of the stage's picture for one of a photo. @param {{ width: number, height: number }} of */
+const shownOf = ({ width, height }) => Math.min(1, LONGEST_SHOWN / Math.max(width, height));
+
 /** What is being done: one block of the panel for each. @typedef {'empty' | 'busy' | 'choose' | 'none' | 'place' | 'ready' | 'adjust'} Mode */
 
 /**
@@ -424,6 +427,16 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     }
   }
 
+  /** The stage has a copy, which it may need again. @param {import('./read.js').Photo} of */
+  function pictureOf(of) {
+    const scale = shownOf(of);
+    return createImageBitmap(of.bitmap, {
+      resizeWidth: Math.max(1, Math.round(scale * of.width)),
+      resizeHeight: Math.max(1, Math.round(scale * of.height)),
+      resizeQuality: 'high',
+    });
+  }
+
   /** @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name */
   async function open(file, name) {
     const here = (visit += 1);
@@ -433,10 +446,12 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     bar.removeAttribute('value');
     say(text.photo.reading);
     show('busy');
-    let next;
+    let next, picture;
     try {
       next = await readPhoto(typeof file === 'function' ? await file() : file, name);
+      picture = await pictureOf(next);
     } catch (error) {
+      next?.bitmap.close();
       if (here !== visit) return;
       stopFinding();
       // The photo before stays, whole, and where it was.
@@ -444,13 +459,6 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       say(error instanceof Failure ? error.message : text.photo.damaged, true);
       return show(moving ?? (from === 'choose' ? from : fitted ? 'ready' : photo ? 'none' : 'empty'));
     }
-    // The stage has a copy, which it may need again.
-    shown = Math.min(1, LONGEST_SHOWN / Math.max(next.width, next.height));
-    const picture = await createImageBitmap(next.bitmap, {
-      resizeWidth: Math.round(shown * next.width),
-      resizeHeight: Math.round(shown * next.height),
-      resizeQuality: 'high',
-    });
     if (here !== visit) {
       picture.close();
       return next.bitmap.close();
@@ -461,6 +469,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     forgetPhoto();
     onStage = picture;
     photo = next;
+    shown = shownOf(photo);
     faces = [];
     detected = fitted = own = field = null;
     editable = dressed = false;
