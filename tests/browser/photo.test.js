@@ -80,8 +80,11 @@ async function moveFace(page) {
   await page.getByRole('tab', { name: 'Photo' }).click();
 }
 
-/** A grey PNG without anything in it, of any size. @param {number} width @param {number} height */
-function greyPng(width, height) {
+/**
+ * A grey PNG without anything in it, of any size.
+ * @param {number} width @param {number} height @param {[name: string, data: Buffer][]} [more] chunks before the picture
+ */
+function greyPng(width, height, more = []) {
   const chunk = (/** @type {string} */ name, /** @type {Buffer} */ data) => {
     const body = Buffer.concat([Buffer.from(name, 'latin1'), data]);
     const ends = Buffer.alloc(8);
@@ -96,6 +99,7 @@ function greyPng(width, height) {
   return Buffer.concat([
     Buffer.from('\x89PNG\r\n\x1a\n', 'latin1'),
     chunk('IHDR', head),
+    ...more.map((one) => chunk(...one)),
     chunk('IDAT', deflateSync(Buffer.alloc((width + 1) * height), { level: 1 })),
     chunk('IEND', Buffer.alloc(0)),
   ]);
@@ -689,6 +693,17 @@ describe('one photo after another', () => {
     assert.deepEqual([large.width, large.height], [8660, 5774]);
     await page.getByRole('button', { name: 'Cancel' }).click();
     assert.equal(await sentence(page), 'Stopped.');
+
+    // On its side, which only the browser knows, since that stands behind a megabyte of something else: once as large as it is
+    // worked on, once larger.
+    const late = /** @type {[string, Buffer][]} */ ([['teXt', Buffer.alloc(1.1e6)], ['eXIf', exifOf(6, 50).subarray(10)]]);
+    for (const [width, height] of [[300, 200], [4200, 300]]) {
+      await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'a.png', mimeType: 'image/png', buffer: greyPng(width, height, late) });
+      await page.waitForFunction((width) => window.designer.photo.height === width, width);
+      const sides = await page.evaluate(() => [window.designer.photo.width, document.querySelector('.photo-canvas').width]);
+      assert.deepEqual(sides, [height, Math.round(height * Math.min(1, 2048 / width))]);
+      await done(page);
+    }
 
     // CMYK, and 16 bits a channel.
     assert.equal((await choose(page, CMYK, 'cmyk.jpg', 'image/jpeg')).mode, 'ready');

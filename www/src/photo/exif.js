@@ -2,7 +2,8 @@
 // as if for film. A library for all of EXIF is many times this, and what it would read besides is of no
 // use here.
 
-/** Tags of EXIF 2.3. */
+/** Tags of EXIF 2.3, and a type. */
+const SHORT = 3;
 const ORIENTATION = 0x0112;
 const EXIF_IFD = 0x8769;
 const FOCAL_35 = 0xa405;
@@ -27,7 +28,8 @@ function partsOf(view) {
     parts.kind = 'jpeg';
     for (let at = 2; at + 10 < view.byteLength && view.getUint8(at) === 0xff; at += 2 + view.getUint16(at + 2)) {
       const marker = view.getUint8(at + 1);
-      if (marker === 0xe1 && nameAt(view, at + 4, 6) === 'Exif\0\0') parts.tiff = at + 10;
+      // Of several the first counts, as in browsers.
+      if (marker === 0xe1 && parts.tiff < 0 && nameAt(view, at + 4, 6) === 'Exif\0\0') parts.tiff = at + 10;
       // A start of frame; three of the sixteen are something else.
       if (marker >= 0xc0 && marker <= 0xcf && ![0xc4, 0xc8, 0xcc].includes(marker)) {
         parts.size = [view.getUint16(at + 7), view.getUint16(at + 5)];
@@ -70,21 +72,29 @@ export function headerOf(bytes) {
   const { kind, size, tiff } = partsOf(view);
   if (tiff < 0 || tiff + 8 > view.byteLength) return { kind, size, focal35: null };
   const little = view.getUint16(tiff) === 0x4949;
-  /** @param {number} ifd @param {number} wanted @returns {number} its value; 0 when there is none */
-  const find = (ifd, wanted) => {
+  /** @param {number} ifd @param {number} wanted @returns {number} where its entry is; 0 when there is none */
+  const entryOf = (ifd, wanted) => {
     const first = tiff + ifd;
     if (first + 2 > view.byteLength) return 0;
     const count = view.getUint16(first, little);
     for (let entry = first + 2; entry < first + 2 + 12 * count && entry + 12 <= view.byteLength; entry += 12) {
-      if (view.getUint16(entry, little) !== wanted) continue;
-      return view.getUint16(entry + 2, little) === 3 ? view.getUint16(entry + 8, little) : view.getUint32(entry + 8, little);
+      if (view.getUint16(entry, little) === wanted) return entry;
     }
     return 0;
+  };
+  /** @param {number} ifd @param {number} wanted @returns {number} its value; 0 when there is none */
+  const find = (ifd, wanted) => {
+    const entry = entryOf(ifd, wanted);
+    if (!entry) return 0;
+    return view.getUint16(entry + 2, little) === SHORT ? view.getUint16(entry + 8, little) : view.getUint32(entry + 8, little);
   };
   const main = view.getUint32(tiff + 4, little);
   const exif = find(main, EXIF_IFD);
   const focal = exif && find(exif, FOCAL_35);
-  // From the fifth on, orientations lie on their side.
-  if (size && find(main, ORIENTATION) >= 5) size.reverse();
+  // Of eight orientations the last four lie on their side. Browsers take no other numbers, and none of another type.
+  const turned = entryOf(main, ORIENTATION);
+  const isOne = turned > 0 && view.getUint16(turned + 2, little) === SHORT && view.getUint32(turned + 4, little) === 1;
+  const orientation = isOne ? view.getUint16(turned + 8, little) : 1;
+  if (size && orientation >= 5 && orientation <= 8) size.reverse();
   return { kind, size, focal35: focal >= FOCALS[0] && focal <= FOCALS[1] ? focal : null };
 }

@@ -57,14 +57,23 @@ export async function readPhoto(file, name) {
   const { kind, size, focal35 } = headerOf(await file.slice(0, HEAD).arrayBuffer());
   // What is too large or too small is not even decoded.
   if (size) saved(...size);
+  /** @param {ReturnType<typeof smaller>} [less] */
+  const decode = (less) => createImageBitmap(file, { imageOrientation: 'from-image', ...less });
+  const less = size && smaller(...size);
   let bitmap;
   try {
-    bitmap = await createImageBitmap(file, { imageOrientation: 'from-image', ...(size && smaller(...size)) });
+    bitmap = await decode(less);
+    // The browser says which way up it is: where it takes the other side for the width, that was scaled for the height.
+    if (size && less && (bitmap.width - bitmap.height) * (size[0] - size[1]) < 0) {
+      bitmap.close();
+      size.reverse();
+      bitmap = await decode(smaller(...size));
+    }
   } catch {
     throw new Failure(kind === null ? text.photo.unreadable : kind === 'avif or heif' ? text.photo.undecodable : text.photo.damaged);
   }
   /** @type {readonly [number, number]} */
-  const whole = size ?? [bitmap.width, bitmap.height];
+  const whole = size && less ? size : [bitmap.width, bitmap.height];
   let width, height;
   try {
     ({ width, height } = saved(...whole));
@@ -72,7 +81,7 @@ export async function readPhoto(file, name) {
     bitmap.close();
     throw error;
   }
-  const later = size ? null : smaller(...whole);
+  const later = less ? null : smaller(...whole);
   if (later) {
     const large = bitmap;
     bitmap = await createImageBitmap(large, later).finally(() => large.close());
