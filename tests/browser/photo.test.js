@@ -546,9 +546,12 @@ describe('a face in a photo', () => {
     await page.waitForFunction(() => window.designer.photo.mode !== 'busy' && document.querySelector('.photo-status.is-wrong'));
     const broken = await stateOf(page);
     assert.deepEqual([broken.mode, broken.points], ['adjust', dragged.points]);
-    await again.click();
+    // What is no photo does not end a fit, and is told for as long as nobody goes on.
+    await pressed('Fit again');
+    await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'broken.jpg', mimeType: 'image/jpeg', buffer: Buffer.from('no photo') });
     const corrected = await done(page);
     assert.equal(corrected.mode, 'ready');
+    assert.equal(await sentence(page), 'This is not a picture that your browser can show.');
     assert.deepEqual(corrected.points, dragged.points);
     const other = await page.evaluate(() => window.designer.face.code);
     assert.notEqual(other, code);

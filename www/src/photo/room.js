@@ -84,6 +84,12 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let last = null;
   /** Each photo that is opened is a visit: what comes late for an earlier one is dropped. */
   let visit = 0;
+  /** Files that began to be read: one that comes late is dropped. */
+  let begun = 0;
+  /** What was being done when the present file began to be read, which goes on if it is no photo. @type {Mode | null} */
+  let beside = null;
+  /** What was wrong with a file that came while a face was fitted, until that is done. */
+  let unread = '';
   /** @type {Mode} */
   let mode = 'empty';
   /** Where a step back leads. @type {Mode} */
@@ -233,7 +239,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   /** @param {Mode} next */
   function show(next) {
     if (next === 'busy') moving ??= mode === 'place' || mode === 'adjust' ? mode : null;
-    else moving = null;
+    else {
+      moving = null;
+      unread = '';
+    }
     mode = next;
     for (const [name, block] of Object.entries(blocks)) block.hidden = name !== mode;
     first.hidden = photo !== null;
@@ -320,10 +329,16 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     return points.map((value, i) => value + scale * fit.residuals[i >> 1][i % 2]);
   }
 
-  function cancel() {
+  /** Nobody waits any more for what goes on. */
+  function stop() {
     visit += 1;
+    begun += 1;
+    beside = null;
     stopFinding();
     fitter.cancel();
+  }
+  function cancel() {
+    stop();
     editable = false;
     field = null;
     unedited = true;
@@ -334,7 +349,6 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     keepLast();
     if (last) return void bringBack(text.photo.cancelled);
     say(text.photo.cancelled);
-    retry.hidden = false;
     show(photo ? 'none' : 'empty');
   }
   const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, shown, sentence: quality.textContent });
@@ -343,9 +357,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   }
   /** There is no photo any more; the face stays. */
   function close() {
-    visit += 1;
-    stopFinding();
-    fitter.cancel();
+    stop();
     editable = dressed = false;
     forgetLast();
     forgetPerson();
@@ -439,30 +451,46 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
 
   /** @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name */
   async function open(file, name) {
-    const here = (visit += 1);
-    const from = mode;
-    stopFinding();
-    prepareFinding();
-    bar.removeAttribute('value');
+    const mine = (begun += 1);
+    beside ??= mode;
+    unread = '';
     say(text.photo.reading);
-    show('busy');
+    if (beside !== 'busy') {
+      stopFinding();
+      prepareFinding();
+      bar.removeAttribute('value');
+      show('busy');
+    }
     let next, picture;
     try {
       next = await readPhoto(typeof file === 'function' ? await file() : file, name);
       picture = await pictureOf(next);
     } catch (error) {
       next?.bitmap.close();
-      if (here !== visit) return;
+      if (mine !== begun) return;
+      const from = beside;
+      beside = null;
+      const sentence = error instanceof Failure ? error.message : text.photo.damaged;
+      say(sentence, true);
+      // The photo before stays, whole, and where it was; what was being done with it goes on, or is done.
+      if (from === 'busy') {
+        if (mode === 'busy') unread = sentence;
+        return;
+      }
       stopFinding();
-      // The photo before stays, whole, and where it was.
-      editable = fitted !== null && !unedited;
-      say(error instanceof Failure ? error.message : text.photo.damaged, true);
-      return show(moving ?? (from === 'choose' ? from : fitted ? 'ready' : photo ? 'none' : 'empty'));
+      return show(from);
     }
-    if (here !== visit) {
+    if (mine !== begun) {
       picture.close();
       return next.bitmap.close();
     }
+    const here = (visit += 1);
+    if (beside === 'busy') {
+      stopFinding();
+      prepareFinding();
+    }
+    beside = null;
+    show('busy');
     moving = null;
     keepLast();
     forgetPerson();
@@ -486,6 +514,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   async function search(here) {
     if (!photo) return;
     bar.value = 0;
+    retry.hidden = false;
     say(text.photo.searching);
     show('busy');
     // The fit is wanted next; if it cannot be prepared, it says why then.
@@ -493,7 +522,6 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     try {
       faces = await findFaces(photo, (fraction) => here === visit && (bar.value = fraction));
     } catch (error) {
-      retry.hidden = false;
       if (here === visit) complain(error, 'none');
       return;
     }
@@ -601,7 +629,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       const sentences = [text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm)];
       if (!person) sentences.push(text.photo.noPerson);
       quality.textContent = sentences.join(' ');
-      say(text.photo.ready);
+      say(unread || text.photo.ready, unread !== '');
       show('ready');
       await follow();
       // Whoever turns to the head next need not wait.
