@@ -559,6 +559,27 @@ describe('a face in a photo', () => {
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.equal(await page.evaluate(() => window.designer.face.code), code);
 
+    // Where the fit is taken and the edit is not, the photo is edited as it was.
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      Worker.prototype.postMessage = function (message, ...rest) {
+        if (message.task !== 'edit') return postMessage.call(this, message, ...rest);
+        Worker.prototype.postMessage = postMessage;
+        return postMessage.call(this, { ...message, photo: { ...message.photo, width: 0 } });
+      };
+    });
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    await page.getByRole('button', { name: 'As found' }).click();
+    await again.click();
+    assert.equal((await done(page)).mode, 'adjust');
+    assert.match((await sentence(page)) ?? '', /^The face could not be fitted: /);
+    await page.getByRole('button', { name: 'Leave' }).click();
+    const left = await done(page);
+    assert.deepEqual([left.mode, left.points], ['ready', corrected.points]);
+    await moveFace(page);
+    assert.ok((await stateOf(page)).changed);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+
     // As found, and fitted again: the same face as at first.
     // Looks that were chosen meanwhile stay.
     await page.getByRole('tab', { name: 'Looks' }).click();

@@ -96,7 +96,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let before = 'empty';
   /** Where points were moved before something was begun that can be stopped: they are there again then. @type {'place' | 'adjust' | null} */
   let moving = null;
-  /** Whether what edits the photo was ended with a fit that was stopped. */
+  /** Whether what edits the photo has another fit than `fitted`, or was ended with one that was stopped. */
   let unedited = false;
 
   // The stage.
@@ -610,8 +610,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
         Object.entries(found.expression).flatMap(([name, weight]) => (weight >= 0.005 ? [[name, Math.round(100 * weight) / 100]] : [])),
       );
       const base = { ...found, expression };
+      unedited = true;
       await fitter.edit(pixels, base);
-      unedited = false;
       // Who corrects points has seen the looks, and may have changed them. Without a light nobody knows them.
       const looks = dressed ? null : await fitter.looks().catch(() => null);
       if (here !== visit) return;
@@ -620,6 +620,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       own = { code: face.code, expression: face.expression };
       const colouring = looks || !fitted ? editor.colouring : fitted.colouring;
       fitted = { fit: { ...base, ...own }, points: points.slice(), pixels, scale: pixels.scale, colouring };
+      unedited = false;
       forgetLast();
       dressed = true;
       editable = true;
