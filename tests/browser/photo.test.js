@@ -590,8 +590,13 @@ describe('a face in a photo', () => {
     await page.getByRole('button', { name: 'Correct the points' }).click();
     await page.getByRole('button', { name: 'As found' }).click();
     assert.deepEqual((await stateOf(page)).points, state.points);
-    await again.click();
+    await again.press('Enter');
+    const focused = () => page.evaluate(() => document.activeElement?.textContent);
+    assert.equal(await focused(), 'Cancel');
+    // Who is somewhere else meanwhile stays there.
+    await page.getByRole('tab', { name: 'Looks' }).focus();
     await done(page);
+    assert.equal(await focused(), 'Looks');
     assert.equal(await page.evaluate(() => window.designer.face.code), code);
     assert.deepEqual(await page.evaluate(() => window.designer.colouring), chosen);
     // What was stopped, and left, is changed as before.
@@ -774,9 +779,13 @@ describe('one photo after another', () => {
     await frames.first().focus();
     await page.keyboard.press('Tab');
     assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('aria-label')), 'Face 5 of 5');
+    // What has the focus goes, and what comes for it has it.
+    const focused = () => page.evaluate(() => document.activeElement?.textContent);
     await page.keyboard.press('Enter');
+    assert.equal(await focused(), 'Cancel');
     const one = await done(page);
     assert.equal(one.mode, 'ready');
+    assert.equal(await focused(), 'Correct the points');
     assert.ok(one.points[60] > 300 && one.points[60] < 600, `the nose is at ${one.points[60]}`);
     // Who looks for another may stay with this one.
     await page.getByRole('button', { name: 'Another face' }).click();

@@ -244,6 +244,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       unread = '';
     }
     mode = next;
+    const focused = document.activeElement;
     for (const [name, block] of Object.entries(blocks)) block.hidden = name !== mode;
     first.hidden = photo !== null;
     sides.hidden = photo === null;
@@ -259,6 +260,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     if (mode === 'choose' || points) photoOnStage();
     turn();
     draw();
+    // Who goes by keys goes on from what came for it.
+    if (focused?.closest('[hidden]') && (panel.contains(focused) || view.root.contains(focused))) {
+      /** @type {HTMLElement | null} */ ((blocks[mode] ?? panel).querySelector('button:enabled:not([hidden])'))?.focus();
+    }
   }
   function onPhoto() {
     return /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked;
