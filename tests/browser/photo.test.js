@@ -80,6 +80,12 @@ async function moveFace(page) {
   await page.getByRole('tab', { name: 'Photo' }).click();
 }
 
+/** @param {import('playwright-core').Page} page @param {string} button */
+async function saved(page, button) {
+  const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: button }).click()]);
+  return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
+}
+
 /**
  * A grey PNG without anything in it, of any size.
  * @param {number} width @param {number} height @param {[name: string, data: Buffer][]} [more] chunks before the picture
@@ -243,6 +249,8 @@ describe('a face in a photo', () => {
     assert.ok(looks.crop > 0.5 && looks.hair < 0.5 && looks.comb > 0.7 && looks.length > 0.2 && looks.length < 0.5, JSON.stringify(looks));
     assert.ok(looks.skin < 0.4 && (looks.iris ?? 0.7) > 0.5 && !looks.beard && !looks.grey && !looks.red, JSON.stringify(looks));
     assert.deepEqual(await faults(page), []);
+    // Nobody has looked at the head yet.
+    assert.ok(await page.getByLabel('The photo’s colours on the 3D head').isEnabled());
     const plain = await shown(page);
 
     // A slider of another tab changes the photo; held it is as it was; so with no strength.
@@ -269,11 +277,7 @@ describe('a face in a photo', () => {
 
     const edited = await page.evaluate(() => ({ code: window.designer.face.code, expression: window.designer.face.expression }));
     // PNG: the whole photo, the note after the head, nothing else of metadata.
-    const saved = async (/** @type {string} */ button) => {
-      const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: button }).click()]);
-      return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
-    };
-    const png = await saved('Save as PNG');
+    const png = await saved(page, 'Save as PNG');
     assert.equal(png.name, 'astronaut-phiz.png');
     const chunks = chunksOf(png.bytes);
     assert.ok(chunks.every(({ whole }) => whole), 'each chunk has its CRC');
@@ -288,7 +292,7 @@ describe('a face in a photo', () => {
     said(chunks[1].data.toString('utf8', keyword.length));
     const picture = decodePng(png.bytes);
     assert.deepEqual([picture.width, picture.height], [512, 512]);
-    const jpeg = await saved('Save as JPEG');
+    const jpeg = await saved(page, 'Save as JPEG');
     assert.equal(jpeg.name, 'astronaut-phiz.jpg');
     const segment = jpeg.bytes.indexOf('http://ns.adobe.com/xap/1.0/\0', 0, 'latin1') - 4;
     assert.deepEqual([...jpeg.bytes.subarray(segment, segment + 2)], [0xff, 0xe1]);
@@ -480,10 +484,13 @@ describe('a face in a photo', () => {
     await page.waitForFunction(() => window.designer.photo.mode === 'ready' && window.designer.photo.field, null, { timeout: 60_000 });
     assert.equal(await sentence(page), 'Stopped.');
     await isWhole();
-    // Another face takes its place.
+    // Another face takes its place, and shows all that is done to it.
+    const strength = page.getByRole('slider', { name: 'Strength', exact: true });
+    await strength.press('Home');
     assert.equal((await choose(page, CMYK, 'cmyk.jpg', 'image/jpeg')).mode, 'ready');
     assert.match((await sentence(page)) ?? '', /^The face is fitted\./);
     assert.notEqual((await stateOf(page)).fit.code, good.fit.code);
+    assert.equal(await strength.inputValue(), '100');
     assert.deepEqual(complaints, []);
     await context.close();
   });
@@ -734,16 +741,48 @@ describe('one photo after another', () => {
       await done(page);
     }
 
-    // CMYK, and 16 bits a channel.
+    // CMYK, and 16 bits a channel, with a hole beside the nose that has soft edges and is black.
     assert.equal((await choose(page, CMYK, 'cmyk.jpg', 'image/jpeg')).mode, 'ready');
     const eight = PNG.sync.read(await drawn(page, [['draw', 0, 0]], 512, 512));
+    const hole = [first[62] - 7, first[63] - 2].map(Math.round);
+    const around = [];
+    for (let y = hole[1] - 14; y <= hole[1] + 14; y++) for (let x = hole[0] - 14; x <= hole[0] + 14; x++) around.push([512 * y + x, x, y]);
+    for (const [i, x, y] of around) {
+      const alpha = Math.min(1, Math.max(0, (Math.hypot(x - hole[0], y - hole[1]) - 2) / 2));
+      eight.data.set(alpha === 0 ? [0, 0, 0, 0] : [...eight.data.subarray(4 * i, 4 * i + 3), Math.round(255 * alpha)], 4 * i);
+    }
     const deep = new Uint16Array(eight.data.length);
     eight.data.forEach((/** @type {number} */ value, /** @type {number} */ i) => (deep[i] = 257 * value));
     const sixteen = PNG.sync.write({ width: 512, height: 512, data: Buffer.from(deep.buffer) }, { bitDepth: 16, inputHasAlpha: true });
     assert.equal(sixteen[24], 16);
     const fromDeep = await choose(page, sixteen);
     assert.equal(fromDeep.mode, 'ready');
-    assert.ok(apart(fromDeep.points, first) < 1);
+    assert.ok(apart(fromDeep.points, first) < 1, `${apart(fromDeep.points, first)}`);
+    // It goes where the skin goes, and nothing of its black is seen: on the stage as in the file.
+    await page.getByRole('tab', { name: 'Lengths' }).click();
+    await moveSlider(page, 'nose width', 0.99);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    const { rgb, alpha } = decodePng((await saved(page, 'Save as PNG')).bytes);
+    const light = (/** @type {Uint8Array} */ rgb) => rgb[0] + rgb[1] + rgb[2];
+    const darkest = Math.min(...around.flatMap(([i]) => (eight.data[4 * i + 3] ? [light(eight.data.subarray(4 * i))] : [])));
+    const stage = await page.evaluate(() => {
+      const context = new OffscreenCanvas(512, 512).getContext('2d');
+      context.drawImage(document.querySelector('.photo-canvas'), 0, 0);
+      return [...context.getImageData(0, 0, 512, 512).data];
+    });
+    let [gone, come, off] = [0, 0, 0];
+    for (const [i] of around) {
+      gone += Math.max(0, alpha[i] - eight.data[4 * i + 3]) / 255;
+      come += Math.max(0, eight.data[4 * i + 3] - alpha[i]) / 255;
+      // What is hardly seen has few steps.
+      if (alpha[i] < 64) continue;
+      assert.ok(light(rgb.subarray(3 * i)) > 0.8 * darkest, `beside the hole it is ${[...rgb.subarray(3 * i, 3 * i + 3)]} of ${alpha[i]}`);
+      for (let k = 0; k < 3; k++) off = Math.max(off, Math.abs(stage[4 * i + k] - rgb[3 * i + k]));
+    }
+    assert.ok(gone > 5 && come > 5, `of the hole ${gone} pixels are gone, and ${come} have come`);
+    assert.ok(off <= 8, `the stage and the file are ${off} of 255 apart`);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
 
     // Turned by EXIF, with a focal length: it is the right way up, and the lens is known.
     const turned = await drawn(page, [['fill', '#567', 0, 0, 512, 768], ['turn', 0, -1, 1, 0, 0, 768], ['draw', 120, 0]], 512, 768, 'image/jpeg');

@@ -445,13 +445,15 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   }
 
   /** The stage has a copy, which it may need again. @param {import('./read.js').Photo} of */
-  function pictureOf(of) {
+  async function pictureOf(of) {
     const scale = shownOf(of);
-    return createImageBitmap(of.bitmap, {
+    const scaled = await createImageBitmap(of.bitmap, {
       resizeWidth: Math.max(1, Math.round(scale * of.width)),
       resizeHeight: Math.max(1, Math.round(scale * of.height)),
       resizeQuality: 'high',
     });
+    // Only then: what is half seen would be scaled with the colour of what is not seen.
+    return createImageBitmap(scaled, { premultiplyAlpha: 'none' }).finally(() => scaled.close());
   }
 
   /** @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name */

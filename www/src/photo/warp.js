@@ -66,17 +66,28 @@ const FRAGMENT = /* glsl */ `#version 300 es
     vec4 across = weights(moved.x - whole.x);
     vec4 down = weights(moved.y - whole.y);
     ivec2 last = textureSize(photo, 0) - 1;
-    vec3 sum = vec3(0.0);
+    // A colour counts by how much of it is seen, and what is seen through moves like everything.
+    vec4 sum = vec4(0.0);
+    bool opaque = true;
     for (int j = 0; j < 4; j++) {
-      vec3 line = vec3(0.0);
+      vec4 line = vec4(0.0);
       for (int i = 0; i < 4; i++) {
         ivec2 texel = clamp(own + ivec2(whole) + ivec2(i, j) - 1, ivec2(0), last);
-        line += across[i] * texelFetch(photo, texel, 0).rgb;
+        vec4 tap = texelFetch(photo, texel, 0);
+        opaque = opaque && tap.a == 1.0;
+        line += across[i] * vec4(tap.rgb * tap.a, tap.a);
       }
       sum += down[j] * line;
     }
-    sum = clamp(sum, 0.0, 1.0);
-    colour.rgb = encoded(min(linear(sum) * pow(lit, vec3(strength)), 1.0));
+    colour.a = opaque ? 1.0 : min(sum.a, 1.0);
+    if (colour.a < 0.5 / 255.0) {
+      colour = vec4(0.0);
+      return;
+    }
+    // Without transparency the weights are one but for rounding.
+    if (!opaque) sum.rgb /= sum.a;
+    sum.rgb = clamp(sum.rgb, 0.0, 1.0);
+    colour.rgb = encoded(min(linear(sum.rgb) * pow(lit, vec3(strength)), 1.0));
   }`;
 
 /** Photos are drawn at full size in squares of so many pixels a side. */
@@ -86,7 +97,8 @@ const TAPS = 3;
 
 /** @param {HTMLCanvasElement} canvas */
 function contextOf(canvas) {
-  const gl = canvas.getContext('webgl2', { antialias: false, depth: false, preserveDrawingBuffer: true });
+  // Colours are not multiplied by how much of them is seen, here nor in the file that is saved.
+  const gl = canvas.getContext('webgl2', { antialias: false, depth: false, preserveDrawingBuffer: true, premultipliedAlpha: false });
   if (!gl) throw new Error('WebGL2 is not available');
   return gl;
 }
@@ -207,7 +219,7 @@ export function createWarp(canvas) {
     get lost() {
       return gl.isContextLost();
     },
-    /** @param {ImageBitmap | HTMLCanvasElement} photo it is kept, to be drawn again */
+    /** @param {ImageBitmap | HTMLCanvasElement} photo not premultiplied; it is kept, to be drawn again */
     setPhoto(photo) {
       shown = photo;
       canvas.width = photo.width;
