@@ -6,6 +6,8 @@ import { describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
+import { headerOf } from '../../www/src/photo/exif.js';
+import { spaceOf } from '../../www/src/photo/profile.js';
 import { readPicture } from './glb.js';
 import { decodePng, differing, download, holdBack, landmarkOnScreen, moveSlider, onePage, open, settled, siteAndBrowser } from './site.js';
 
@@ -45,14 +47,14 @@ async function choose(page, buffer, name = 'photo.png', mimeType = 'image/png') 
  * A picture that a page draws with the portrait at hand.
  * @param {import('playwright-core').Page} page
  * @param {(string | number)[][]} calls `fill` a colour, `turn` by a matrix, `draw` the portrait, with their numbers
- * @param {number} width @param {number} height @param {string} [type]
+ * @param {number} width @param {number} height @param {string} [type] @param {PredefinedColorSpace} [colorSpace]
  */
-async function drawn(page, calls, width, height, type = 'image/png') {
+async function drawn(page, calls, width, height, type = 'image/png', colorSpace = 'srgb') {
   const code = await page.evaluate(
-    async ([source, bytes, width, height, type]) => {
+    async ([source, bytes, width, height, type, colorSpace]) => {
       const portrait = await createImageBitmap(new Blob([Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0))]));
       const canvas = new OffscreenCanvas(width, height);
-      const context = canvas.getContext('2d');
+      const context = canvas.getContext('2d', { colorSpace });
       // The page's policy lets no string become a function: what to draw is a list of calls.
       for (const [name, ...values] of JSON.parse(source)) {
         if (name === 'fill') {
@@ -67,7 +69,7 @@ async function drawn(page, calls, width, height, type = 'image/png') {
       for (let i = 0; i < all.length; i += 0x8000) text += String.fromCharCode(...all.subarray(i, i + 0x8000));
       return btoa(text);
     },
-    /** @type {const} */ ([JSON.stringify(calls), PORTRAIT.toString('base64'), width, height, type]),
+    /** @type {const} */ ([JSON.stringify(calls), PORTRAIT.toString('base64'), width, height, type, colorSpace]),
   );
   return Buffer.from(code, 'base64');
 }
@@ -784,8 +786,9 @@ describe('one photo after another', () => {
     assert.ok(off <= 8, `the stage and the file are ${off} of 255 apart`);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
 
-    // Turned by EXIF, with a focal length: it is the right way up, and the lens is known.
-    const turned = await drawn(page, [['fill', '#567', 0, 0, 512, 768], ['turn', 0, -1, 1, 0, 0, 768], ['draw', 120, 0]], 512, 768, 'image/jpeg');
+    // Turned by EXIF, with a focal length: it is the right way up, and the lens is known. It has a red that sRGB has not, and a brown.
+    const calls = [['fill', '#567', 0, 0, 512, 768], ['fill', 'color(display-p3 1 0 0)', 0, 0, 40, 40], ['fill', 'color(display-p3 0.784 0.353 0.235)', 0, 60, 40, 40]];
+    const turned = await drawn(page, [...calls, ['turn', 0, -1, 1, 0, 0, 768], ['draw', 120, 0]], 512, 768, 'image/jpeg', 'display-p3');
     const exif = Buffer.concat([turned.subarray(0, 2), exifOf(6, 80), turned.subarray(2)]);
     const right = await choose(page, exif, 'turned.jpg', 'image/jpeg');
     assert.deepEqual([right.mode, right.width, right.height], ['ready', 768, 512]);
@@ -794,6 +797,31 @@ describe('one photo after another', () => {
     const known = (768 * 80) / 36;
     const lens = right.fit.camera.focal / known;
     assert.ok(Math.abs(lens - 1) < 0.03, `the lens is ${lens} times what the file says`);
+    // Changed and saved, its colours are what they were, and so they are on the stage.
+    await page.getByRole('tab', { name: 'Lengths' }).click();
+    await moveSlider(page, 'nose width', 0.99);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    const onStage = await page.evaluate(() => {
+      const context = new OffscreenCanvas(768, 512).getContext('2d', { colorSpace: 'display-p3' });
+      context.drawImage(document.querySelector('.photo-canvas'), 0, 0);
+      return [...context.getImageData(0, 0, 768, 512).data];
+    });
+    for (const as of ['PNG', 'JPEG']) {
+      const { bytes } = await saved(page, `Save as ${as}`);
+      assert.equal(await spaceOf(headerOf(Uint8Array.from(bytes).buffer).profile), 'display-p3', as);
+      if (as === 'JPEG') continue;
+      const wide = decodePng(bytes).rgb;
+      for (const [x, y, ...wanted] of [[748, 20, 255, 0, 0], [688, 20, 200, 90, 60]]) {
+        const at = 768 * y + x;
+        const has = [...wide.subarray(3 * at, 3 * at + 3)];
+        // JPEG's own steps.
+        assert.ok(has.every((value, k) => Math.abs(value - wanted[k]) < 6), `${has} is not ${wanted}`);
+      }
+      let off = 0;
+      for (let i = 0; i < 768 * 512; i++) for (let k = 0; k < 3; k++) off = Math.max(off, Math.abs(onStage[4 * i + k] - wide[3 * i + k]));
+      assert.ok(off <= 2, `the stage and the file are ${off} of 255 apart`);
+    }
     const silent = await choose(page, await drawn(page, [['fill', '#567', 0, 0, 768, 512], ['draw', 120, 0]], 768, 512));
     const guess = silent.fit.camera.focal / known;
     assert.ok(Math.abs(guess - 1) > 0.05, `without EXIF it is ${guess} times that`);

@@ -2,8 +2,10 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
+import { deflateSync } from 'node:zlib';
 
 import { headerOf } from '../../www/src/photo/exif.js';
+import { spaceOf } from '../../www/src/photo/profile.js';
 
 /** 512 x 512; its width is made another. */
 const PORTRAIT = await readFile(new URL('../../www/public/astronaut.jpg', import.meta.url));
@@ -47,6 +49,32 @@ function photoWith(...segments) {
   }
 }
 
+/** As profiles have them. */
+const DISPLAY_P3 = [[0.5151, 0.2412, -0.0011], [0.292, 0.6922, 0.0419], [0.1571, 0.0666, 0.7841]];
+const SRGB = [[0.436, 0.2225, 0.0139], [0.3851, 0.7169, 0.0971], [0.1431, 0.0606, 0.7141]];
+/** What of an ICC profile says where its primaries are. @param {number[][]} primaries */
+function profileOf(primaries) {
+  const profile = Buffer.alloc(132 + 3 * (12 + 20));
+  profile.writeUInt32BE(3, 128);
+  primaries.forEach((xyz, i) => {
+    const place = 132 + 3 * 12 + 20 * i;
+    profile.write(`${'rgb'[i]}XYZ`, 132 + 12 * i);
+    profile.writeUInt32BE(place, 132 + 12 * i + 4);
+    xyz.forEach((value, axis) => profile.writeInt32BE(Math.round(65536 * value), place + 8 + 4 * axis));
+  });
+  return profile;
+}
+/** A PNG's beginning, without sums, which nobody checks here. @param {[name: string, data: Buffer][]} chunks */
+function pngWith(...chunks) {
+  const parts = [Buffer.from('\x89PNG\r\n\x1a\n', 'latin1')];
+  for (const [name, data] of [['IHDR', Buffer.alloc(13)], ...chunks, ['IDAT', Buffer.alloc(8)]]) {
+    const length = Buffer.alloc(4);
+    length.writeUInt32BE(data.length);
+    parts.push(length, Buffer.from(name), data, Buffer.alloc(4));
+  }
+  return Uint8Array.from(Buffer.concat(parts)).buffer;
+}
+
 describe('a photo’s file', () => {
   test('says which way up it is, as browsers take it', () => {
     /** @param {Buffer[]} segments */
@@ -62,5 +90,24 @@ describe('a photo’s file', () => {
     const [upright, turned] = [1, 6].map((value) => exifOf([ORIENTATION, SHORT, value]));
     assert.deepEqual(size(upright, turned), [512, 300]);
     assert.deepEqual(size(turned, upright), [300, 512]);
+  });
+
+  test('says whether it has the colours of Display P3', async () => {
+    const space = (/** @type {ArrayBuffer} */ bytes) => spaceOf(headerOf(bytes).profile);
+    const inJpeg = (/** @type {Buffer} */ profile) => {
+      const body = Buffer.concat([Buffer.from('ICC_PROFILE\0\x01\x01', 'latin1'), profile]);
+      return photoWith(Buffer.concat([Buffer.from([0xff, 0xe2, (body.length + 2) >> 8, (body.length + 2) & 255]), body]));
+    };
+    const inPng = (/** @type {Buffer} */ profile) => pngWith(['iCCP', Buffer.concat([Buffer.from('its name\0\0', 'latin1'), deflateSync(profile)])]);
+    for (const file of [inJpeg, inPng]) {
+      assert.equal(await space(file(profileOf(DISPLAY_P3))), 'display-p3');
+      assert.equal(await space(file(profileOf(SRGB))), 'srgb');
+      assert.equal(await space(file(profileOf(DISPLAY_P3).subarray(0, 160))), 'srgb', 'half of one is none');
+    }
+    assert.equal(await space(pngWith(['iCCP', Buffer.from('its name\0\0what is not packed', 'latin1')])), 'srgb');
+    assert.equal(await space(pngWith(['cICP', Buffer.from([12, 13, 0, 1])])), 'display-p3');
+    assert.equal(await space(pngWith(['cICP', Buffer.from([1, 13, 0, 1])])), 'srgb');
+    assert.equal(await space(pngWith()), 'srgb');
+    assert.equal(await space(photoWith()), 'srgb', 'the portrait is of sRGB');
   });
 });

@@ -1,5 +1,5 @@
-// What is wanted of a photo's file before its pixels: how large it is, which way up, and the focal length
-// as if for film. A library for all of EXIF is many times this, and what it would read besides is of no
+// What is wanted of a photo's file before its pixels: how large it is, which way up, in which colours, and
+// the focal length as if for film. A library for all of EXIF is many times this, and what it would read besides is of no
 // use here.
 
 /** Tags of EXIF 2.3, and a type. */
@@ -11,18 +11,22 @@ const FOCAL_35 = 0xa405;
 /** What cameras have, mm; anything else is a mistake. */
 const FOCALS = [8, 800];
 
+/** @typedef {Parameters<typeof import('./profile.js').spaceOf>[0]} Profile */
+
 /** @param {DataView} view @param {number} at @param {number} length */
 function nameAt(view, at, length) {
   return at + length > view.byteLength ? '' : String.fromCharCode(...new Uint8Array(view.buffer, view.byteOffset + at, length));
 }
 
 /**
- * What a file's parts say: its size as stored, and where the TIFF of its EXIF begins, or -1.
- * @param {DataView} view
+ * What a file's parts say: its size as stored, where the TIFF of its EXIF begins, or -1, and its ICC profile.
+ * @param {DataView<ArrayBuffer>} view
  */
 function partsOf(view) {
-  /** @type {{ kind: string | null, size: [number, number] | null, tiff: number }} */
-  const parts = { kind: null, size: null, tiff: -1 };
+  /** @type {{ kind: string | null, size: [number, number] | null, tiff: number, profile: Profile }} */
+  const parts = { kind: null, size: null, tiff: -1, profile: { icc: null, isPacked: false, primaries: null } };
+  const { profile } = parts;
+  const bytes = (/** @type {number} */ at, /** @type {number} */ end) => new Uint8Array(view.buffer).subarray(at, end);
   if (view.byteLength < 16) return parts;
   if (view.getUint16(0) === 0xffd8) {
     parts.kind = 'jpeg';
@@ -30,6 +34,10 @@ function partsOf(view) {
       const marker = view.getUint8(at + 1);
       // Of several the first counts, as in browsers.
       if (marker === 0xe1 && parts.tiff < 0 && nameAt(view, at + 4, 6) === 'Exif\0\0') parts.tiff = at + 10;
+      // A long profile goes on in others; what is wanted stands at its beginning.
+      if (marker === 0xe2 && !profile.icc && nameAt(view, at + 4, 12) === 'ICC_PROFILE\0') {
+        profile.icc = bytes(at + 18, at + 2 + view.getUint16(at + 2));
+      }
       // A start of frame; three of the sixteen are something else.
       if (marker >= 0xc0 && marker <= 0xcf && ![0xc4, 0xc8, 0xcc].includes(marker)) {
         parts.size = [view.getUint16(at + 7), view.getUint16(at + 5)];
@@ -43,6 +51,13 @@ function partsOf(view) {
       const name = nameAt(view, at + 4, 4);
       if (name === 'IHDR') parts.size = [view.getUint32(at + 8), view.getUint32(at + 12)];
       if (name === 'eXIf') parts.tiff = at + 8;
+      if (name === 'cICP') profile.primaries = view.getUint8(at + 8);
+      if (name === 'iCCP') {
+        // A name of at most 79 letters, its end, and the way it is packed, of which there is one.
+        const named = bytes(at + 8, at + 8 + 80).indexOf(0);
+        profile.icc = bytes(at + 8 + named + 2, at + 8 + view.getUint32(at));
+        profile.isPacked = true;
+      }
       if (name === 'IDAT') break;
     }
   } else if (nameAt(view, 0, 4) === 'RIFF' && nameAt(view, 8, 4) === 'WEBP') {
@@ -50,6 +65,7 @@ function partsOf(view) {
     for (let at = 12; at + 8 <= view.byteLength; ) {
       if (nameAt(view, at, 4) === 'EXIF') parts.tiff = at + (nameAt(view, at + 8, 6) === 'Exif\0\0' ? 14 : 8);
       const length = view.getUint32(at + 4, true);
+      if (nameAt(view, at, 4) === 'ICCP') profile.icc = bytes(at + 8, at + 8 + length);
       at += 8 + length + (length & 1);
     }
   } else if (nameAt(view, 0, 4) === 'GIF8') {
@@ -63,14 +79,14 @@ function partsOf(view) {
 
 /**
  * @param {ArrayBuffer} bytes the file, or its beginning
- * @returns {{ kind: string | null, size: [number, number] | null, focal35: number | null }} `kind` null: it is no
+ * @returns {{ kind: string | null, size: [number, number] | null, focal35: number | null, profile: Profile }} `kind` null: it is no
  *   picture that is known here; `size`, px, as it is seen, null: it is known after decoding; `focal35`, mm, as if
- *   the longer side of the sensor were 36 mm, null: the file does not say
+ *   the longer side of the sensor were 36 mm, null: the file does not say; `profile` of its colours, as `spaceOf` takes it
  */
 export function headerOf(bytes) {
   const view = new DataView(bytes);
-  const { kind, size, tiff } = partsOf(view);
-  if (tiff < 0 || tiff + 8 > view.byteLength) return { kind, size, focal35: null };
+  const { kind, size, tiff, profile } = partsOf(view);
+  if (tiff < 0 || tiff + 8 > view.byteLength) return { kind, size, focal35: null, profile };
   const little = view.getUint16(tiff) === 0x4949;
   /** @param {number} ifd @param {number} wanted @returns {number} where its entry is; 0 when there is none */
   const entryOf = (ifd, wanted) => {
@@ -96,5 +112,5 @@ export function headerOf(bytes) {
   const isOne = turned > 0 && view.getUint16(turned + 2, little) === SHORT && view.getUint32(turned + 4, little) === 1;
   const orientation = isOne ? view.getUint16(turned + 8, little) : 1;
   if (size && orientation >= 5 && orientation <= 8) size.reverse();
-  return { kind, size, focal35: focal >= FOCALS[0] && focal <= FOCALS[1] ? focal : null };
+  return { kind, size, focal35: focal >= FOCALS[0] && focal <= FOCALS[1] ? focal : null, profile };
 }

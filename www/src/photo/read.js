@@ -3,6 +3,7 @@ import { Failure } from '../frame/failure.js';
 import { drawnByProcessor } from '../rendering/graphics.js';
 import { text } from '../text.js';
 import { headerOf } from './exif.js';
+import { spaceOf } from './profile.js';
 
 /**
  * What is kept while a photo is edited is at most so many pixels a side: faces are found, points corrected and
@@ -54,7 +55,7 @@ function smaller(width, height) {
  */
 export async function readPhoto(file, name) {
   if (file.size === 0) throw new Failure(text.photo.empty);
-  const { kind, size, focal35 } = headerOf(await file.slice(0, HEAD).arrayBuffer());
+  const { kind, size, focal35, profile } = headerOf(await file.slice(0, HEAD).arrayBuffer());
   // What is too large or too small is not even decoded.
   if (size) saved(...size);
   /** @param {ReturnType<typeof smaller>} [less] */
@@ -98,6 +99,8 @@ export async function readPhoto(file, name) {
     height,
     /** The file's own size, where it is saved smaller; else null. */
     reduced: width < whole[0] ? { width: whole[0], height: whole[1] } : null,
+    /** Of the canvas that loses none of its colours. */
+    colorSpace: await spaceOf(profile),
     /** px, or undefined: then it is estimated. */
     focal: uncut && focal35 !== null ? (Math.max(width, height) * focal35) / 36 : undefined,
   };

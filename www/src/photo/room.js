@@ -406,7 +406,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     field = null;
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     correction.open(photo, fitted.points);
-    warp.setPhoto(onStage);
+    warp.setPhoto(onStage, photo.colorSpace);
     view.open(photo.width, photo.height);
     view.closeTo(around(fitted.points, 1));
     say(sentence, wrong);
@@ -510,7 +510,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     editable = dressed = false;
     comparison.reset();
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
-    warp.setPhoto(picture);
+    warp.setPhoto(picture, photo.colorSpace);
     photoOnStage();
     view.open(photo.width, photo.height);
     draw();

@@ -13,10 +13,10 @@ const QUALITY = 0.95;
  * @param {'image/png' | 'image/jpeg'} type
  */
 export async function savePhoto(photo, change, type) {
-  const { width, height, name } = photo;
+  const { width, height, name, colorSpace } = photo;
   // In the processor's memory: on the card it would be there once more.
   const canvas = new OffscreenCanvas(width, height);
-  const context = canvas.getContext('2d', { alpha: type === 'image/png', willReadFrequently: true });
+  const context = canvas.getContext('2d', { alpha: type === 'image/png', willReadFrequently: true, colorSpace });
   if (!context) throw new Error(text.photo.noRoom);
   if (type === 'image/jpeg') {
     // JPEG has no transparency; paper is white.

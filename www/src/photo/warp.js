@@ -120,6 +120,8 @@ export function createWarp(canvas) {
   let textures = [];
   /** @type {ImageBitmap | HTMLCanvasElement | null} */
   let shown = null;
+  /** Its colours. @type {PredefinedColorSpace} */
+  let space = 'srgb';
   /** What is drawn, to be drawn again. @type {[Field | null, { strength: number, split: number | null, scale: number }]} */
   let last = [null, { strength: 1, split: null, scale: 1 }];
 
@@ -156,13 +158,18 @@ export function createWarp(canvas) {
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     // Colours as they are, or what does not move would change.
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
+    useSpace();
+  }
+  /** Without the one the other would change colours. */
+  function useSpace() {
+    if ('unpackColorSpace' in gl && 'drawingBufferColorSpace' in gl) gl.unpackColorSpace = gl.drawingBufferColorSpace = space;
   }
 
-  /** @param {number} unit @param {WebGLTexture} texture @param {TexImageSource} image */
-  function upload(unit, texture, image) {
-    gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
+  /** @param {TexImageSource} photo */
+  function upload(photo) {
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, textures[0]);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, photo);
   }
 
   /** @param {Field | null} field */
@@ -211,7 +218,7 @@ export function createWarp(canvas) {
   canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
   canvas.addEventListener('webglcontextrestored', () => {
     prepare();
-    if (shown) upload(0, textures[0], shown);
+    if (shown) upload(shown);
     redraw();
   });
 
@@ -219,12 +226,14 @@ export function createWarp(canvas) {
     get lost() {
       return gl.isContextLost();
     },
-    /** @param {ImageBitmap | HTMLCanvasElement} photo not premultiplied; it is kept, to be drawn again */
-    setPhoto(photo) {
+    /** @param {ImageBitmap | HTMLCanvasElement} photo not premultiplied; it is kept, to be drawn again @param {PredefinedColorSpace} colours */
+    setPhoto(photo, colours) {
       shown = photo;
+      space = colours;
+      useSpace();
       canvas.width = photo.width;
       canvas.height = photo.height;
-      upload(0, textures[0], photo);
+      upload(photo);
       last = [null, { ...last[1], split: null }];
       redraw();
     },
@@ -287,7 +296,10 @@ export function createWarp(canvas) {
             const below = Math.min(photo.height, y + height + around);
             const part = context.getImageData(from, above, to - from, below - above);
             if (gl.isContextLost()) throw new Error('the graphics card was lost while the photo was drawn');
-            upload(0, textures[3], part);
+            // Its numbers, in whichever colours.
+            gl.activeTexture(gl.TEXTURE0);
+            gl.bindTexture(gl.TEXTURE_2D, textures[3]);
+            gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, part.width, part.height, 0, gl.RGBA, gl.UNSIGNED_BYTE, part.data);
             gl.activeTexture(gl.TEXTURE3);
             gl.bindTexture(gl.TEXTURE_2D, target);
             gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
@@ -300,7 +312,7 @@ export function createWarp(canvas) {
             gl.uniform1f(uniform.upside, 0);
             gl.uniform2f(uniform.place, x - from, y - above);
             gl.drawArrays(gl.TRIANGLES, 0, 3);
-            const pixels = new ImageData(width, height);
+            const pixels = context.createImageData(width, height);
             gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(pixels.data.buffer));
             made.push([pixels, x, y]);
           }
