@@ -133,27 +133,28 @@ function chunksOf(png) {
 }
 
 /**
- * An EXIF segment with an orientation, a focal length for film and a place, for a JPEG.
+ * An EXIF segment with an orientation, an artist "J&G", a focal length for film and a place, for a JPEG.
  * @param {number} orientation @param {number} focal
  */
 function exifOf(orientation, focal) {
-  const tiff = Buffer.alloc(26 + 2 + 3 * 12 + 4 + 2 + 12 + 4 + 2 + 12 + 4);
+  const tiff = Buffer.alloc(8 + 2 + 4 * 12 + 4 + 2 + 12 + 4 + 2 + 12 + 4);
   tiff.write('II*\0', 0, 'latin1');
   tiff.writeUInt32LE(8, 4);
-  const entry = (/** @type {number} */ at, /** @type {number} */ tag, /** @type {number} */ type, /** @type {number} */ value) => {
+  const entry = (/** @type {number} */ at, /** @type {number} */ tag, /** @type {number} */ type, /** @type {number} */ value, count = 1) => {
     tiff.writeUInt16LE(tag, at);
     tiff.writeUInt16LE(type, at + 2);
-    tiff.writeUInt32LE(1, at + 4);
+    tiff.writeUInt32LE(count, at + 4);
     tiff.writeUInt32LE(value, at + 8);
   };
-  tiff.writeUInt16LE(3, 8);
+  tiff.writeUInt16LE(4, 8);
   entry(10, 0x0112, 3, orientation);
-  entry(22, 0x8769, 4, 50);
-  entry(34, 0x8825, 4, 70);
-  tiff.writeUInt16LE(1, 50);
-  entry(52, 0xa405, 3, focal);
-  tiff.writeUInt16LE(1, 70);
-  entry(72, 0x0000, 1, 0x00000302);
+  entry(22, 0x013b, 2, Buffer.from('J&G\0').readUInt32LE(), 4);
+  entry(34, 0x8769, 4, 62);
+  entry(46, 0x8825, 4, 80);
+  tiff.writeUInt16LE(1, 62);
+  entry(64, 0xa405, 3, focal);
+  tiff.writeUInt16LE(1, 80);
+  entry(82, 0x0000, 1, 0x00000302);
   const body = Buffer.concat([Buffer.from('Exif\0\0', 'latin1'), tiff]);
   const head = Buffer.from([0xff, 0xe1, (body.length + 2) >> 8, (body.length + 2) & 255]);
   return Buffer.concat([head, body]);
@@ -797,7 +798,7 @@ describe('one photo after another', () => {
     const known = (768 * 80) / 36;
     const lens = right.fit.camera.focal / known;
     assert.ok(Math.abs(lens - 1) < 0.03, `the lens is ${lens} times what the file says`);
-    // Changed and saved, its colours are what they were, and so they are on the stage.
+    // Changed and saved, it has who made it, and its colours are what they were, and so they are on the stage.
     await page.getByRole('tab', { name: 'Lengths' }).click();
     await moveSlider(page, 'nose width', 0.99);
     await page.waitForFunction(() => window.designer.photo.field !== null);
@@ -810,6 +811,7 @@ describe('one photo after another', () => {
     for (const as of ['PNG', 'JPEG']) {
       const { bytes } = await saved(page, `Save as ${as}`);
       assert.equal(await spaceOf(headerOf(Uint8Array.from(bytes).buffer).profile), 'display-p3', as);
+      assert.ok(bytes.includes('<rdf:li>J&#38;G</rdf:li>'), as);
       if (as === 'JPEG') continue;
       const wide = decodePng(bytes).rgb;
       for (const [x, y, ...wanted] of [[748, 20, 255, 0, 0], [688, 20, 200, 90, 60]]) {

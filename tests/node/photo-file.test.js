@@ -6,6 +6,7 @@ import { deflateSync } from 'node:zlib';
 
 import { headerOf } from '../../www/src/photo/exif.js';
 import { spaceOf } from '../../www/src/photo/profile.js';
+import { xmpPacket } from '../../www/src/photo/xmp.js';
 
 /** 512 x 512; its width is made another. */
 const PORTRAIT = await readFile(new URL('../../www/public/astronaut.jpg', import.meta.url));
@@ -90,6 +91,32 @@ describe('a photo’s file', () => {
     const [upright, turned] = [1, 6].map((value) => exifOf([ORIENTATION, SHORT, value]));
     assert.deepEqual(size(upright, turned), [512, 300]);
     assert.deepEqual(size(turned, upright), [300, 512]);
+  });
+
+  test('says whose it is, and so does the note in the file that is saved', () => {
+    const credits = (/** @type {Entry[]} */ ...entries) => headerOf(photoWith(exifOf(...entries))).credits;
+    const [ARTIST, COPYRIGHT, DESCRIPTION] = [0x013b, 0x8298, 0x010e];
+    const named = credits([ARTIST, TEXT, 'Ann; Zoë \0'], [COPYRIGHT, TEXT, '© <Ann> & Co.\0Zoë\0'], [DESCRIPTION, TEXT, 'me\0']);
+    assert.deepEqual(named, { artist: 'Ann; Zoë', copyright: '© <Ann> & Co.; Zoë', description: 'me' });
+    const none = { artist: '', copyright: '', description: '' };
+    assert.deepEqual(headerOf(photoWith()).credits, none);
+    assert.deepEqual(credits([ARTIST, SHORT, 3], [COPYRIGHT, TEXT, '\0\0\0\0']), none);
+    // Of one that says that it is longer than the file nothing is taken; of a book its beginning.
+    const long = exifOf([ARTIST, TEXT, 'Somebody']);
+    long.writeUInt32BE(0xffff0000, long.indexOf('Somebody') - 4 - 4 - 4);
+    assert.equal(headerOf(photoWith(long)).credits.artist, '');
+    assert.equal(credits([DESCRIPTION, TEXT, 'word '.repeat(5000)]).description.length, 1000);
+    // Before UTF-8.
+    assert.equal(headerOf(photoWith(Buffer.from(exifOf([ARTIST, TEXT, 'Zo_ and others']).toString('latin1').replace('_', 'ë'), 'latin1'))).credits.artist, 'Zoë and others');
+
+    const packet = xmpPacket('Edited', named);
+    assert.match(packet, /<dc:creator><rdf:Seq><rdf:li>Ann<\/rdf:li><rdf:li>Zoë<\/rdf:li><\/rdf:Seq><\/dc:creator>/);
+    assert.match(packet, /<dc:rights><rdf:Alt><rdf:li xml:lang="x-default">© &#60;Ann&#62; &#38; Co\.; Zoë<\/rdf:li><\/rdf:Alt><\/dc:rights>/);
+    assert.match(packet, /<dc:description><rdf:Alt><rdf:li xml:lang="x-default">me\nEdited<\/rdf:li>/);
+    assert.ok(!/creator|rights/.test(xmpPacket('Edited', none)));
+    const unedited = xmpPacket('', { ...none, description: 'a\x01b' });
+    assert.ok(!/humanEdits|Instructions/.test(unedited));
+    assert.match(unedited, />ab<\/rdf:li>/);
   });
 
   test('says whether it has the colours of Display P3', async () => {

@@ -1,17 +1,26 @@
-// What is wanted of a photo's file before its pixels: how large it is, which way up, in which colours, and
-// the focal length as if for film. A library for all of EXIF is many times this, and what it would read besides is of no
+// What is wanted of a photo's file before its pixels: how large it is, which way up, in which colours, of
+// whom, and the focal length as if for film. A library for all of EXIF is many times this, and what it would read besides is of no
 // use here.
 
-/** Tags of EXIF 2.3, and a type. */
+/** Types of EXIF 3. */
+const ASCII = 2;
 const SHORT = 3;
+const UTF8 = 129;
+/** Its tags. */
 const ORIENTATION = 0x0112;
+const DESCRIPTION = 0x010e;
+const ARTIST = 0x013b;
+const COPYRIGHT = 0x8298;
 const EXIF_IFD = 0x8769;
 const FOCAL_35 = 0xa405;
 
+/** Letters of each that are kept: a note in a JPEG has no room for whole books. */
+const MOST = 1000;
 /** What cameras have, mm; anything else is a mistake. */
 const FOCALS = [8, 800];
 
 /** @typedef {Parameters<typeof import('./profile.js').spaceOf>[0]} Profile */
+/** What a photo says of itself and of who made it; empty: nothing. @typedef {{ artist: string, copyright: string, description: string }} Credits */
 
 /** @param {DataView} view @param {number} at @param {number} length */
 function nameAt(view, at, length) {
@@ -79,14 +88,14 @@ function partsOf(view) {
 
 /**
  * @param {ArrayBuffer} bytes the file, or its beginning
- * @returns {{ kind: string | null, size: [number, number] | null, focal35: number | null, profile: Profile }} `kind` null: it is no
+ * @returns {{ kind: string | null, size: [number, number] | null, focal35: number | null, profile: Profile, credits: Credits }} `kind` null: it is no
  *   picture that is known here; `size`, px, as it is seen, null: it is known after decoding; `focal35`, mm, as if
- *   the longer side of the sensor were 36 mm, null: the file does not say; `profile` of its colours, as `spaceOf` takes it
+ *   the longer side of the sensor were 36 mm, null: the file does not say; `profile` of its colours, as `spaceOf` takes it; `credits`
  */
 export function headerOf(bytes) {
   const view = new DataView(bytes);
   const { kind, size, tiff, profile } = partsOf(view);
-  if (tiff < 0 || tiff + 8 > view.byteLength) return { kind, size, focal35: null, profile };
+  if (tiff < 0 || tiff + 8 > view.byteLength) return { kind, size, focal35: null, profile, credits: { artist: '', copyright: '', description: '' } };
   const little = view.getUint16(tiff) === 0x4949;
   /** @param {number} ifd @param {number} wanted @returns {number} where its entry is; 0 when there is none */
   const entryOf = (ifd, wanted) => {
@@ -104,6 +113,23 @@ export function headerOf(bytes) {
     if (!entry) return 0;
     return view.getUint16(entry + 2, little) === SHORT ? view.getUint16(entry + 8, little) : view.getUint32(entry + 8, little);
   };
+  /** @param {number} ifd @param {number} wanted @returns {string} what it says; empty when there is none */
+  const wordsOf = (ifd, wanted) => {
+    const entry = entryOf(ifd, wanted);
+    if (!entry || ![ASCII, UTF8].includes(view.getUint16(entry + 2, little))) return '';
+    const length = view.getUint32(entry + 4, little);
+    const place = length > 4 ? tiff + view.getUint32(entry + 8, little) : entry + 8;
+    if (place + length > view.byteLength) return '';
+    const letters = new Uint8Array(bytes, place, length);
+    let words;
+    try {
+      words = new TextDecoder('utf-8', { fatal: true }).decode(letters);
+    } catch {
+      words = new TextDecoder('windows-1252').decode(letters);
+    }
+    // An end stands between the copyrights of who took and who edited it, too.
+    return words.split('\0').map((part) => part.trim()).filter(Boolean).join('; ').slice(0, MOST);
+  };
   const main = view.getUint32(tiff + 4, little);
   const exif = find(main, EXIF_IFD);
   const focal = exif && find(exif, FOCAL_35);
@@ -112,5 +138,6 @@ export function headerOf(bytes) {
   const isOne = turned > 0 && view.getUint16(turned + 2, little) === SHORT && view.getUint32(turned + 4, little) === 1;
   const orientation = isOne ? view.getUint16(turned + 8, little) : 1;
   if (size && orientation >= 5 && orientation <= 8) size.reverse();
-  return { kind, size, focal35: focal >= FOCALS[0] && focal <= FOCALS[1] ? focal : null, profile };
+  const credits = { artist: wordsOf(main, ARTIST), copyright: wordsOf(main, COPYRIGHT), description: wordsOf(main, DESCRIPTION) };
+  return { kind, size, focal35: focal >= FOCALS[0] && focal <= FOCALS[1] ? focal : null, profile, credits };
 }

@@ -55,7 +55,7 @@ function smaller(width, height) {
  */
 export async function readPhoto(file, name) {
   if (file.size === 0) throw new Failure(text.photo.empty);
-  const { kind, size, focal35, profile } = headerOf(await file.slice(0, HEAD).arrayBuffer());
+  const { kind, size, focal35, profile, credits } = headerOf(await file.slice(0, HEAD).arrayBuffer());
   // What is too large or too small is not even decoded.
   if (size) saved(...size);
   /** @param {ReturnType<typeof smaller>} [less] */
@@ -99,6 +99,7 @@ export async function readPhoto(file, name) {
     height,
     /** The file's own size, where it is saved smaller; else null. */
     reduced: width < whole[0] ? { width: whole[0], height: whole[1] } : null,
+    credits,
     /** Of the canvas that loses none of its colours. */
     colorSpace: await spaceOf(profile),
     /** px, or undefined: then it is estimated. */
