@@ -6,6 +6,8 @@ import { describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
+import { headerOf } from '../../www/src/photo/exif.js';
+import { spaceOf } from '../../www/src/photo/profile.js';
 import { readPicture } from './glb.js';
 import { decodePng, differing, download, holdBack, landmarkOnScreen, moveSlider, onePage, open, settled, siteAndBrowser } from './site.js';
 
@@ -45,14 +47,14 @@ async function choose(page, buffer, name = 'photo.png', mimeType = 'image/png') 
  * A picture that a page draws with the portrait at hand.
  * @param {import('playwright-core').Page} page
  * @param {(string | number)[][]} calls `fill` a colour, `turn` by a matrix, `draw` the portrait, with their numbers
- * @param {number} width @param {number} height @param {string} [type]
+ * @param {number} width @param {number} height @param {string} [type] @param {PredefinedColorSpace} [colorSpace]
  */
-async function drawn(page, calls, width, height, type = 'image/png') {
+async function drawn(page, calls, width, height, type = 'image/png', colorSpace = 'srgb') {
   const code = await page.evaluate(
-    async ([source, bytes, width, height, type]) => {
+    async ([source, bytes, width, height, type, colorSpace]) => {
       const portrait = await createImageBitmap(new Blob([Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0))]));
       const canvas = new OffscreenCanvas(width, height);
-      const context = canvas.getContext('2d');
+      const context = canvas.getContext('2d', { colorSpace });
       // The page's policy lets no string become a function: what to draw is a list of calls.
       for (const [name, ...values] of JSON.parse(source)) {
         if (name === 'fill') {
@@ -67,7 +69,7 @@ async function drawn(page, calls, width, height, type = 'image/png') {
       for (let i = 0; i < all.length; i += 0x8000) text += String.fromCharCode(...all.subarray(i, i + 0x8000));
       return btoa(text);
     },
-    /** @type {const} */ ([JSON.stringify(calls), PORTRAIT.toString('base64'), width, height, type]),
+    /** @type {const} */ ([JSON.stringify(calls), PORTRAIT.toString('base64'), width, height, type, colorSpace]),
   );
   return Buffer.from(code, 'base64');
 }
@@ -80,8 +82,17 @@ async function moveFace(page) {
   await page.getByRole('tab', { name: 'Photo' }).click();
 }
 
-/** A grey PNG without anything in it, of any size. @param {number} width @param {number} height */
-function greyPng(width, height) {
+/** @param {import('playwright-core').Page} page @param {string} button */
+async function saved(page, button) {
+  const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: button }).click()]);
+  return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
+}
+
+/**
+ * A grey PNG without anything in it, of any size.
+ * @param {number} width @param {number} height @param {[name: string, data: Buffer][]} [more] chunks before the picture
+ */
+function greyPng(width, height, more = []) {
   const chunk = (/** @type {string} */ name, /** @type {Buffer} */ data) => {
     const body = Buffer.concat([Buffer.from(name, 'latin1'), data]);
     const ends = Buffer.alloc(8);
@@ -96,6 +107,7 @@ function greyPng(width, height) {
   return Buffer.concat([
     Buffer.from('\x89PNG\r\n\x1a\n', 'latin1'),
     chunk('IHDR', head),
+    ...more.map((one) => chunk(...one)),
     chunk('IDAT', deflateSync(Buffer.alloc((width + 1) * height), { level: 1 })),
     chunk('IEND', Buffer.alloc(0)),
   ]);
@@ -121,27 +133,28 @@ function chunksOf(png) {
 }
 
 /**
- * An EXIF segment with an orientation, a focal length for film and a place, for a JPEG.
+ * An EXIF segment with an orientation, an artist "J&G", a focal length for film and a place, for a JPEG.
  * @param {number} orientation @param {number} focal
  */
 function exifOf(orientation, focal) {
-  const tiff = Buffer.alloc(26 + 2 + 3 * 12 + 4 + 2 + 12 + 4 + 2 + 12 + 4);
+  const tiff = Buffer.alloc(8 + 2 + 4 * 12 + 4 + 2 + 12 + 4 + 2 + 12 + 4);
   tiff.write('II*\0', 0, 'latin1');
   tiff.writeUInt32LE(8, 4);
-  const entry = (/** @type {number} */ at, /** @type {number} */ tag, /** @type {number} */ type, /** @type {number} */ value) => {
+  const entry = (/** @type {number} */ at, /** @type {number} */ tag, /** @type {number} */ type, /** @type {number} */ value, count = 1) => {
     tiff.writeUInt16LE(tag, at);
     tiff.writeUInt16LE(type, at + 2);
-    tiff.writeUInt32LE(1, at + 4);
+    tiff.writeUInt32LE(count, at + 4);
     tiff.writeUInt32LE(value, at + 8);
   };
-  tiff.writeUInt16LE(3, 8);
+  tiff.writeUInt16LE(4, 8);
   entry(10, 0x0112, 3, orientation);
-  entry(22, 0x8769, 4, 50);
-  entry(34, 0x8825, 4, 70);
-  tiff.writeUInt16LE(1, 50);
-  entry(52, 0xa405, 3, focal);
-  tiff.writeUInt16LE(1, 70);
-  entry(72, 0x0000, 1, 0x00000302);
+  entry(22, 0x013b, 2, Buffer.from('J&G\0').readUInt32LE(), 4);
+  entry(34, 0x8769, 4, 62);
+  entry(46, 0x8825, 4, 80);
+  tiff.writeUInt16LE(1, 62);
+  entry(64, 0xa405, 3, focal);
+  tiff.writeUInt16LE(1, 80);
+  entry(82, 0x0000, 1, 0x00000302);
   const body = Buffer.concat([Buffer.from('Exif\0\0', 'latin1'), tiff]);
   const head = Buffer.from([0xff, 0xe1, (body.length + 2) >> 8, (body.length + 2) & 255]);
   return Buffer.concat([head, body]);
@@ -174,6 +187,20 @@ const shown = (page) =>
     const { data } = context.getImageData(0, 0, copy.width, copy.height);
     return crypto.subtle.digest('SHA-256', data).then((digest) => Array.from(new Uint8Array(digest)).join(' '));
   });
+
+/**
+ * A square of the picture on the stage.
+ * @param {import('playwright-core').Page} page @param {number} x @param {number} y @param {number} side @param {PredefinedColorSpace} [colorSpace]
+ */
+const stageAt = (page, x, y, side, colorSpace = 'srgb') =>
+  page.evaluate(
+    ([x, y, side, colorSpace]) => {
+      const context = new OffscreenCanvas(side, side).getContext('2d', { colorSpace });
+      context.drawImage(document.querySelector('.photo-canvas'), -x, -y);
+      return [...context.getImageData(0, 0, side, side).data];
+    },
+    /** @type {const} */ ([x, y, side, colorSpace]),
+  );
 
 /** The portrait's points when it is the first photo of a visit. @type {number[]} */
 let first;
@@ -239,6 +266,8 @@ describe('a face in a photo', () => {
     assert.ok(looks.crop > 0.5 && looks.hair < 0.5 && looks.comb > 0.7 && looks.length > 0.2 && looks.length < 0.5, JSON.stringify(looks));
     assert.ok(looks.skin < 0.4 && (looks.iris ?? 0.7) > 0.5 && !looks.beard && !looks.grey && !looks.red, JSON.stringify(looks));
     assert.deepEqual(await faults(page), []);
+    // Nobody has looked at the head yet.
+    assert.ok(await page.getByLabel('The photo’s colours on the 3D head').isEnabled());
     const plain = await shown(page);
 
     // A slider of another tab changes the photo; held it is as it was; so with no strength.
@@ -265,11 +294,7 @@ describe('a face in a photo', () => {
 
     const edited = await page.evaluate(() => ({ code: window.designer.face.code, expression: window.designer.face.expression }));
     // PNG: the whole photo, the note after the head, nothing else of metadata.
-    const saved = async (/** @type {string} */ button) => {
-      const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: button }).click()]);
-      return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
-    };
-    const png = await saved('Save as PNG');
+    const png = await saved(page, 'Save as PNG');
     assert.equal(png.name, 'astronaut-phiz.png');
     const chunks = chunksOf(png.bytes);
     assert.ok(chunks.every(({ whole }) => whole), 'each chunk has its CRC');
@@ -284,7 +309,7 @@ describe('a face in a photo', () => {
     said(chunks[1].data.toString('utf8', keyword.length));
     const picture = decodePng(png.bytes);
     assert.deepEqual([picture.width, picture.height], [512, 512]);
-    const jpeg = await saved('Save as JPEG');
+    const jpeg = await saved(page, 'Save as JPEG');
     assert.equal(jpeg.name, 'astronaut-phiz.jpg');
     const segment = jpeg.bytes.indexOf('http://ns.adobe.com/xap/1.0/\0', 0, 'latin1') - 4;
     assert.deepEqual([...jpeg.bytes.subarray(segment, segment + 2)], [0xff, 0xe1]);
@@ -476,10 +501,13 @@ describe('a face in a photo', () => {
     await page.waitForFunction(() => window.designer.photo.mode === 'ready' && window.designer.photo.field, null, { timeout: 60_000 });
     assert.equal(await sentence(page), 'Stopped.');
     await isWhole();
-    // Another face takes its place.
+    // Another face takes its place, and shows all that is done to it.
+    const strength = page.getByRole('slider', { name: 'Strength', exact: true });
+    await strength.press('Home');
     assert.equal((await choose(page, CMYK, 'cmyk.jpg', 'image/jpeg')).mode, 'ready');
     assert.match((await sentence(page)) ?? '', /^The face is fitted\./);
     assert.notEqual((await stateOf(page)).fit.code, good.fit.code);
+    assert.equal(await strength.inputValue(), '100');
     assert.deepEqual(complaints, []);
     await context.close();
   });
@@ -542,15 +570,39 @@ describe('a face in a photo', () => {
     await page.waitForFunction(() => window.designer.photo.mode !== 'busy' && document.querySelector('.photo-status.is-wrong'));
     const broken = await stateOf(page);
     assert.deepEqual([broken.mode, broken.points], ['adjust', dragged.points]);
-    await again.click();
+    // What is no photo does not end a fit, and is told for as long as nobody goes on.
+    await pressed('Fit again');
+    await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'broken.jpg', mimeType: 'image/jpeg', buffer: Buffer.from('no photo') });
     const corrected = await done(page);
     assert.equal(corrected.mode, 'ready');
+    assert.equal(await sentence(page), 'This is not a picture that your browser can show.');
     assert.deepEqual(corrected.points, dragged.points);
     const other = await page.evaluate(() => window.designer.face.code);
     assert.notEqual(other, code);
     assert.ok(corrected.fitted[61] !== state.fitted[61]);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.equal(await page.evaluate(() => window.designer.face.code), code);
+
+    // Where the fit is taken and the edit is not, the photo is edited as it was.
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      Worker.prototype.postMessage = function (message, ...rest) {
+        if (message.task !== 'edit') return postMessage.call(this, message, ...rest);
+        Worker.prototype.postMessage = postMessage;
+        return postMessage.call(this, { ...message, photo: { ...message.photo, width: 0 } });
+      };
+    });
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    await page.getByRole('button', { name: 'As found' }).click();
+    await again.click();
+    assert.equal((await done(page)).mode, 'adjust');
+    assert.match((await sentence(page)) ?? '', /^The face could not be fitted: /);
+    await page.getByRole('button', { name: 'Leave' }).click();
+    const left = await done(page);
+    assert.deepEqual([left.mode, left.points], ['ready', corrected.points]);
+    await moveFace(page);
+    assert.ok((await stateOf(page)).changed);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
 
     // As found, and fitted again: the same face as at first.
     // Looks that were chosen meanwhile stay.
@@ -562,8 +614,13 @@ describe('a face in a photo', () => {
     await page.getByRole('button', { name: 'Correct the points' }).click();
     await page.getByRole('button', { name: 'As found' }).click();
     assert.deepEqual((await stateOf(page)).points, state.points);
-    await again.click();
+    await again.press('Enter');
+    const focused = () => page.evaluate(() => document.activeElement?.textContent);
+    assert.equal(await focused(), 'Cancel');
+    // Who is somewhere else meanwhile stays there.
+    await page.getByRole('tab', { name: 'Looks' }).focus();
     await done(page);
+    assert.equal(await focused(), 'Looks');
     assert.equal(await page.evaluate(() => window.designer.face.code), code);
     assert.deepEqual(await page.evaluate(() => window.designer.colouring), chosen);
     // What was stopped, and left, is changed as before.
@@ -659,6 +716,20 @@ describe('one photo after another', () => {
     assert.equal(await refuse(Buffer.alloc(0), 'a.png', 'image/png'), 'The file is empty.');
     assert.equal(await refuse(PORTRAIT.subarray(0, PORTRAIT.length / 2), 'a.jpg', 'image/jpeg'), 'The picture is damaged and cannot be opened.');
     assert.equal(await refuse(greyPng(16000, 8000), 'a.png', 'image/png'), 'The photo has 128 megapixels; a page can take no more than 100.');
+    // A line of a pixel, in the size that can be saved.
+    const tooSmall = 'The picture is too small to hold a face.';
+    assert.equal(await refuse(greyPng(1_000_000, 33), 'a.png', 'image/png'), tooSmall);
+    assert.equal(await refuse(greyPng(20, 20), 'a.png', 'image/png'), tooSmall);
+    // It is decoded, and then the stage has no room for it.
+    await page.evaluate(() => {
+      const { createImageBitmap } = window;
+      window.createImageBitmap = (image, ...rest) => {
+        if (!(image instanceof ImageBitmap)) return createImageBitmap(image, ...rest);
+        window.createImageBitmap = createImageBitmap;
+        return Promise.reject(new Error('no room'));
+      };
+    });
+    assert.equal(await refuse(greyPng(300, 200), 'a.png', 'image/png'), 'The picture is damaged and cannot be opened.');
 
     // No face, and one that is too small.
     const wall = await choose(page, await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332));
@@ -676,19 +747,59 @@ describe('one photo after another', () => {
     await page.getByRole('button', { name: 'Cancel' }).click();
     assert.equal(await sentence(page), 'Stopped.');
 
-    // CMYK, and 16 bits a channel.
+    // On its side, which only the browser knows, since that stands behind a megabyte of something else: once as large as it is
+    // worked on, once larger.
+    const late = /** @type {[string, Buffer][]} */ ([['teXt', Buffer.alloc(1.1e6)], ['eXIf', exifOf(6, 50).subarray(10)]]);
+    for (const [width, height] of [[300, 200], [2700, 40]]) {
+      await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'a.png', mimeType: 'image/png', buffer: greyPng(width, height, late) });
+      await page.waitForFunction((width) => window.designer.photo.height === width, width);
+      const sides = await page.evaluate(() => [window.designer.photo.width, document.querySelector('.photo-canvas').width]);
+      assert.deepEqual(sides, [height, Math.round(height * Math.min(1, 2048 / width))]);
+      await done(page);
+    }
+
+    // CMYK, and 16 bits a channel, with a hole beside the nose that has soft edges and is black.
     assert.equal((await choose(page, CMYK, 'cmyk.jpg', 'image/jpeg')).mode, 'ready');
     const eight = PNG.sync.read(await drawn(page, [['draw', 0, 0]], 512, 512));
+    const hole = [first[62] - 7, first[63] - 2].map(Math.round);
+    const around = [];
+    for (let y = hole[1] - 14; y <= hole[1] + 14; y++) for (let x = hole[0] - 14; x <= hole[0] + 14; x++) around.push([512 * y + x, x, y]);
+    for (const [i, x, y] of around) {
+      const alpha = Math.min(1, Math.max(0, (Math.hypot(x - hole[0], y - hole[1]) - 2) / 2));
+      eight.data.set(alpha === 0 ? [0, 0, 0, 0] : [...eight.data.subarray(4 * i, 4 * i + 3), Math.round(255 * alpha)], 4 * i);
+    }
     const deep = new Uint16Array(eight.data.length);
     eight.data.forEach((/** @type {number} */ value, /** @type {number} */ i) => (deep[i] = 257 * value));
     const sixteen = PNG.sync.write({ width: 512, height: 512, data: Buffer.from(deep.buffer) }, { bitDepth: 16, inputHasAlpha: true });
     assert.equal(sixteen[24], 16);
     const fromDeep = await choose(page, sixteen);
     assert.equal(fromDeep.mode, 'ready');
-    assert.ok(apart(fromDeep.points, first) < 1);
+    assert.ok(apart(fromDeep.points, first) < 1, `${apart(fromDeep.points, first)}`);
+    // It goes where the skin goes, and nothing of its black is seen: on the stage as in the file.
+    await page.getByRole('tab', { name: 'Lengths' }).click();
+    await moveSlider(page, 'nose width', 0.99);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    const { rgb, alpha } = decodePng((await saved(page, 'Save as PNG')).bytes);
+    const light = (/** @type {Uint8Array} */ rgb) => rgb[0] + rgb[1] + rgb[2];
+    const darkest = Math.min(...around.flatMap(([i]) => (eight.data[4 * i + 3] ? [light(eight.data.subarray(4 * i))] : [])));
+    const stage = await stageAt(page, hole[0] - 14, hole[1] - 14, 29);
+    let [gone, come, off] = [0, 0, 0];
+    for (const [n, [i]] of around.entries()) {
+      gone += Math.max(0, alpha[i] - eight.data[4 * i + 3]) / 255;
+      come += Math.max(0, eight.data[4 * i + 3] - alpha[i]) / 255;
+      // What is hardly seen has few steps.
+      if (alpha[i] < 64) continue;
+      assert.ok(light(rgb.subarray(3 * i)) > 0.8 * darkest, `beside the hole it is ${[...rgb.subarray(3 * i, 3 * i + 3)]} of ${alpha[i]}`);
+      for (let k = 0; k < 3; k++) off = Math.max(off, Math.abs(stage[4 * n + k] - rgb[3 * i + k]));
+    }
+    assert.ok(gone > 5 && come > 5, `of the hole ${gone} pixels are gone, and ${come} have come`);
+    assert.ok(off <= 8, `the stage and the file are ${off} of 255 apart`);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
 
-    // Turned by EXIF, with a focal length: it is the right way up, and the lens is known.
-    const turned = await drawn(page, [['fill', '#567', 0, 0, 512, 768], ['turn', 0, -1, 1, 0, 0, 768], ['draw', 120, 0]], 512, 768, 'image/jpeg');
+    // Turned by EXIF, with a focal length: it is the right way up, and the lens is known. It has a red that sRGB has not, and a brown.
+    const calls = [['fill', '#567', 0, 0, 512, 768], ['fill', 'color(display-p3 1 0 0)', 0, 0, 40, 40], ['fill', 'color(display-p3 0.784 0.353 0.235)', 0, 60, 40, 40]];
+    const turned = await drawn(page, [...calls, ['turn', 0, -1, 1, 0, 0, 768], ['draw', 120, 0]], 512, 768, 'image/jpeg', 'display-p3');
     const exif = Buffer.concat([turned.subarray(0, 2), exifOf(6, 80), turned.subarray(2)]);
     const right = await choose(page, exif, 'turned.jpg', 'image/jpeg');
     assert.deepEqual([right.mode, right.width, right.height], ['ready', 768, 512]);
@@ -697,6 +808,28 @@ describe('one photo after another', () => {
     const known = (768 * 80) / 36;
     const lens = right.fit.camera.focal / known;
     assert.ok(Math.abs(lens - 1) < 0.03, `the lens is ${lens} times what the file says`);
+    // Changed and saved, it has who made it, and its colours are what they were, and so they are on the stage.
+    await page.getByRole('tab', { name: 'Lengths' }).click();
+    await moveSlider(page, 'nose width', 0.99);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    for (const as of ['PNG', 'JPEG']) {
+      const { bytes } = await saved(page, `Save as ${as}`);
+      assert.equal(await spaceOf(headerOf(Uint8Array.from(bytes).buffer).profile), 'display-p3', as);
+      assert.ok(bytes.includes('<rdf:li>J&#38;G</rdf:li>'), as);
+      if (as === 'JPEG') continue;
+      const wide = decodePng(bytes).rgb;
+      for (const [x, y, ...wanted] of [[740, 10, 255, 0, 0], [680, 10, 200, 90, 60], [Math.round(right.points[60]), Math.round(right.points[61])]]) {
+        const onStage = await stageAt(page, x, y, 16, 'display-p3');
+        for (let n = 0; n < 16 * 16; n++) {
+          const at = 768 * (y + (n >> 4)) + x + (n & 15);
+          const has = [...wide.subarray(3 * at, 3 * at + 3)];
+          // JPEG's own steps.
+          assert.ok(wanted.every((value, k) => Math.abs(value - has[k]) < 6), `${has} is not ${wanted}`);
+          assert.ok(has.every((value, k) => Math.abs(value - onStage[4 * n + k]) <= 2), `${has} is not the stage's ${onStage.slice(4 * n, 4 * n + 3)}`);
+        }
+      }
+    }
     const silent = await choose(page, await drawn(page, [['fill', '#567', 0, 0, 768, 512], ['draw', 120, 0]], 768, 512));
     const guess = silent.fit.camera.focal / known;
     assert.ok(Math.abs(guess - 1) > 0.05, `without EXIF it is ${guess} times that`);
@@ -721,9 +854,13 @@ describe('one photo after another', () => {
     await frames.first().focus();
     await page.keyboard.press('Tab');
     assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('aria-label')), 'Face 5 of 5');
+    // What has the focus goes, and what comes for it has it.
+    const focused = () => page.evaluate(() => document.activeElement?.textContent);
     await page.keyboard.press('Enter');
+    assert.equal(await focused(), 'Cancel');
     const one = await done(page);
     assert.equal(one.mode, 'ready');
+    assert.equal(await focused(), 'Correct the points');
     assert.ok(one.points[60] > 300 && one.points[60] < 600, `the nose is at ${one.points[60]}`);
     // Who looks for another may stay with this one.
     await page.getByRole('button', { name: 'Another face' }).click();

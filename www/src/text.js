@@ -510,7 +510,7 @@ export const text = {
     colours: 'The photo’s colours on the 3D head',
     noColours: (/** @type {string} */ why) => `The head keeps its own colours: ${why}.`,
     saveTitle: 'Save the photo',
-    saveAbout: 'In full size. The file says that it was edited, but not where it was taken.',
+    saveAbout: 'In full size. The file keeps who made the photo and its description, and says that it was edited, but not where it was taken.',
     size: (/** @type {number} */ width, /** @type {number} */ height, /** @type {{ width: number, height: number } | null} */ from) =>
       from
         ? `${width} × ${height} pixels: the file’s ${from.width} × ${from.height} are more than a page can handle.`

@@ -55,7 +55,6 @@ export function createColours({ fitter, detail, tone, colouring, allowed, wear, 
   }
 
   async function dress() {
-    box.disabled = !allowed();
     await prepare();
     // Another photo came in between, and asks by itself.
     if (wanted() && found === undefined) return;
@@ -68,6 +67,10 @@ export function createColours({ fitter, detail, tone, colouring, allowed, wear, 
   return {
     /** For the panel. */
     root: element('label', { class: 'check' }, box, text.photo.colours),
+    /** Whether it can be chosen, which nobody needs to look at the head for. */
+    offer() {
+      box.disabled = !allowed();
+    },
     dress,
     prepare,
     /** The photo or its fit is another. */

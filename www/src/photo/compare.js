@@ -64,8 +64,10 @@ export function createComparison({ changed, allowed }) {
     get split() {
       return split > 0 ? split / 100 : null;
     },
-    /** For another photo. */
+    /** For another photo, which shows all that is done to it. */
     reset() {
+      strength = 100;
+      slider.show(strength);
       split = line.valueAsNumber = 0;
     },
   };

@@ -3,6 +3,7 @@ import { Failure } from '../frame/failure.js';
 import { drawnByProcessor } from '../rendering/graphics.js';
 import { text } from '../text.js';
 import { headerOf } from './exif.js';
+import { spaceOf } from './profile.js';
 
 /**
  * What is kept while a photo is edited is at most so many pixels a side: faces are found, points corrected and
@@ -25,12 +26,19 @@ const WHOLE = [4 / 3, 3 / 2, 16 / 9];
 
 /** @typedef {Awaited<ReturnType<typeof readPhoto>>} Photo */
 
-/** The size in which a photo is saved, which is the file's if that can be. @param {number} width @param {number} height */
+/**
+ * The size in which a photo is saved, which is the file's if that can be.
+ * @param {number} width @param {number} height
+ * @throws Failure when none can
+ */
 function saved(width, height) {
   const pixels = width * height;
   if (pixels > OPENED) throw new Failure(text.photo.tooLarge(pixels / 1e6, OPENED / 1e6));
   const scale = Math.min(1, Math.sqrt(SAVED / pixels), LONGEST / Math.max(width, height));
-  return { width: Math.max(1, Math.round(scale * width)), height: Math.max(1, Math.round(scale * height)) };
+  const size = { width: Math.round(scale * width), height: Math.round(scale * height) };
+  // What is very long is as low as that in the end.
+  if (Math.min(size.width, size.height) < SMALLEST) throw new Failure(text.photo.tooSmall);
+  return size;
 }
 
 /** What makes the picture to work on of one of this size; null when that is small enough. @param {number} width @param {number} height */
@@ -47,23 +55,34 @@ function smaller(width, height) {
  */
 export async function readPhoto(file, name) {
   if (file.size === 0) throw new Failure(text.photo.empty);
-  const { kind, size, focal35 } = headerOf(await file.slice(0, HEAD).arrayBuffer());
-  // What is too large is not even decoded.
+  const { kind, size, focal35, profile, credits } = headerOf(await file.slice(0, HEAD).arrayBuffer());
+  // What is too large or too small is not even decoded.
   if (size) saved(...size);
+  /** @param {ReturnType<typeof smaller>} [less] */
+  const decode = (less) => createImageBitmap(file, { imageOrientation: 'from-image', ...less });
+  const less = size && smaller(...size);
   let bitmap;
   try {
-    bitmap = await createImageBitmap(file, { imageOrientation: 'from-image', ...(size && smaller(...size)) });
+    bitmap = await decode(less);
+    // The browser says which way up it is: where it takes the other side for the width, that was scaled for the height.
+    if (size && less && (bitmap.width - bitmap.height) * (size[0] - size[1]) < 0) {
+      bitmap.close();
+      size.reverse();
+      bitmap = await decode(smaller(...size));
+    }
   } catch {
     throw new Failure(kind === null ? text.photo.unreadable : kind === 'avif or heif' ? text.photo.undecodable : text.photo.damaged);
   }
   /** @type {readonly [number, number]} */
-  const whole = size ?? [bitmap.width, bitmap.height];
-  if (Math.min(...whole) < SMALLEST) {
+  const whole = size && less ? size : [bitmap.width, bitmap.height];
+  let width, height;
+  try {
+    ({ width, height } = saved(...whole));
+  } catch (error) {
     bitmap.close();
-    throw new Failure(text.photo.tooSmall);
+    throw error;
   }
-  const { width, height } = saved(...whole);
-  const later = size ? null : smaller(...whole);
+  const later = less ? null : smaller(...whole);
   if (later) {
     const large = bitmap;
     bitmap = await createImageBitmap(large, later).finally(() => large.close());
@@ -80,6 +99,9 @@ export async function readPhoto(file, name) {
     height,
     /** The file's own size, where it is saved smaller; else null. */
     reduced: width < whole[0] ? { width: whole[0], height: whole[1] } : null,
+    credits,
+    /** Of the canvas that loses none of its colours. */
+    colorSpace: await spaceOf(profile),
     /** px, or undefined: then it is estimated. */
     focal: uncut && focal35 !== null ? (Math.max(width, height) * focal35) / 36 : undefined,
   };

@@ -26,6 +26,9 @@ const LONGEST_SHOWN = drawnByProcessor() ? 2048 : 4096;
 /** What the example's portrait is called. */
 const EXAMPLE = 'astronaut.jpg';
 
+/** px of the stage's picture for one of a photo. @param {{ width: number, height: number }} of */
+const shownOf = ({ width, height }) => Math.min(1, LONGEST_SHOWN / Math.max(width, height));
+
 /** What is being done: one block of the panel for each. @typedef {'empty' | 'busy' | 'choose' | 'none' | 'place' | 'ready' | 'adjust'} Mode */
 
 /**
@@ -81,13 +84,19 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let last = null;
   /** Each photo that is opened is a visit: what comes late for an earlier one is dropped. */
   let visit = 0;
+  /** Files that began to be read: one that comes late is dropped. */
+  let begun = 0;
+  /** What was being done when the present file began to be read, which goes on if it is no photo. @type {Mode | null} */
+  let beside = null;
+  /** What was wrong with a file that came while a face was fitted, until that is done. */
+  let unread = '';
   /** @type {Mode} */
   let mode = 'empty';
   /** Where a step back leads. @type {Mode} */
   let before = 'empty';
   /** Where points were moved before something was begun that can be stopped: they are there again then. @type {'place' | 'adjust' | null} */
   let moving = null;
-  /** Whether what edits the photo was ended with a fit that was stopped. */
+  /** Whether what edits the photo has another fit than `fitted`, or was ended with one that was stopped. */
   let unedited = false;
 
   // The stage.
@@ -230,8 +239,12 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   /** @param {Mode} next */
   function show(next) {
     if (next === 'busy') moving ??= mode === 'place' || mode === 'adjust' ? mode : null;
-    else moving = null;
+    else {
+      moving = null;
+      unread = '';
+    }
     mode = next;
+    const focused = document.activeElement;
     for (const [name, block] of Object.entries(blocks)) block.hidden = name !== mode;
     first.hidden = photo !== null;
     sides.hidden = photo === null;
@@ -247,6 +260,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     if (mode === 'choose' || points) photoOnStage();
     turn();
     draw();
+    // Who goes by keys goes on from what came for it.
+    if (focused?.closest('[hidden]') && (panel.contains(focused) || view.root.contains(focused))) {
+      /** @type {HTMLElement | null} */ ((blocks[mode] ?? panel).querySelector('button:enabled:not([hidden])'))?.focus();
+    }
   }
   function onPhoto() {
     return /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked;
@@ -264,6 +281,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     dress();
   }
   function dress() {
+    colours.offer();
     if (!photo || !onPhoto()) void colours.dress();
   }
   function draw() {
@@ -316,10 +334,16 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     return points.map((value, i) => value + scale * fit.residuals[i >> 1][i % 2]);
   }
 
-  function cancel() {
+  /** Nobody waits any more for what goes on. */
+  function stop() {
     visit += 1;
+    begun += 1;
+    beside = null;
     stopFinding();
     fitter.cancel();
+  }
+  function cancel() {
+    stop();
     editable = false;
     field = null;
     unedited = true;
@@ -330,7 +354,6 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     keepLast();
     if (last) return void bringBack(text.photo.cancelled);
     say(text.photo.cancelled);
-    retry.hidden = false;
     show(photo ? 'none' : 'empty');
   }
   const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, shown, sentence: quality.textContent });
@@ -339,9 +362,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   }
   /** There is no photo any more; the face stays. */
   function close() {
-    visit += 1;
-    stopFinding();
-    fitter.cancel();
+    stop();
     editable = dressed = false;
     forgetLast();
     forgetPerson();
@@ -385,7 +406,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     field = null;
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     correction.open(photo, fitted.points);
-    warp.setPhoto(onStage);
+    warp.setPhoto(onStage, photo.colorSpace);
     view.open(photo.width, photo.height);
     view.closeTo(around(fitted.points, 1));
     say(sentence, wrong);
@@ -423,49 +444,73 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     }
   }
 
-  /** @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name */
-  async function open(file, name) {
-    const here = (visit += 1);
-    const from = mode;
-    stopFinding();
-    prepareFinding();
-    bar.removeAttribute('value');
-    say(text.photo.reading);
-    show('busy');
-    let next;
-    try {
-      next = await readPhoto(typeof file === 'function' ? await file() : file, name);
-    } catch (error) {
-      if (here !== visit) return;
-      stopFinding();
-      // The photo before stays, whole, and where it was.
-      editable = fitted !== null && !unedited;
-      say(error instanceof Failure ? error.message : text.photo.damaged, true);
-      return show(moving ?? (from === 'choose' ? from : fitted ? 'ready' : photo ? 'none' : 'empty'));
-    }
-    // The stage has a copy, which it may need again.
-    shown = Math.min(1, LONGEST_SHOWN / Math.max(next.width, next.height));
-    const picture = await createImageBitmap(next.bitmap, {
-      resizeWidth: Math.round(shown * next.width),
-      resizeHeight: Math.round(shown * next.height),
+  /** The stage has a copy, which it may need again. @param {import('./read.js').Photo} of */
+  async function pictureOf(of) {
+    const scale = shownOf(of);
+    const scaled = await createImageBitmap(of.bitmap, {
+      resizeWidth: Math.max(1, Math.round(scale * of.width)),
+      resizeHeight: Math.max(1, Math.round(scale * of.height)),
       resizeQuality: 'high',
     });
-    if (here !== visit) {
+    // Only then: what is half seen would be scaled with the colour of what is not seen.
+    return createImageBitmap(scaled, { premultiplyAlpha: 'none' }).finally(() => scaled.close());
+  }
+
+  /** @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name */
+  async function open(file, name) {
+    const mine = (begun += 1);
+    beside ??= mode;
+    unread = '';
+    say(text.photo.reading);
+    if (beside !== 'busy') {
+      stopFinding();
+      prepareFinding();
+      bar.removeAttribute('value');
+      show('busy');
+    }
+    let next, picture;
+    try {
+      next = await readPhoto(typeof file === 'function' ? await file() : file, name);
+      picture = await pictureOf(next);
+    } catch (error) {
+      next?.bitmap.close();
+      if (mine !== begun) return;
+      const from = beside;
+      beside = null;
+      const sentence = error instanceof Failure ? error.message : text.photo.damaged;
+      say(sentence, true);
+      // The photo before stays, whole, and where it was; what was being done with it goes on, or is done.
+      if (from === 'busy') {
+        if (mode === 'busy') unread = sentence;
+        return;
+      }
+      stopFinding();
+      return show(from);
+    }
+    if (mine !== begun) {
       picture.close();
       return next.bitmap.close();
     }
+    const here = (visit += 1);
+    if (beside === 'busy') {
+      stopFinding();
+      prepareFinding();
+    }
+    beside = null;
+    show('busy');
     moving = null;
     keepLast();
     forgetPerson();
     forgetPhoto();
     onStage = picture;
     photo = next;
+    shown = shownOf(photo);
     faces = [];
     detected = fitted = own = field = null;
     editable = dressed = false;
     comparison.reset();
     size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
-    warp.setPhoto(picture);
+    warp.setPhoto(picture, photo.colorSpace);
     photoOnStage();
     view.open(photo.width, photo.height);
     draw();
@@ -476,6 +521,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   async function search(here) {
     if (!photo) return;
     bar.value = 0;
+    retry.hidden = false;
     say(text.photo.searching);
     show('busy');
     // The fit is wanted next; if it cannot be prepared, it says why then.
@@ -483,7 +529,6 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     try {
       faces = await findFaces(photo, (fraction) => here === visit && (bar.value = fraction));
     } catch (error) {
-      retry.hidden = false;
       if (here === visit) complain(error, 'none');
       return;
     }
@@ -572,8 +617,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
         Object.entries(found.expression).flatMap(([name, weight]) => (weight >= 0.005 ? [[name, Math.round(100 * weight) / 100]] : [])),
       );
       const base = { ...found, expression };
+      unedited = true;
       await fitter.edit(pixels, base);
-      unedited = false;
       // Who corrects points has seen the looks, and may have changed them. Without a light nobody knows them.
       const looks = dressed ? null : await fitter.looks().catch(() => null);
       if (here !== visit) return;
@@ -582,6 +627,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       own = { code: face.code, expression: face.expression };
       const colouring = looks || !fitted ? editor.colouring : fitted.colouring;
       fitted = { fit: { ...base, ...own }, points: points.slice(), pixels, scale: pixels.scale, colouring };
+      unedited = false;
       forgetLast();
       dressed = true;
       editable = true;
@@ -591,7 +637,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       const sentences = [text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm)];
       if (!person) sentences.push(text.photo.noPerson);
       quality.textContent = sentences.join(' ');
-      say(text.photo.ready);
+      say(unread || text.photo.ready, unread !== '');
       show('ready');
       await follow();
       // Whoever turns to the head next need not wait.

@@ -7,16 +7,16 @@ import { withXmp, xmpPacket } from './xmp.js';
 const QUALITY = 0.95;
 
 /**
- * The whole photo with what was changed over it, as a file that says that it was edited.
+ * The whole photo with what was changed over it, as a file that says that it was edited, and whose it is.
  * @param {import('./read.js').Photo} photo
  * @param {((context: OffscreenCanvasRenderingContext2D) => void) | null} change changes all its pixels on a canvas
  * @param {'image/png' | 'image/jpeg'} type
  */
 export async function savePhoto(photo, change, type) {
-  const { width, height, name } = photo;
+  const { width, height, name, colorSpace, credits } = photo;
   // In the processor's memory: on the card it would be there once more.
   const canvas = new OffscreenCanvas(width, height);
-  const context = canvas.getContext('2d', { alpha: type === 'image/png', willReadFrequently: true });
+  const context = canvas.getContext('2d', { alpha: type === 'image/png', willReadFrequently: true, colorSpace });
   if (!context) throw new Error(text.photo.noRoom);
   if (type === 'image/jpeg') {
     // JPEG has no transparency; paper is white.
@@ -32,7 +32,8 @@ export async function savePhoto(photo, change, type) {
   // Its memory goes now, not when somebody collects it.
   canvas.width = canvas.height = 1;
   const file = `${name.replace(/\.[^.]*$/, '') || 'photo'}-phiz.${type === 'image/png' ? 'png' : 'jpg'}`;
-  const blob = change ? await withXmp(plain, xmpPacket(text.photo.editedNote)) : plain;
+  const isSaid = change || Object.values(credits).some(Boolean);
+  const blob = isSaid ? await withXmp(plain, xmpPacket(change ? text.photo.editedNote : '', credits)) : plain;
   save(blob, file);
   return { file, bytes: blob.size };
 }

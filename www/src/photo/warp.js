@@ -66,17 +66,28 @@ const FRAGMENT = /* glsl */ `#version 300 es
     vec4 across = weights(moved.x - whole.x);
     vec4 down = weights(moved.y - whole.y);
     ivec2 last = textureSize(photo, 0) - 1;
-    vec3 sum = vec3(0.0);
+    // A colour counts by how much of it is seen, and what is seen through moves like everything.
+    vec4 sum = vec4(0.0);
+    bool opaque = true;
     for (int j = 0; j < 4; j++) {
-      vec3 line = vec3(0.0);
+      vec4 line = vec4(0.0);
       for (int i = 0; i < 4; i++) {
         ivec2 texel = clamp(own + ivec2(whole) + ivec2(i, j) - 1, ivec2(0), last);
-        line += across[i] * texelFetch(photo, texel, 0).rgb;
+        vec4 tap = texelFetch(photo, texel, 0);
+        opaque = opaque && tap.a == 1.0;
+        line += across[i] * vec4(tap.rgb * tap.a, tap.a);
       }
       sum += down[j] * line;
     }
-    sum = clamp(sum, 0.0, 1.0);
-    colour.rgb = encoded(min(linear(sum) * pow(lit, vec3(strength)), 1.0));
+    colour.a = opaque ? 1.0 : min(sum.a, 1.0);
+    if (colour.a < 0.5 / 255.0) {
+      colour = vec4(0.0);
+      return;
+    }
+    // Without transparency the weights are one but for rounding.
+    if (!opaque) sum.rgb /= sum.a;
+    sum.rgb = clamp(sum.rgb, 0.0, 1.0);
+    colour.rgb = encoded(min(linear(sum.rgb) * pow(lit, vec3(strength)), 1.0));
   }`;
 
 /** Photos are drawn at full size in squares of so many pixels a side. */
@@ -86,7 +97,8 @@ const TAPS = 3;
 
 /** @param {HTMLCanvasElement} canvas */
 function contextOf(canvas) {
-  const gl = canvas.getContext('webgl2', { antialias: false, depth: false, preserveDrawingBuffer: true });
+  // Colours are not multiplied by how much of them is seen, here nor in the file that is saved.
+  const gl = canvas.getContext('webgl2', { antialias: false, depth: false, preserveDrawingBuffer: true, premultipliedAlpha: false });
   if (!gl) throw new Error('WebGL2 is not available');
   return gl;
 }
@@ -108,6 +120,8 @@ export function createWarp(canvas) {
   let textures = [];
   /** @type {ImageBitmap | HTMLCanvasElement | null} */
   let shown = null;
+  /** Its colours. @type {PredefinedColorSpace} */
+  let space = 'srgb';
   /** What is drawn, to be drawn again. @type {[Field | null, { strength: number, split: number | null, scale: number }]} */
   let last = [null, { strength: 1, split: null, scale: 1 }];
 
@@ -144,13 +158,18 @@ export function createWarp(canvas) {
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     // Colours as they are, or what does not move would change.
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
+    useSpace();
+  }
+  /** Without the one the other would change colours. */
+  function useSpace() {
+    if ('unpackColorSpace' in gl && 'drawingBufferColorSpace' in gl) gl.unpackColorSpace = gl.drawingBufferColorSpace = space;
   }
 
-  /** @param {number} unit @param {WebGLTexture} texture @param {TexImageSource} image */
-  function upload(unit, texture, image) {
-    gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
+  /** @param {TexImageSource} photo */
+  function upload(photo) {
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, textures[0]);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, photo);
   }
 
   /** @param {Field | null} field */
@@ -199,7 +218,7 @@ export function createWarp(canvas) {
   canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
   canvas.addEventListener('webglcontextrestored', () => {
     prepare();
-    if (shown) upload(0, textures[0], shown);
+    if (shown) upload(shown);
     redraw();
   });
 
@@ -207,12 +226,14 @@ export function createWarp(canvas) {
     get lost() {
       return gl.isContextLost();
     },
-    /** @param {ImageBitmap | HTMLCanvasElement} photo it is kept, to be drawn again */
-    setPhoto(photo) {
+    /** @param {ImageBitmap | HTMLCanvasElement} photo not premultiplied; it is kept, to be drawn again @param {PredefinedColorSpace} colours */
+    setPhoto(photo, colours) {
       shown = photo;
+      space = colours;
+      useSpace();
       canvas.width = photo.width;
       canvas.height = photo.height;
-      upload(0, textures[0], photo);
+      upload(photo);
       last = [null, { ...last[1], split: null }];
       redraw();
     },
@@ -275,7 +296,10 @@ export function createWarp(canvas) {
             const below = Math.min(photo.height, y + height + around);
             const part = context.getImageData(from, above, to - from, below - above);
             if (gl.isContextLost()) throw new Error('the graphics card was lost while the photo was drawn');
-            upload(0, textures[3], part);
+            // Its numbers, in whichever colours.
+            gl.activeTexture(gl.TEXTURE0);
+            gl.bindTexture(gl.TEXTURE_2D, textures[3]);
+            gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, part.width, part.height, 0, gl.RGBA, gl.UNSIGNED_BYTE, part.data);
             gl.activeTexture(gl.TEXTURE3);
             gl.bindTexture(gl.TEXTURE_2D, target);
             gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
@@ -288,7 +312,7 @@ export function createWarp(canvas) {
             gl.uniform1f(uniform.upside, 0);
             gl.uniform2f(uniform.place, x - from, y - above);
             gl.drawArrays(gl.TRIANGLES, 0, 3);
-            const pixels = new ImageData(width, height);
+            const pixels = context.createImageData(width, height);
             gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(pixels.data.buffer));
             made.push([pixels, x, y]);
           }

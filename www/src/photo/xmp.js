@@ -1,10 +1,33 @@
-// What a saved photo says of itself: that it was edited, in the words of the IPTC, as XMP.
+// What a saved photo says of itself: that it was edited, in the words of the IPTC, and what the photo said of
+// who made it, as XMP.
 
 /** https://cv.iptc.org/newscodes/digitalsourcetype: "edited by a human, with non-generative tools". */
 const SOURCE_TYPE = 'http://cv.iptc.org/newscodes/digitalsourcetype/humanEdits';
 
-/** @param {string} note what was done, a sentence without markup */
-export function xmpPacket(note) {
+/** @param {string} words */
+const escaped = (words) =>
+  words
+    // These are not in XML at all.
+    .replace(/[\0-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]/g, '')
+    .replace(/[&<>"]/g, (letter) => `&#${letter.charCodeAt(0)};`);
+
+/**
+ * @param {string} note what was done, a sentence; empty: nothing
+ * @param {import('./exif.js').Credits} credits
+ */
+export function xmpPacket(note, { artist, copyright, description }) {
+  const language = (/** @type {string} */ words) => `<rdf:Alt><rdf:li xml:lang="x-default">${escaped(words)}</rdf:li></rdf:Alt>`;
+  const names = artist.split(';').map((name) => name.trim()).filter(Boolean);
+  // What was done stands under what is seen.
+  const seen = [description, note].filter(Boolean).join('\n');
+  const parts = [
+    names.length && `<dc:creator><rdf:Seq>${names.map((name) => `<rdf:li>${escaped(name)}</rdf:li>`).join('')}</rdf:Seq></dc:creator>`,
+    copyright && `<dc:rights>${language(copyright)}</dc:rights>`,
+    seen && `<dc:description>${language(seen)}</dc:description>`,
+  ];
+  const edited = `
+    photoshop:Instructions="${escaped(note)}"
+    Iptc4xmpExt:DigitalSourceType="${SOURCE_TYPE}"`;
   return `<?xpacket begin="\uFEFF" id="W5M0MpCehiHzreSzNTczkc9d"?>
 <x:xmpmeta xmlns:x="adobe:ns:meta/">
  <rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
@@ -13,10 +36,8 @@ export function xmpPacket(note) {
     xmlns:photoshop="http://ns.adobe.com/photoshop/1.0/"
     xmlns:Iptc4xmpExt="http://iptc.org/std/Iptc4xmpExt/2008-02-29/"
     xmlns:xmp="http://ns.adobe.com/xap/1.0/"
-    xmp:CreatorTool="phiz"
-    photoshop:Instructions="${note}"
-    Iptc4xmpExt:DigitalSourceType="${SOURCE_TYPE}">
-   <dc:description><rdf:Alt><rdf:li xml:lang="x-default">${note}</rdf:li></rdf:Alt></dc:description>
+    xmp:CreatorTool="phiz"${note && edited}>
+   ${parts.filter(Boolean).join('\n   ')}
   </rdf:Description>
  </rdf:RDF>
 </x:xmpmeta>
