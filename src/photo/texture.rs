@@ -45,11 +45,6 @@ const SHINY: [f32; 2] = [-2.0, 4.0];
 const FLUSH: f64 = 0.15;
 const STAIN: f64 = 0.25;
 const PALE: [f64; 2] = [-0.3, -0.1];
-/// Grey hair is greener than skin by this logarithm of (green / red), and nothing of a head by more: what is had less red
-/// light than was told, and as much of the rest is believed.
-const GREY: f64 = 0.45;
-/// So much of a colour may be shine, of the channel of which it has least.
-const HUE: f64 = 0.7;
 /// A chart's colours are continued so many texels beyond its border, for whoever filters the image.
 const MARGIN: usize = 6;
 /// Sides of a texture, texels.
@@ -233,12 +228,10 @@ impl Shine {
             return seen;
         }
         let white = (seen.z * matte.x - seen.x * matte.z) / red;
-        // Of what no skin is, such as hair, something of each channel is left.
-        let most = brighter.min(HUE * seen.min_element()).max(0.0);
-        seen - much * white.clamp(0.0, most)
+        seen - much * white.clamp(0.0, brighter)
     }
 
-    /// A colour at a mix of three vertices, no redder than skin that is so bright, and no greener than grey hair.
+    /// A colour at a mix of three vertices, no redder than skin that is so bright.
     fn unstained(&self, corners: [usize; 3], share: [f64; 3], seen: DVec3) -> DVec3 {
         let matte: DVec3 = (0..3).map(|i| self.matte[corners[i]] * share[i]).sum();
         if seen.min_element() <= 0.0 || matte.min_element() <= 0.0 {
@@ -246,17 +239,12 @@ impl Shine {
         }
         let tone = (seen / matte).map(f64::ln);
         let bright = tone.dot(BRIGHTNESS);
-        let redder = (tone.x - tone.z - FLUSH).max(0.0);
-        let greener = (tone.y - tone.x - GREY).max(0.0);
+        let redder = tone.x - tone.z - FLUSH;
         let pale = ((bright - PALE[0]) / (PALE[1] - PALE[0])).clamp(0.0, 1.0);
-        if greener == 0.0 && redder * pale == 0.0 {
+        if redder <= 0.0 || pale == 0.0 {
             return seen;
         }
-        let kept = if greener > 0.0 {
-            1.0 - (1.0 - STAIN) * greener / (greener + GREY)
-        } else {
-            1.0 - pale * (1.0 - STAIN) * redder / (redder + FLUSH)
-        };
+        let kept = 1.0 - pale * (1.0 - STAIN) * redder / (redder + FLUSH);
         matte * (bright + (tone - bright) * kept).map(f64::exp)
     }
 }
