@@ -10,9 +10,9 @@ const [, , from, to] = process.argv;
 const module = readFileSync(from);
 
 /** Bytes of code that are compared as one: about an instruction or two. */
-const GRAM = 4;
+const GRAM = 5;
 /** So many functions back, likeness counts. */
-const BACK = 16;
+const BACK = 12;
 
 /** A number as in a module (LEB128), and where it ends. @param {number} at @returns {[number, number]} */
 function numberAt(at) {
@@ -56,7 +56,7 @@ function bodies() {
 const grams = bodies().map((body) => {
   /** @type {Set<number>} */
   const own = new Set();
-  for (let i = 0; i + GRAM <= body.length; i++) own.add(body.readUInt32LE(i));
+  for (let i = 0; i + GRAM <= body.length; i++) own.add(body.readUIntLE(i, GRAM));
   return own;
 });
 /** How many functions have a run. @type {Map<number, number>} */
