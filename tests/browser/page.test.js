@@ -94,6 +94,52 @@ describe('the page', () => {
     await context.close();
   });
 
+  test('between lids is an eyeball and nothing behind the head, and none comes out of the skin beside them', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    /** The outer corners of the eyes, as fractions of the stage. */
+    const corners = async () => {
+      const box = await page.locator('canvas').boundingBox();
+      assert.ok(box);
+      const at = await Promise.all(['ibug_36', 'ibug_45'].map((name) => landmarkOnScreen(page, name)));
+      return at.map(({ x, y }) => [(x - box.x) / box.width, (y - box.y) / box.height]);
+    };
+    /** @param {number} seed of a face, 0 of one with short eyes */
+    const show = async (seed) => {
+      await page.evaluate((value) => {
+        const other = window.designer.model.face();
+        if (value) other.randomize({ seed: value });
+        else other.set('eyes length', 0);
+        location.hash = other.code;
+        other.free();
+      }, seed);
+      await page.waitForFunction(() => window.designer.face.code === location.hash.slice(1));
+    };
+    // Their lids meet outside of what an eyeball covers.
+    for (const seed of [123, 118]) {
+      await show(seed);
+      const before = await picture(page, `eyes-${seed}`);
+      await page.emulateMedia({ colorScheme: 'dark' });
+      const after = await picture(page, `eyes-${seed}-dark`);
+      assert.ok(differing(before, after, [0, 0, 0.2, 0.2]) > 1000);
+      for (const [x, y] of await corners()) {
+        assert.equal(differing(before, after, [x - 0.04, y - 0.04, x + 0.04, y + 0.04]), 0, `the wall is seen through face ${seed}`);
+      }
+      await page.emulateMedia({ colorScheme: 'light' });
+    }
+    // Theirs meet before much of it.
+    await show(0);
+    const { width, height, rgb } = await picture(page, 'eyes-short');
+    for (const [x, y] of await corners()) {
+      let dark = 0;
+      for (let v = Math.round(y * height) + 3; v < y * height + 9; v++) {
+        for (let u = Math.round(x * width) - (x < 0.5 ? 10 : -2); u < x * width + (x < 0.5 ? -2 : 10); u++) if (rgb[3 * (v * width + u)] < 150) dark++;
+      }
+      assert.equal(dark, 0, `${dark} pixels of an eyeball below the corner of the lids`);
+    }
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('a random face is another face, and its link gives it back bit for bit', async () => {
     const { context, page } = await open(browser, site, { sharp: true });
     const median = await positions(page);
