@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, picture, pictureOfPage, serve, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, picture, pictureOfPage, serve, settled, siteAndBrowser, TALL } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -435,6 +435,18 @@ describe('one page after another of these', () => {
       );
     }
     await settled(page);
+  });
+
+  test('a display with other pixels gets a picture of as many', async () => {
+    const { context, page } = visit;
+    const session = await context.newCDPSession(page);
+    const pixels = () => page.evaluate(() => document.querySelector('canvas.view')?.width);
+    const before = await pixels();
+    for (const [deviceScaleFactor, factor] of [[0.5, 2], [0.25, 1]]) {
+      await session.send('Emulation.setDeviceMetricsOverride', { ...TALL, deviceScaleFactor, mobile: false });
+      await page.waitForFunction((wanted) => document.querySelector('canvas.view')?.width === wanted, factor * before, { timeout: 5000 });
+    }
+    await session.detach();
   });
 
   test('explains itself', async () => {

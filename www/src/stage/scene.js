@@ -346,7 +346,15 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   camera.position.setFromSphericalCoords(fit(), home.phi, home.theta).add(controls.target.copy(controls.cursor));
   const observer = new ResizeObserver(resize);
   observer.observe(canvas);
-  resize();
+  /** @type {MediaQueryList} */
+  let density;
+  /** A window that goes to another display has the same size there, but may have other pixels. */
+  function fitDensity() {
+    resize();
+    density = window.matchMedia(`(resolution: ${window.devicePixelRatio}dppx)`);
+    density.addEventListener('change', fitDensity, { once: true });
+  }
+  fitDensity();
 
   return {
     light,
@@ -429,6 +437,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
       clearTimeout(resting);
       resting = 0;
       observer.disconnect();
+      density.removeEventListener('change', fitDensity);
       beforeFrame.clear();
       controls.dispose();
       averaging.dispose();
