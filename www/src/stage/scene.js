@@ -133,7 +133,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   function draw(now) {
     scheduled = 0;
     if (flight) {
-      const t = still.matches ? 1 : Math.min(1, (now - flight.start) / 450);
+      const t = still.matches ? 1 : Math.min(1, Math.max(0, (now - flight.start) / 450));
       const ease = 1 - (1 - t) ** 3;
       const at = new Spherical(
         flight.from.radius + (flight.to.radius - flight.from.radius) * ease,
