@@ -222,6 +222,12 @@ describe('colours', () => {
     const short = await picture(page, 'hair-short');
     assert.equal(look.around(bald, short, 'beside', 12), 0, 'short hair hangs beside the cheeks');
     assert.ok(look.around(bald, short, 'scalp', 10) > 300);
+    // The shortest covers the head as well.
+    await moveSlider(page, long, 0.05);
+    const shortest = await picture(page, 'hair-shortest');
+    const [none, least, more] = [bald, shortest, short].map((shown) => light(look.colour(shown, 'scalp', 10)));
+    assert.ok(least < none - 0.6 * (none - more), `the scalp is ${none} without hair, ${least} with the shortest, ${more} with short hair`);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
     // It is thinned as a crop is: some stands where all of it stood, and in the end none.
     const density = 'Hair on the head, none to dense';
     assert.equal(await page.getByRole('slider', { name: density, exact: true }).getAttribute('aria-valuetext'), '100%');

@@ -217,8 +217,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** @type {ArrayLike<number>} */
   let present = rest;
 
-  /** Short hair is seen one by one, and curls would fill what they wind around. */
-  const slender = (/** @type {S} */ style) => (0.55 + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl) * breadthOf(thinning);
+  /** Short hair is seen one by one, the shortest as grains on what is painted of it; and curls would fill what they wind around. */
+  const slender = (/** @type {S} */ style) => (0.15 + 0.4 * smoothstep(0, 9, long(style)) + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl) * breadthOf(thinning);
 
   /** What is short points everywhere, and would glitter. */
   const glossOf = (/** @type {S} */ style) => 0.15 + 0.85 * smoothstep(10, 60, long(style));
