@@ -288,6 +288,18 @@ describe('the page', () => {
     await page.getByRole('tab', { name: 'Looks' }).click();
     const [shaved, long] = ['Shaved', 'Long and full'].map((name) => page.getByRole('button', { name, exact: true }));
     await settled(page);
+    // What of a long one is shaved has none.
+    const small = await landmarkOnScreen(page, 'ibug_08');
+    await moveSlider(page, 'Beard, short to long', 0.8);
+    await settled(page);
+    const room = await landmarkOnScreen(page, 'ibug_08');
+    assert.ok(room.y < small.y - 5, `the chin is at ${small.y}, and above a beard at ${room.y}`);
+    for (const part of ['Beard on the chin', 'Beard on the cheeks', 'Moustache']) await moveSlider(page, part, 0);
+    await settled(page);
+    const gone = await landmarkOnScreen(page, 'ibug_08');
+    assert.ok(Math.abs(gone.y - small.y) < 1, `shaved off it leaves the chin at ${gone.y}`);
+    await shaved.click();
+    await settled(page);
     const before = await landmarkOnScreen(page, 'ibug_08');
     await long.click();
     for (const side of ['front', 'profile']) {

@@ -157,6 +157,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   const drawn = share();
   /** Those strands that are there, of those that are drawn. @type {Uint16Array | null} */
   let standing = null;
+  /** All that stand, drawn or not. @type {Uint16Array} */
+  let remaining = new Uint16Array(0);
   /** @type {import('./standing.js').Thinning} */
   let thinning = { share: 1, gone: [0, 0, 0, 0] };
   let broad = half;
@@ -243,11 +245,11 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** Draws the strands that stand, and no others. @param {import('./plant.js').Planting} planting */
   function stand(planting) {
     if (!standing) {
-      const all = standingOf(planting.strands, planting, thinning);
+      remaining = standingOf(planting.strands, planting, thinning);
       // The fewer there are, the more of them are drawn.
       const most = drawn * planting.strands;
-      standing = all.subarray(0, Math.round(most));
-      broad = half * broader(Math.min(1, most / Math.max(1, all.length)));
+      standing = remaining.subarray(0, Math.round(most));
+      broad = half * broader(Math.min(1, most / Math.max(1, remaining.length)));
     }
     const { first, index, of } = indexed[isShort];
     if (of !== standing) {
@@ -417,7 +419,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return [low, high];
     const { position } = shown.ribbons;
     const moved = /** @type {Float32Array} */ (shifts.image.data);
-    for (let n = 0; n < hair.strands; n++) {
+    for (const n of remaining) {
       const lock = 4 * hair.lockOf[n];
       for (const s of SHORT) {
         const o = 6 * (n * POINTS + s);
