@@ -325,6 +325,16 @@ describe('the page', () => {
     await page.getByRole('button', { name: 'Reset the view' }).click();
     await settled(page);
     assert.ok(Math.abs((await landmarkOnScreen(page, 'ibug_08')).y - before.y) < 1, 'without a beard the view is another than it was');
+
+    // Where the stage is narrow, curls are wider than a head.
+    await page.setViewportSize({ width: 900, height: 900 });
+    await moveSlider(page, 'Length, cropped to below the chin', 1);
+    await moveSlider(page, 'Straight, wavy, curly', 1);
+    await settled(page);
+    await page.getByRole('button', { name: 'Profile' }).click();
+    const { width, height, rgb } = await picture(page, 'room-curls');
+    const cut = [0, width - 1].map((x) => [...Array(height).keys()].filter((y) => rgb[3 * (y * width + x)] < 90).length);
+    assert.deepEqual(cut, [0, 0], 'hair is cut by the edges of the picture');
     assert.deepEqual(complaints, []);
     await context.close();
   });

@@ -413,32 +413,54 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     shifts.needsUpdate = true;
   }
 
-  /** As far up and down as it is seen from any side that the page has a view of. @type {import('../stage/scene.js').Reach} */
-  function reach({ x, y, z }, distance) {
-    let [low, high] = [Infinity, -Infinity];
-    if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return [low, high];
+  /**
+   * What is to be seen of it.
+   * @param {(x: number, y: number, z: number) => void} visit points of all strands that stand
+   */
+  function scan(visit) {
+    if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return;
     const { position } = shown.ribbons;
     const moved = /** @type {Float32Array} */ (shifts.image.data);
     for (const n of remaining) {
       const lock = 4 * hair.lockOf[n];
       for (const s of SHORT) {
         const o = 6 * (n * POINTS + s);
-        const up = position[o + 1] + moved[lock + 1];
-        if (up < fade[0]) continue;
-        const [aside, ahead] = [Math.abs(position[o] + moved[lock] - x), position[o + 2] + moved[lock + 2] - z];
-        const nearer = Math.max(ahead, 0.79 * ahead + 0.62 * aside, aside);
-        const seen = y + ((up - y) * distance) / (distance - nearer);
-        if (seen < low) low = seen;
-        if (seen > high) high = seen;
+        const y = position[o + 1] + moved[lock + 1];
+        if (y >= fade[0]) visit(position[o] + moved[lock], y, position[o + 2] + moved[lock + 2]);
       }
     }
+  }
+
+  /** As far up and down as it is seen from any side that the page has a view of. @type {import('../stage/scene.js').Reach} */
+  function reach({ x, y, z }, distance) {
+    let [low, high] = [Infinity, -Infinity];
+    scan((across, up, along) => {
+      const [aside, ahead] = [Math.abs(across - x), along - z];
+      const nearer = Math.max(ahead, 0.79 * ahead + 0.62 * aside, aside);
+      const seen = y + ((up - y) * distance) / (distance - nearer);
+      if (seen < low) low = seen;
+      if (seen > high) high = seen;
+    });
     return [low, high];
+  }
+
+  /** As far to a side as it is seen. @type {import('../stage/scene.js').Breadth} */
+  function breadth({ x, axis }, theta, distance) {
+    const [sine, cosine] = [Math.sin(theta), Math.cos(theta)];
+    let far = 0;
+    scan((across, _, along) => {
+      const [right, ahead] = [across - x, along - axis];
+      const seen = (Math.abs(right * cosine - ahead * sine) * distance) / (distance - right * sine - ahead * cosine);
+      if (seen > far) far = seen;
+    });
+    return far;
   }
 
   return {
     name: kind,
     mesh,
     reach,
+    breadth,
     bodies,
     carried,
     /** @param {ArrayLike<number>} positions of the face as it is */
