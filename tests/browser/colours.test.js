@@ -496,6 +496,40 @@ describe('colours', () => {
     }
   });
 
+  test('who sits for a portrait leaves no hair on the stage, however long its own takes to grow', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    await choose(page);
+    const long = 'Length, cropped to below the chin';
+    await moveSlider(page, long, 0.5);
+    const before = await picture(page, 'sitters-before');
+    await page.evaluate(() => {
+      const { prototype } = Worker;
+      const { postMessage } = prototype;
+      /** @type {(() => void)[]} */
+      const held = [];
+      prototype.postMessage = function (message, ...rest) {
+        if (message.style) held.push(() => postMessage.call(this, message, ...rest));
+        else postMessage.call(this, message, ...rest);
+      };
+      window.release = () => {
+        prototype.postMessage = postMessage;
+        for (const send of held) send();
+      };
+    });
+    await moveSlider(page, long, 0.9);
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    await page.waitForFunction(() => document.querySelectorAll('.tray img[src]').length > 5 && !document.querySelector('.tray img:not([src])'));
+    // Only what is the stage's own is not unfinished.
+    await page.waitForFunction(() => window.designer.isFine, null, { timeout: 15_000 });
+    const after = await picture(page, 'sitters-after');
+    await page.evaluate(() => window.release());
+    await page.waitForTimeout(1000);
+    assert.equal(differing(after, await picture(page, 'sitters-grown')), 0, 'the hair on the stage is another’s');
+    assert.ok(differing(before, after) > 1000);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('hair follows a slider while it is drawn, and whoever takes the face along takes what was asked for', async () => {
     const { context, page, complaints } = await open(browser, site);
     await choose(page);

@@ -486,6 +486,10 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     get isGrowing() {
       return wanted !== null && hair !== null && wanted.key !== shown?.key;
     },
+    /** Which style is seen; none, where there is no hair. */
+    get worn() {
+      return mesh.visible && shown ? shown.key : '';
+    },
     /** For who cannot wait. */
     finish() {
       if (show() || !wanted) return;
