@@ -222,6 +222,12 @@ describe('colours', () => {
     const short = await picture(page, 'hair-short');
     assert.equal(look.around(bald, short, 'beside', 12), 0, 'short hair hangs beside the cheeks');
     assert.ok(look.around(bald, short, 'scalp', 10) > 300);
+    // The shortest covers the head as well.
+    await moveSlider(page, long, 0.05);
+    const shortest = await picture(page, 'hair-shortest');
+    const [none, least, more] = [bald, shortest, short].map((shown) => light(look.colour(shown, 'scalp', 10)));
+    assert.ok(least < none - 0.6 * (none - more), `the scalp is ${none} without hair, ${least} with the shortest, ${more} with short hair`);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
     // It is thinned as a crop is: some stands where all of it stood, and in the end none.
     const density = 'Hair on the head, none to dense';
     assert.equal(await page.getByRole('slider', { name: density, exact: true }).getAttribute('aria-valuetext'), '100%');
@@ -488,6 +494,40 @@ describe('colours', () => {
       assert.equal(differing(shown[i], shown[half + i]), 0, `picture ${i}`);
       if (i > 0) assert.ok(differing(shown[i], shown[i - 1]) > 100, `picture ${i} is that before`);
     }
+  });
+
+  test('who sits for a portrait leaves no hair on the stage, however long its own takes to grow', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    await choose(page);
+    const long = 'Length, cropped to below the chin';
+    await moveSlider(page, long, 0.5);
+    const before = await picture(page, 'sitters-before');
+    await page.evaluate(() => {
+      const { prototype } = Worker;
+      const { postMessage } = prototype;
+      /** @type {(() => void)[]} */
+      const held = [];
+      prototype.postMessage = function (message, ...rest) {
+        if (message.style) held.push(() => postMessage.call(this, message, ...rest));
+        else postMessage.call(this, message, ...rest);
+      };
+      window.release = () => {
+        prototype.postMessage = postMessage;
+        for (const send of held) send();
+      };
+    });
+    await moveSlider(page, long, 0.9);
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    await page.waitForFunction(() => document.querySelectorAll('.tray img[src]').length > 5 && !document.querySelector('.tray img:not([src])'));
+    // Only what is the stage's own is not unfinished.
+    await page.waitForFunction(() => window.designer.isFine, null, { timeout: 15_000 });
+    const after = await picture(page, 'sitters-after');
+    await page.evaluate(() => window.release());
+    await page.waitForTimeout(1000);
+    assert.equal(differing(after, await picture(page, 'sitters-grown')), 0, 'the hair on the stage is another’s');
+    assert.ok(differing(before, after) > 1000);
+    assert.deepEqual(complaints, []);
+    await context.close();
   });
 
   test('hair follows a slider while it is drawn, and whoever takes the face along takes what was asked for', async () => {

@@ -381,6 +381,13 @@ describe('expressions', () => {
       const count = await teeth(`smile-${seed}`);
       assert.ok(count > 60 && count < 4 * smiling, `${count} pixels of face ${seed}, ${smiling} of the median one`);
     }
+    // They are of the mouth for who clicks them.
+    await moveSlider(page, 'Open jawOpen', 0.8);
+    const [above, below] = [await landmarkOnScreen(page, 'ibug_62'), await landmarkOnScreen(page, 'ibug_66')];
+    for (const share of [0.15, 0.85]) {
+      await page.mouse.click(above.x, above.y + share * (below.y - above.y));
+      assert.equal(await page.locator('.tab[aria-pressed=true]').getAttribute('data-group'), 'mouth', `a click ${share} of the way down`);
+    }
     assert.deepEqual(complaints, []);
     await context.close();
   });

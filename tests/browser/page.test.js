@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, picture, pictureOfPage, serve, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, picture, pictureOfPage, serve, settled, siteAndBrowser, TALL } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -90,6 +90,52 @@ describe('the page', () => {
     await page.keyboard.press('Control+z');
     await page.keyboard.press('Control+Shift+Z');
     assert.ok((await picture(page, 'nose-redone-2')).rgb.equals(moved.rgb));
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('between lids is an eyeball and nothing behind the head, and none comes out of the skin beside them', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    /** The outer corners of the eyes, as fractions of the stage. */
+    const corners = async () => {
+      const box = await page.locator('canvas').boundingBox();
+      assert.ok(box);
+      const at = await Promise.all(['ibug_36', 'ibug_45'].map((name) => landmarkOnScreen(page, name)));
+      return at.map(({ x, y }) => [(x - box.x) / box.width, (y - box.y) / box.height]);
+    };
+    /** @param {number} seed of a face, 0 of one with short eyes */
+    const show = async (seed) => {
+      await page.evaluate((value) => {
+        const other = window.designer.model.face();
+        if (value) other.randomize({ seed: value });
+        else other.set('eyes length', 0);
+        location.hash = other.code;
+        other.free();
+      }, seed);
+      await page.waitForFunction(() => window.designer.face.code === location.hash.slice(1));
+    };
+    // Their lids meet outside of what an eyeball covers.
+    for (const seed of [123, 118]) {
+      await show(seed);
+      const before = await picture(page, `eyes-${seed}`);
+      await page.emulateMedia({ colorScheme: 'dark' });
+      const after = await picture(page, `eyes-${seed}-dark`);
+      assert.ok(differing(before, after, [0, 0, 0.2, 0.2]) > 1000);
+      for (const [x, y] of await corners()) {
+        assert.equal(differing(before, after, [x - 0.04, y - 0.04, x + 0.04, y + 0.04]), 0, `the wall is seen through face ${seed}`);
+      }
+      await page.emulateMedia({ colorScheme: 'light' });
+    }
+    // Theirs meet before much of it.
+    await show(0);
+    const { width, height, rgb } = await picture(page, 'eyes-short');
+    for (const [x, y] of await corners()) {
+      let dark = 0;
+      for (let v = Math.round(y * height) + 3; v < y * height + 9; v++) {
+        for (let u = Math.round(x * width) - (x < 0.5 ? 10 : -2); u < x * width + (x < 0.5 ? -2 : 10); u++) if (rgb[3 * (v * width + u)] < 150) dark++;
+      }
+      assert.equal(dark, 0, `${dark} pixels of an eyeball below the corner of the lids`);
+    }
     assert.deepEqual(complaints, []);
     await context.close();
   });
@@ -245,6 +291,18 @@ describe('the page', () => {
     await page.getByRole('tab', { name: 'Looks' }).click();
     const [shaved, long] = ['Shaved', 'Long and full'].map((name) => page.getByRole('button', { name, exact: true }));
     await settled(page);
+    // What of a long one is shaved has none.
+    const small = await landmarkOnScreen(page, 'ibug_08');
+    await moveSlider(page, 'Beard, short to long', 0.8);
+    await settled(page);
+    const room = await landmarkOnScreen(page, 'ibug_08');
+    assert.ok(room.y < small.y - 5, `the chin is at ${small.y}, and above a beard at ${room.y}`);
+    for (const part of ['Beard on the chin', 'Beard on the cheeks', 'Moustache']) await moveSlider(page, part, 0);
+    await settled(page);
+    const gone = await landmarkOnScreen(page, 'ibug_08');
+    assert.ok(Math.abs(gone.y - small.y) < 1, `shaved off it leaves the chin at ${gone.y}`);
+    await shaved.click();
+    await settled(page);
     const before = await landmarkOnScreen(page, 'ibug_08');
     await long.click();
     for (const side of ['front', 'profile']) {
@@ -270,6 +328,16 @@ describe('the page', () => {
     await page.getByRole('button', { name: 'Reset the view' }).click();
     await settled(page);
     assert.ok(Math.abs((await landmarkOnScreen(page, 'ibug_08')).y - before.y) < 1, 'without a beard the view is another than it was');
+
+    // Where the stage is narrow, curls are wider than a head.
+    await page.setViewportSize({ width: 900, height: 900 });
+    await moveSlider(page, 'Length, cropped to below the chin', 1);
+    await moveSlider(page, 'Straight, wavy, curly', 1);
+    await settled(page);
+    await page.getByRole('button', { name: 'Profile' }).click();
+    const { width, height, rgb } = await picture(page, 'room-curls');
+    const cut = [0, width - 1].map((x) => [...Array(height).keys()].filter((y) => rgb[3 * (y * width + x)] < 90).length);
+    assert.deepEqual(cut, [0, 0], 'hair is cut by the edges of the picture');
     assert.deepEqual(complaints, []);
     await context.close();
   });
@@ -392,6 +460,18 @@ describe('one page after another of these', () => {
       );
     }
     await settled(page);
+  });
+
+  test('a display with other pixels gets a picture of as many', async () => {
+    const { context, page } = visit;
+    const session = await context.newCDPSession(page);
+    const pixels = () => page.evaluate(() => document.querySelector('canvas.view')?.width);
+    const before = await pixels();
+    for (const [deviceScaleFactor, factor] of [[0.5, 2], [0.25, 1]]) {
+      await session.send('Emulation.setDeviceMetricsOverride', { ...TALL, deviceScaleFactor, mobile: false });
+      await page.waitForFunction((wanted) => document.querySelector('canvas.view')?.width === wanted, factor * before, { timeout: 5000 });
+    }
+    await session.detach();
   });
 
   test('explains itself', async () => {

@@ -5,6 +5,7 @@ import { describe, test } from 'node:test';
 import { load } from '../../pkg/index.js';
 import { Color } from '../../www/node_modules/three/build/three.module.js';
 import { growth } from '../../www/src/hair/growth.js';
+import { hairLength } from '../../www/src/hair/length.js';
 import { partsOf, RECEDED, SOFT } from '../../www/src/hair/parts.js';
 import { standingOf } from '../../www/src/hair/standing.js';
 import { pigments } from '../../www/src/head/pigments.js';
@@ -162,12 +163,20 @@ describe('how dense hair is', () => {
     assert.equal(before, 6000);
   });
 
+  test('the shortest hair is dense, and what is painted of it lies below its tips', () => {
+    for (const length of [0.03, 0.05, 0.1]) {
+      const { dense, lift } = of({ length });
+      assert.equal(dense[0], 1);
+      assert.ok(lift < 0.4 * hairLength({ length }), `${lift} mm of ${hairLength({ length })}`);
+    }
+    assert.equal(of({ crop: 0.5 }).lift, 1.75);
+  });
+
   test('a link made before there was thin hair is as dense as it was', () => {
     // Of a crop of 0.3 and a length of 0.36; of a beard of 0.35 and a length of 0.1.
     const { dense, standing } = of(decodeColouring('CB4JIwokEAo'));
     assert.deepEqual([dense, standing], [[1, 0.8 * 0.8], [1, 1]]);
     assert.equal(encodeColouring({ crop: 0.3, beard: 0.35, length: 0.36, beardLength: 0.1 }), 'CB4JIwokEAo');
-    assert.equal(of({ length: 0.05 }).dense[0], 0.4);
     // And nothing of it has receded or is shaved.
     assert.deepEqual(of(decodeColouring('CB4JIwokEAo')).gone, [0, 0, 0, 0]);
     const man = { crop: 0.5, thin: 0.5, hairline: 0.6, beard: 0.8, beardLength: 0.2, beardThin: 0.2, moustache: 0.9, chinBeard: 0, cheekBeard: 0 };

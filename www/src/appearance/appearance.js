@@ -42,16 +42,12 @@ export async function glbAsShown(renderer, head, face, { targets = true, colouri
    * Something of the head in these colours, which it has for just that long: between two pictures it may be given others.
    * @template T @param {() => T} make @returns {T}
    */
-  const coloured = (make) => {
-    const before = head.colouring;
-    if (before !== colouring) head.paint(colouring);
-    try {
+  const coloured = (make) =>
+    head.lend(() => {
+      if (head.colouring !== colouring) head.paint(colouring);
       head.finish();
       return make();
-    } finally {
-      if (before !== colouring) head.paint(before);
-    }
-  };
+    });
   try {
     const parts = coloured(() => beside(head, asked, targets));
     const skin = await skinMaps(renderer, head, coloured);

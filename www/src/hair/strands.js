@@ -251,7 +251,8 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
           y = middle[1] + (y - middle[1]) * pulled;
           z = middle[2] + (z - middle[2]) * pulled;
         } else if (over.height < clear) {
-          const pushed = (over.radius + clear) / (over.radius + over.height);
+          // No further than it has come from a root that lies deeper, as beside an ear.
+          const pushed = (over.radius + Math.min(clear, over.height + along)) / (over.radius + over.height);
           x = middle[0] + (x - middle[0]) * pushed;
           y = middle[1] + (y - middle[1]) * pushed;
           z = middle[2] + (z - middle[2]) * pushed;
@@ -363,7 +364,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         const clear = Math.min(0.4 * along, 1 + 1.5 * strand.rise);
         const most = highest(style, held(p[0], p[1], p[2], style)) + 1.5 * strand.rise;
         if ((over.height < clear || over.height > Math.max(clear, most)) && s > 0) {
-          const pushed = (over.radius + (over.height < clear ? clear : most + 0.4 * (over.height - most))) / (over.radius + over.height);
+          const pushed = (over.radius + (over.height < clear ? Math.min(clear, over.height + along) : most + 0.4 * (over.height - most))) / (over.radius + over.height);
           for (let k = 0; k < 3; k++) p[k] = middle[k] + (p[k] - middle[k]) * pushed;
         }
         const point = POINTS * n + s;

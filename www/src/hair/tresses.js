@@ -157,6 +157,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   const drawn = share();
   /** Those strands that are there, of those that are drawn. @type {Uint16Array | null} */
   let standing = null;
+  /** All that stand, drawn or not. @type {Uint16Array} */
+  let remaining = new Uint16Array(0);
   /** @type {import('./standing.js').Thinning} */
   let thinning = { share: 1, gone: [0, 0, 0, 0] };
   let broad = half;
@@ -217,8 +219,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** @type {ArrayLike<number>} */
   let present = rest;
 
-  /** Short hair is seen one by one, and curls would fill what they wind around. */
-  const slender = (/** @type {S} */ style) => (0.55 + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl) * breadthOf(thinning);
+  /** Short hair is seen one by one, the shortest as grains on what is painted of it; and curls would fill what they wind around. */
+  const slender = (/** @type {S} */ style) => (0.15 + 0.4 * smoothstep(0, 9, long(style)) + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl) * breadthOf(thinning);
 
   /** What is short points everywhere, and would glitter. */
   const glossOf = (/** @type {S} */ style) => 0.15 + 0.85 * smoothstep(10, 60, long(style));
@@ -243,11 +245,11 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** Draws the strands that stand, and no others. @param {import('./plant.js').Planting} planting */
   function stand(planting) {
     if (!standing) {
-      const all = standingOf(planting.strands, planting, thinning);
+      remaining = standingOf(planting.strands, planting, thinning);
       // The fewer there are, the more of them are drawn.
       const most = drawn * planting.strands;
-      standing = all.subarray(0, Math.round(most));
-      broad = half * broader(Math.min(1, most / Math.max(1, all.length)));
+      standing = remaining.subarray(0, Math.round(most));
+      broad = half * broader(Math.min(1, most / Math.max(1, remaining.length)));
     }
     const { first, index, of } = indexed[isShort];
     if (of !== standing) {
@@ -411,32 +413,54 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     shifts.needsUpdate = true;
   }
 
-  /** As far up and down as it is seen from any side that the page has a view of. @type {import('../stage/scene.js').Reach} */
-  function reach({ x, y, z }, distance) {
-    let [low, high] = [Infinity, -Infinity];
-    if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return [low, high];
+  /**
+   * What is to be seen of it.
+   * @param {(x: number, y: number, z: number) => void} visit points of all strands that stand
+   */
+  function scan(visit) {
+    if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return;
     const { position } = shown.ribbons;
     const moved = /** @type {Float32Array} */ (shifts.image.data);
-    for (let n = 0; n < hair.strands; n++) {
+    for (const n of remaining) {
       const lock = 4 * hair.lockOf[n];
       for (const s of SHORT) {
         const o = 6 * (n * POINTS + s);
-        const up = position[o + 1] + moved[lock + 1];
-        if (up < fade[0]) continue;
-        const [aside, ahead] = [Math.abs(position[o] + moved[lock] - x), position[o + 2] + moved[lock + 2] - z];
-        const nearer = Math.max(ahead, 0.79 * ahead + 0.62 * aside, aside);
-        const seen = y + ((up - y) * distance) / (distance - nearer);
-        if (seen < low) low = seen;
-        if (seen > high) high = seen;
+        const y = position[o + 1] + moved[lock + 1];
+        if (y >= fade[0]) visit(position[o] + moved[lock], y, position[o + 2] + moved[lock + 2]);
       }
     }
+  }
+
+  /** As far up and down as it is seen from any side that the page has a view of. @type {import('../stage/scene.js').Reach} */
+  function reach({ x, y, z }, distance) {
+    let [low, high] = [Infinity, -Infinity];
+    scan((across, up, along) => {
+      const [aside, ahead] = [Math.abs(across - x), along - z];
+      const nearer = Math.max(ahead, 0.79 * ahead + 0.62 * aside, aside);
+      const seen = y + ((up - y) * distance) / (distance - nearer);
+      if (seen < low) low = seen;
+      if (seen > high) high = seen;
+    });
     return [low, high];
+  }
+
+  /** As far to a side as it is seen. @type {import('../stage/scene.js').Breadth} */
+  function breadth({ x, axis }, theta, distance) {
+    const [sine, cosine] = [Math.sin(theta), Math.cos(theta)];
+    let far = 0;
+    scan((across, _, along) => {
+      const [right, ahead] = [across - x, along - axis];
+      const seen = (Math.abs(right * cosine - ahead * sine) * distance) / (distance - right * sine - ahead * cosine);
+      if (seen > far) far = seen;
+    });
+    return far;
   }
 
   return {
     name: kind,
     mesh,
     reach,
+    breadth,
     bodies,
     carried,
     /** @param {ArrayLike<number>} positions of the face as it is */
@@ -461,6 +485,10 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     /** Whether what was painted last is not what is shown, yet. */
     get isGrowing() {
       return wanted !== null && hair !== null && wanted.key !== shown?.key;
+    },
+    /** Which style is seen; none, where there is no hair. */
+    get worn() {
+      return mesh.visible && shown ? shown.key : '';
     },
     /** For who cannot wait. */
     finish() {

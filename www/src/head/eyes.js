@@ -159,15 +159,35 @@ export const EYE_GLSL = /* glsl */ `
   }
 `;
 
+/** Where lids are, which stay when the eye turns. */
+const LIDS = /* glsl */ `
+  varying vec3 vInHead;
+  uniform vec3 upperLid;
+  uniform vec3 lowerLid;
+  float lidAt(vec3 lid) { return lid.x + vInHead.x * (lid.y + vInHead.x * lid.z); }
+`;
+
+/** More than an eyeball came out of the skin beside the lids of any face that was tried, mm. */
+const FURTHER = 8;
+
+const PLACE = /* glsl */ `
+  varying vec3 vEye;
+  varying vec3 vEyeView;
+  varying vec3 vEyeNormal;
+  ${LIDS}
+  uniform mat3 gaze;
+  uniform vec2 meet;
+  uniform float widest;
+  uniform float behind;
+`;
+
 const DECLARATIONS = /* glsl */ `
   varying vec3 vEye;
   varying vec3 vEyeView;
   varying vec3 vEyeNormal;
   ${EYE_GLSL}
-  uniform vec3 upperLid;
-  uniform vec3 lowerLid;
+  ${LIDS}
   uniform vec2 corners;
-  uniform mat3 gaze;
   uniform mat3 normalMatrix;
   float irisPart;
   float lidShade;
@@ -181,16 +201,11 @@ const COLOUR = /* glsl */ `
     // Where the ray meets the plane of the iris.
     irisAt = (vEye + bent * ((vEye.z - ${IRIS_DEPTH.toFixed(3)}) / max(0.05, -bent.z))).xy / ${IRIS.toFixed(3)};
     irisPart = irisShare(vEye.xy) * step(0.0, vEye.z);
-    // The lids stay where they are when the eye turns.
-    vec3 inHead = gaze * vEye;
-    float side = smoothstep(corners.x, corners.y, abs(inHead.x));
+    float side = smoothstep(corners.x, corners.y, abs(vInHead.x));
     diffuseColor.rgb = mix(scleraColour(vEye.xy, side), irisColour(irisAt), irisPart);
 
     // The lids shade the eye: a soft band under the upper one, a thin one over the lower one.
-    float x = inHead.x;
-    float top = upperLid.x + x * (upperLid.y + x * upperLid.z);
-    float bottom = lowerLid.x + x * (lowerLid.y + x * lowerLid.z);
-    lidShade = smoothstep(-0.1, 0.42, top - inHead.y) * smoothstep(-0.12, 0.2, inHead.y - bottom);
+    lidShade = smoothstep(-0.1, 0.42, lidAt(upperLid) - vInHead.y) * smoothstep(-0.12, 0.2, vInHead.y - lidAt(lowerLid));
     lidShade = mix(lidShade, lidShade * 0.55, side);
     diffuseColor.rgb *= mix(vec3(0.42, 0.28, 0.24), vec3(1.0), lidShade);
   }
@@ -301,6 +316,10 @@ export function createEyes(sockets, pores) {
       upperLid: { value: new Vector3(0.5, 0, 0) },
       lowerLid: { value: new Vector3(-0.5, 0, 0) },
       corners: { value: [0.6, 1.05] },
+      /** Where the lids meet. */
+      meet: { value: [-1, 1] },
+      /** How much further than it the white goes on to where they do, to which side. */
+      widest: { value: 0 },
       gaze: { value: new Matrix3() },
       behind: { value: 0 },
     };
@@ -315,21 +334,34 @@ export function createEyes(sockets, pores) {
       shader.vertexShader = shader.vertexShader
         .replace(
           '#include <common>',
-          '#include <common>\nvarying vec3 vEye; varying vec3 vEyeView; varying vec3 vEyeNormal; uniform float behind;',
+          `#include <common>\n${PLACE}`,
+        )
+        .replace(
+          '#include <beginnormal_vertex>',
+          /* glsl */ `#include <beginnormal_vertex>
+          // Where lids meet beyond the eyeball, its white goes on to them.
+          vInHead = gaze * position;
+          float wider = widest * smoothstep(0.75, 1.0, vInHead.x * sign(widest));
+          vInHead.x += wider;
+          vec3 aside = vec3(gaze[0].x, gaze[1].x, gaze[2].x);
+          objectNormal -= dot(objectNormal, aside) * (1.0 - 1.0 / (1.0 + 5.0 * abs(wider))) * aside;`,
         )
         .replace(
           '#include <begin_vertex>',
           /* glsl */ `#include <begin_vertex>
           vEye = position;
           vEyeNormal = normal;
+          transformed += wider * aside;
           vEyeView = position - (inverse(modelViewMatrix) * vec4(0.0, 0.0, 0.0, 1.0)).xyz;`,
         )
         .replace(
           '#include <project_vertex>',
           /* glsl */ `#include <project_vertex>
           {
-            // The model's lids clear its eyeballs, which have no cornea.
-            vec4 back = projectionMatrix * (mvPosition - vec4(0.0, 0.0, behind, 0.0));
+            // The model's lids clear its eyeballs, which have no cornea. Skin around them does not on every face.
+            vec2 beyond = vec2(max(meet.x - vInHead.x, vInHead.x - meet.y), max(lidAt(lowerLid) - vInHead.y, vInHead.y - lidAt(upperLid)));
+            float further = ${FURTHER.toFixed(1)} * smoothstep(0.02, 0.2, max(beyond.x, beyond.y));
+            vec4 back = projectionMatrix * (mvPosition - vec4(0.0, 0.0, behind + further, 0.0));
             gl_Position.z = back.z / back.w * gl_Position.w;
           }`,
         );
@@ -371,7 +403,10 @@ export function createEyes(sockets, pores) {
       });
       fitParabola([local[0], local[1], local[2], local[3]], uniforms.upperLid.value);
       fitParabola([local[3], local[4], local[5], local[0]], uniforms.lowerLid.value);
-      const half = (Math.abs(local[0].x) + Math.abs(local[3].x)) / 2;
+      const [right, left] = [local[0].x, local[3].x];
+      uniforms.meet.value = [right, left];
+      uniforms.widest.value = side === 0 ? Math.min(0, 1.6 * (right + 0.94)) : Math.max(0, 1.6 * (left - 0.94));
+      const half = (left - right) / 2;
       uniforms.corners.value = [half * 0.55, half * 1.05];
     }
     /** @param {Vector3} turn an axis times an angle @param {boolean} moved whether the lids may have */

@@ -462,6 +462,23 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
       skin.finish();
       for (const one of tresses) one.finish();
     },
+    /**
+     * Lets something paint it otherwise, and paints it as it was.
+     * @template T @param {() => T} make @returns {T} what that makes
+     */
+    lend(make) {
+      const before = colouring;
+      const worn = tresses.map((one) => one.worn);
+      try {
+        return make();
+      } finally {
+        if (colouring !== before) {
+          paint(before);
+          // Its own hair may not have grown yet, and nobody else's stays until then.
+          for (const [i, one] of tresses.entries()) if (one.worn !== worn[i]) one.finish();
+        }
+      }
+    },
     /** Ends what is made beside the page. */
     dispose() {
       skin.dispose();

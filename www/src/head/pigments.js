@@ -36,6 +36,9 @@ const BROWS_GREY = 0.58;
 const LASHES = [0.075, 0.045, 0.035];
 const FOLLOWS = 0.45;
 
+/** Hair of this length and longer is as dense as it can be. */
+const SHORTEST = 0.025;
+
 /** Irises without melanin are blue, with a little of it green and hazel: near the pupil and around it. */
 const IRIS = [
   stop([0, '#687074', '#51606f']),
@@ -97,6 +100,8 @@ export function pigments(tone, colouring) {
   const strands = young.clone().lerp(old, grey);
   const atRest = between(HAIR, REST.hair, 1);
   const [lr, lg, lb] = [strands.r / atRest.r, strands.g / atRest.g, strands.b / atRest.b].map((ratio, k) => LASHES[k] * ratio ** FOLLOWS);
+  // What has length is as dense as it can be, but for what is thinned.
+  const dense = Math.max(crop, (1 - thin) * Math.min(1, length / SHORTEST));
   return {
     skin: own,
     /** How much darker than at rest, for what lies on the skin: 1 at rest. */
@@ -115,8 +120,9 @@ export function pigments(tone, colouring) {
     /** 0 is none, 2 twice as many as at rest. */
     bushy: 2 * brows,
     /** How dense hair and beard are, 0 to 1. @type {[number, number]} */
-    // What has length is as dense as it can be, but for what is thinned.
-    dense: [Math.max(crop, (1 - thin) * Math.min(1, 8 * length)), Math.max(beard, 0.8 * (1 - beardThin) * Math.min(1, 8 * beardLength))],
+    dense: [dense, Math.max(beard, 0.8 * (1 - beardThin) * Math.min(1, 8 * beardLength))],
+    /** How far off the skin a crop's surface is, mm: below strands, where there are some. */
+    lift: 3.5 * crop * Math.max(0, 1 - length / SHORTEST) + dense * Math.min(1, 12 * length),
     /** How many of the strands that have length there are, 0 to 1. @type {[number, number]} */
     standing: [Math.max(crop, 1 - thin), Math.min(1, Math.max(beard, 1 - beardThin) / 0.8)],
     /** How much of each part has gone, as `parts.js` has them: of a beard, and as far as hair recedes. @type {[number, number, number, number]} */

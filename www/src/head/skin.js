@@ -352,6 +352,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     /** Painted when there is hair. */
     strandMap: { value: hairless },
     dense: { value: new Vector2() },
+    lift: { value: 0 },
     gone: { value: new Vector4() },
     /** By longer hair, and by a longer beard. */
     covered: { value: new Vector2() },
@@ -403,8 +404,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         uniform vec2 aged;
         uniform float worn;
         varying float vFold;
-        uniform vec2 dense;
-        uniform vec2 covered;
+        uniform float lift;
         uniform float heatStrength;
         varying vec3 vRest;
         varying vec3 vRestNormal;
@@ -431,7 +431,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
         vFold = aged.x + (1.0 - worn) * max(max(folds.x, folds.y), max(folds.z, folds.w)) * (0.45 + 0.4 * aged.x);
         vFold *= 1.0 + min(0.0, folding.w) * 0.9 * mix(smooths.x, smooths.y, smoothstep(-6.0, 6.0, rest.x));
         // Hair stands off the head, and longer hair over that.
-        transformed += objectNormal * ((3.5 - 2.5 * covered.x) * (1.0 - heatStrength) * dense.x * smoothstep(-0.1, 0.9, vGrowth.x));
+        transformed += objectNormal * (lift * (1.0 - heatStrength) * smoothstep(-0.1, 0.9, vGrowth.x));
         vHeat = heat;
         vWorn = uv;`,
       );
@@ -533,7 +533,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       });
     },
     /** @param {Paints} colours */
-    paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, standing, gone, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, lift, standing, gone, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       material.sheenColor.copy(FUZZ).multiplyScalar(bright);
       uniforms.lipColour.value.copy(lips);
@@ -543,6 +543,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.turned.value.fromArray(turned);
       uniforms.bushy.value = bushy;
       uniforms.dense.value.fromArray(dense);
+      uniforms.lift.value = lift;
       uniforms.gone.value.fromArray(gone);
       uniforms.covered.value.set(Math.min(1, 6 * style.length) * standing[0], Math.min(1, 6 * whiskers.length) * standing[1]);
       uniforms.aged.value.set(lines, freckles);

@@ -247,6 +247,8 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
     mesh.receiveShadow = true;
     mesh.matrixAutoUpdate = false;
     mesh.frustumCulled = false;
+    // What is clicked is the mouth behind them.
+    mesh.raycast = () => {};
     mesh.name = up > 0 ? 'upper teeth' : 'lower teeth';
     return { mesh, material };
   });

@@ -147,19 +147,19 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
       // Others do not wear this person's colours.
       const worn = head.wornStrength.value;
       head.wornStrength.value = 0;
-      const before = head.colouring;
-      const done = scene.portraits(
-        sitters.map(({ pose, into }) => ({
-          pose() {
-            const sitter = pose();
-            head.update(sitter.face);
-            head.paint(sitter.colouring);
-            head.finish();
-          },
-          into,
-        })),
+      const done = head.lend(() =>
+        scene.portraits(
+          sitters.map(({ pose, into }) => ({
+            pose() {
+              const sitter = pose();
+              head.update(sitter.face);
+              head.paint(sitter.colouring);
+              head.finish();
+            },
+            into,
+          })),
+        ),
       );
-      head.paint(before);
       head.markStrength[0] = marks[0];
       head.markStrength[1] = marks[1];
       head.wornStrength.value = worn;

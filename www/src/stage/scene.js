@@ -34,6 +34,10 @@ const VIEWS = {
  * The heights between which something is seen that far from a point, as they would be at that point's depth; mm.
  * @typedef {(centre: Vector3, distance: number) => readonly [low: number, high: number]} Reach
  */
+/**
+ * How far to a side of an axis something is seen from that far from it, mm.
+ * @typedef {(axis: { x: number, axis: number }, theta: number, distance: number) => number} Breadth
+ */
 
 /** Three-point light: a warm key with a soft shadow, a cool fill, a rim from behind. */
 function createLights() {
@@ -133,7 +137,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   function draw(now) {
     scheduled = 0;
     if (flight) {
-      const t = still.matches ? 1 : Math.min(1, (now - flight.start) / 450);
+      const t = still.matches ? 1 : Math.min(1, Math.max(0, (now - flight.start) / 450));
       const ease = 1 - (1 - t) ** 3;
       const at = new Spherical(
         flight.from.radius + (flight.to.radius - flight.from.radius) * ease,
@@ -251,6 +255,8 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
 
   /** @type {Reach} */
   let reach = () => [Infinity, -Infinity];
+  /** @type {Breadth} */
+  let breadth = () => 0;
 
   /** The distance from the head's axis at which head and hair fill what is free of the stage, and the height on it to look at, mm. */
   function framed() {
@@ -261,9 +267,11 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     const tall = top + bottom > 0 ? (share * height) / Math.max(1, height - top - bottom) : 1;
     const { y } = subject.centre;
     const { theta, phi } = VIEWS[chosen];
-    const broad = Math.max(0.74 * subject.height, 1.1 * subject.depth * Math.sin(theta)) / camera.aspect;
+    const head = Math.max(0.74 * subject.height, 1.1 * subject.depth * Math.sin(theta)) / camera.aspect;
     const away = (/** @type {number} */ seen) => seen / (2 * Math.tan((camera.fov * DEGREE) / 2));
-    const [low, high] = reach(subject.centre, away(Math.max(tall * subject.height, broad)));
+    const from = away(Math.max(tall * subject.height, head));
+    const [low, high] = reach(subject.centre, from);
+    const broad = Math.max(head, (2.04 * breadth({ x: subject.centre.x, axis: subject.axis }, theta, from)) / camera.aspect);
     // Single hairs may be in the margin.
     const [half, slack] = [0.5 * share * subject.height, 0.012 * subject.height];
     const [least, most] = [Math.min(low + slack, y - half), Math.max(high - slack, y + half)];
@@ -346,7 +354,15 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   camera.position.setFromSphericalCoords(fit(), home.phi, home.theta).add(controls.target.copy(controls.cursor));
   const observer = new ResizeObserver(resize);
   observer.observe(canvas);
-  resize();
+  /** @type {MediaQueryList} */
+  let density;
+  /** A window that goes to another display has the same size there, but may have other pixels. */
+  function fitDensity() {
+    resize();
+    density = window.matchMedia(`(resolution: ${window.devicePixelRatio}dppx)`);
+    density.addEventListener('change', fitDensity, { once: true });
+  }
+  fitDensity();
 
   return {
     light,
@@ -367,6 +383,10 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     /** What is to be in view beside the head. @param {Reach} of */
     contain(of) {
       reach = of;
+    },
+    /** The same for the other way. @param {Breadth} of */
+    widen(of) {
+      breadth = of;
     },
     portraits,
     render,
@@ -429,6 +449,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
       clearTimeout(resting);
       resting = 0;
       observer.disconnect();
+      density.removeEventListener('change', fitDensity);
       beforeFrame.clear();
       controls.dispose();
       averaging.dispose();

@@ -31,6 +31,7 @@ export function createView(model, canvas, laying, covered) {
       preview.dispose();
       scene.scene.add(head.group);
       scene.light(groundwork.studio);
+      scene.widen((...from) => Math.max(0, ...head.tresses.map((one) => one.breadth(...from))));
       return head;
     },
   };
