@@ -6,7 +6,7 @@ const VERTEX = /* glsl */ `#version 300 es
     gl_Position = vec4(vec2(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1), 0.0, 1.0);
   }`;
 
-// As Field::render in src/photo/reshape/render.rs, which is the same for the processor.
+// As Field::render in src/photo/reshape/render.rs, which is the same for the processor where a photo is opaque.
 const FRAGMENT = /* glsl */ `#version 300 es
   precision highp float;
   precision highp sampler2D;
