@@ -231,14 +231,10 @@ wasm() {
     # Functions that one other calls are not put into it: many begin alike, and gzip finds that.
     quietly "optimise-$build" wasm-opt -Os -ocimfs=1 --low-memory-unused --strip-debug --strip-producers --strip-target-features \
         "${WASM_FEATURES[@]}" "$@" "$module.trap" -o "$module.small"
-    # In an order that gzip likes; in any other they do the same. Once: without their names, a second pass would have another.
-    local once=() flag
-    for flag in "$@"; do
-        [ "$flag" = --converge ] || once+=("$flag")
-    done
+    # In an order that gzip likes; in any other they do the same.
     quietly "alike-$build" node src/wasm/alike.js "$module.small" "$module.named"
     quietly "order-$build" wasm-opt --reorder-functions-by-name --strip-debug \
-        "${WASM_FEATURES[@]}" "${once[@]}" "$module.named" -o "pkg/$build/${name}_bg.wasm"
+        "${WASM_FEATURES[@]}" "$@" "$module.named" -o "pkg/$build/${name}_bg.wasm"
 }
 
 scalar_builds() {

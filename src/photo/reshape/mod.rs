@@ -6,7 +6,8 @@
 //! photo where in the old one it comes from. Round the face, in hair, background, and what a head hides
 //! of itself, the motion fades out smoothly ([`membrane`]), so that nothing tears and nothing is seen
 //! twice. Light does so in hair; what is read from behind the person keeps its own, or the person would
-//! have a halo.
+//! have a halo. Mouths and eyes that open and shut show what nobody saw ([`openings`]), and nothing comes from outside
+//! of the photo ([`border`]).
 
 mod border;
 mod membrane;

@@ -44,7 +44,6 @@ const LID: f64 = 17.0;
 const BEYOND: f64 = 1.5;
 /// And from so far beyond, mm, where more of them than that is seen.
 const SKIN: f64 = 4.0;
-
 /// Half the width of the line in which lids meet, cells: what is read jumps there from the one to the other.
 const LINE: f64 = 0.9;
 /// The logarithm of the light in it.
