@@ -298,8 +298,6 @@ linted() {
 
 # What no test is built from: the core alone, and photos on wasm.
 lints() {
-    say "Formatting and lints"
-    cargo fmt --check
     quietly clippy cargo clippy --locked --all-targets -- -D warnings
     quietly clippy-photo cargo clippy --locked --lib --features photo \
         --target wasm32-unknown-unknown -- -D warnings
@@ -309,12 +307,12 @@ lints() {
         quietly "lock-${apart##*/}" cargo metadata --locked --format-version 1 \
             --manifest-path "$apart/Cargo.toml"
     done
-    quietly types npm run check --prefix www
 }
 
 rust_tests_built() {
     quietly rust-tests linted cargo test --no-run --locked --features fit,bench --all-targets
     quietly rust-tests-wasm linted cargo build --locked --tests --target wasm32-unknown-unknown
+    lints
 }
 
 need_test_tools() {
@@ -332,20 +330,21 @@ run_tests() {
     say "Setting up"
     need_rust
     need_lints
+    cargo fmt --check
     # What is built and what is fetched do not wait for each other; Debian's packages are one at a time.
-    need_test_tools &
-    local tools=$!
     need_npm &
     local npm=$!
+    need_test_tools &
+    local tools=$!
+    # What is built for the tests fills the time in which tools are fetched and the package's builds are one thread.
+    rust_tests_built &
+    local built=$!
     need_browser
     need_base_mesh
     need_ict
     wait "$npm"
+    quietly types npm run check --prefix www
     wait "$tools"
-    lints
-    # What is built for the tests fills the time in which the package's builds are one thread.
-    rust_tests_built &
-    local built=$!
     package
     site
     wait "$built"
