@@ -2,11 +2,11 @@ import { element } from '../frame/element.js';
 import { Failure } from '../frame/failure.js';
 import { drawnByProcessor } from '../rendering/graphics.js';
 import { sameWeights } from '../editing/history.js';
-import { icon } from '../frame/icons.js';
 import { text } from '../text.js';
 import { createChoice } from './choose.js';
 import { createColours } from './colours.js';
 import { createComparison } from './compare.js';
+import { createControls } from './controls.js';
 import { createCorrection } from './correct.js';
 import { findFaces, findPerson, prepareFinding, stopFinding } from './faces.js';
 import { Cancelled, createFitter } from './fitter.js';
@@ -29,7 +29,7 @@ const EXAMPLE = 'astronaut.jpg';
 /** px of the stage's picture for one of a photo. @param {{ width: number, height: number }} of */
 const shownOf = ({ width, height }) => Math.min(1, LONGEST_SHOWN / Math.max(width, height));
 
-/** What is being done: one block of the panel for each. @typedef {'empty' | 'busy' | 'choose' | 'none' | 'place' | 'ready' | 'adjust'} Mode */
+/** @typedef {import('./controls.js').Mode} Mode */
 
 /**
  * The room for photos: a portrait becomes a face, and whatever is done to the face happens to the
@@ -104,7 +104,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   const view = createView({ hold: comparison.hold });
   const warp = createWarp(view.canvas);
   const choice = createChoice(view, (i) => void take(i));
-  const correction = createCorrection(view, { changed: () => (again.disabled = false), leave: () => (again.disabled ? leaving : again).focus() });
+  const correction = createCorrection(view, {
+    changed: () => (controls.again.disabled = false),
+    leave: () => (controls.again.disabled ? controls.leaving : controls.again).focus(),
+  });
   const placing = createPlacing(view, { changed: (points) => correction.open(photo, points) });
   const side = (/** @type {string} */ value, /** @type {string} */ words, /** @type {boolean} */ checked) =>
     element('label', {}, element('input', { type: 'radio', name: 'photo-side', value, checked, onchange: turn }), element('span', {}, words));
@@ -125,117 +128,42 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     complain: (sentence) => say(sentence, true),
   });
 
-  // The panel.
-  const status = element('p', { class: 'photo-status', role: 'status' });
-  const bar = element('progress', { max: 1, value: 0, 'aria-label': text.photo.progress });
-  const button = (/** @type {string} */ words, /** @type {() => void} */ onclick, kind = '') =>
-    element('button', { type: 'button', class: `button ${kind}`, onclick }, words);
-  const picker = element('input', {
-    type: 'file',
-    accept: 'image/*',
-    hidden: true,
-    'aria-label': text.photo.choose,
-    onchange: () => {
-      const file = picker.files?.[0];
-      if (file) void open(file, file.name);
-      picker.value = '';
+  const controls = createControls(panel, {
+    open: (file) => void open(file, file.name),
+    example: () => void open(fetchExample, EXAMPLE),
+    cancel,
+    retry: () => void search((visit += 1)),
+    place: startPlacing,
+    fit: () => void fit(correction.points),
+    pointByPoint: () => {
+      before = 'none';
+      show('adjust');
+      correction.focus();
     },
+    asDetected: () => {
+      if (!detected) return;
+      correction.open(photo, detected.points);
+      controls.again.disabled = false;
+    },
+    leave: leaveAdjusting,
+    correct: startAdjusting,
+    another: () => {
+      // This one is still there for who changes their mind.
+      keepLast();
+      say(text.photo.several(faces.length));
+      view.fit();
+      show('choose');
+      choice.focus();
+    },
+    close,
+    own: () => own && editor.take(own, number),
+    keep: (type) => void keep(type),
+    last: () => void bringBack(text.photo.ready),
+    change: [comparison.strengthSlider, comparison.button],
+    colours: colours.root,
   });
-  const back = button(text.photo.own, () => own && editor.take(own, number));
-  const again = button(text.photo.fitAgain, () => void fit(correction.points), 'primary');
-  const asDetected = button(text.photo.asDetected, () => {
-    if (!detected) return;
-    correction.open(photo, detected.points);
-    again.disabled = false;
-  });
-  const leaving = button(text.photo.leave, leaveAdjusting);
-  const quality = element('p', { class: 'note' });
-  const size = element('p', { class: 'note' });
-  const placeAnyway = () => button(text.photo.placeByHand, startPlacing);
-  const retry = button(text.tryAgain, () => void search((visit += 1)));
-  const toLast = element('div', { class: 'row' }, button(text.photo.toLast, () => void bringBack(text.photo.ready)));
-  const another = button(text.photo.another, () => {
-    // This one is still there for who changes their mind.
-    keepLast();
-    say(text.photo.several(faces.length));
-    view.fit();
-    show('choose');
-    choice.focus();
-  });
+  const { say } = controls;
 
-  /** @type {Partial<Record<Mode, HTMLElement>>} */
-  const blocks = {
-    busy: element('div', {}, bar, element('div', { class: 'row' }, button(text.photo.cancel, cancel))),
-    choose: element('div', { class: 'row' }, placeAnyway()),
-    none: element('div', { class: 'row' }, retry, placeAnyway()),
-    place: element(
-      'div',
-      {},
-      element('p', { class: 'note' }, text.photo.placeAbout),
-      element(
-        'div',
-        { class: 'row' },
-        button(text.photo.fitThese, () => void fit(correction.points), 'primary'),
-        button(text.photo.pointByPoint, () => {
-          before = 'none';
-          show('adjust');
-          correction.focus();
-        }),
-      ),
-    ),
-    adjust: element(
-      'div',
-      {},
-      element('p', { class: 'note' }, text.photo.adjustAbout),
-      element('div', { class: 'row' }, again, asDetected, leaving),
-    ),
-    ready: element(
-      'div',
-      {},
-      quality,
-      element('div', { class: 'row' }, button(text.photo.correct, startAdjusting), another, button(text.photo.close, close)),
-      element(
-        'section',
-        { class: 'part', 'aria-label': text.photo.change },
-        element('h3', {}, text.photo.change),
-        element('p', { class: 'note' }, text.photo.changeAbout),
-        comparison.strengthSlider,
-        comparison.button,
-        element('div', { class: 'row' }, back),
-        colours.root,
-      ),
-      element(
-        'section',
-        { class: 'part', 'aria-label': text.photo.saveTitle },
-        element('h3', {}, text.photo.saveTitle),
-        element('p', { class: 'note' }, text.photo.saveAbout),
-        size,
-        element('div', { class: 'row' }, button(text.photo.asPng, () => void keep('image/png'), 'primary'), button(text.photo.asJpeg, () => void keep('image/jpeg'))),
-      ),
-    ),
-  };
-  const first = element('p', { class: 'note' }, text.photo.about);
-  panel.append(
-    element('h2', { class: 'photo-title' }, text.photo.title),
-    first,
-    element(
-      'div',
-      { class: 'row' },
-      element('button', { type: 'button', class: 'button primary', onclick: () => picker.click() }, icon('upload'), text.photo.choose),
-      button(text.photo.example, () => void open(fetchExample, EXAMPLE)),
-      picker,
-    ),
-    element('p', { class: 'note photo-private' }, icon('lock'), text.photo.private),
-    status,
-    ...Object.values(blocks),
-    toLast,
-  );
-
-  /** @param {string} sentence @param {boolean} [wrong] */
-  function say(sentence, wrong = false) {
-    status.textContent = sentence;
-    status.classList.toggle('is-wrong', wrong);
-  }
   /** @param {Mode} next */
   function show(next) {
     if (next === 'busy') moving ??= mode === 'place' || mode === 'adjust' ? mode : null;
@@ -245,25 +173,19 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     }
     mode = next;
     const focused = document.activeElement;
-    for (const [name, block] of Object.entries(blocks)) block.hidden = name !== mode;
-    first.hidden = photo !== null;
+    controls.show(mode, { photo: photo !== null, detected: detected !== null, several: faces.length > 1, last: last !== null });
     sides.hidden = photo === null;
     choice.show(mode === 'choose');
     placing.show(mode === 'place');
     const points = mode === 'place' || mode === 'adjust';
     correction.show(points, mode === 'place');
     correction.compare(mode === 'adjust' ? fittedPoints() : null);
-    asDetected.hidden = detected === null;
-    another.hidden = faces.length < 2;
-    toLast.hidden = !last || mode === 'busy' || mode === 'ready';
     comparison.beforeAfter.hidden = mode !== 'ready' || !editable;
     if (mode === 'choose' || points) photoOnStage();
     turn();
     draw();
     // Who goes by keys goes on from what came for it.
-    if (focused?.closest('[hidden]') && (panel.contains(focused) || view.root.contains(focused))) {
-      /** @type {HTMLElement | null} */ ((blocks[mode] ?? panel).querySelector('button:enabled:not([hidden])'))?.focus();
-    }
+    if (focused?.closest('[hidden]') && (panel.contains(focused) || view.root.contains(focused))) controls.focus(mode);
   }
   function onPhoto() {
     return /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked;
@@ -298,7 +220,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let asking = null;
   /** @returns {Promise<void>} until the photo is changed as the face is */
   async function follow() {
-    back.disabled = !own || (own.code === face.code && sameWeights(own.expression, face.expression));
+    controls.back.disabled = !own || (own.code === face.code && sameWeights(own.expression, face.expression));
     if (!editable) return;
     asked = true;
     asking ??= ask();
@@ -322,7 +244,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   }
   editor.onShape(() => {
     // Who goes on with this photo has read what was wrong with another.
-    if (mode === 'ready' && status.classList.contains('is-wrong')) say(text.photo.ready);
+    if (mode === 'ready' && controls.isWrong) say(text.photo.ready);
     void follow();
   });
   editor.onStep(dress);
@@ -356,7 +278,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     say(text.photo.cancelled);
     show(photo ? 'none' : 'empty');
   }
-  const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, shown, sentence: quality.textContent });
+  const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, shown, sentence: controls.quality.textContent });
   function keepLast() {
     if (fitted) last = present();
   }
@@ -374,7 +296,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     colours.forget();
     say('');
     show('empty');
-    panel.querySelector('button')?.focus();
+    controls.focus('empty');
   }
   /** Another was fitted. */
   function forgetLast() {
@@ -399,29 +321,31 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     forgetPerson();
     forgetPhoto();
     ({ photo, onStage, faces, person, detected, fitted, number, own, shown } = last);
-    quality.textContent = last.sentence;
+    controls.quality.textContent = last.sentence;
     last = null;
     if (!photo || !onStage || !fitted) return;
     dressed = true;
     field = null;
-    size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
+    controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     correction.open(photo, fitted.points);
     warp.setPhoto(onStage, photo.colorSpace);
     view.open(photo.width, photo.height);
     view.closeTo(around(fitted.points, 1));
     say(sentence, wrong);
-    bar.removeAttribute('value');
+    controls.progress(null);
     show('busy');
     moving = null;
+    unedited = true;
     try {
       // Whoever stopped a fit has stopped what edits, too.
       await fitter.edit(fitted.pixels, fitted.fit);
+      unedited = false;
     } catch (error) {
       if (here === visit && !(error instanceof Cancelled)) say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
     }
     if (here !== visit) return;
-    unedited = false;
-    editable = true;
+    // The photo is seen without it, and points can be corrected, which begins anew.
+    editable = !unedited;
     await follow();
     if (here !== visit) return;
     show('ready');
@@ -465,7 +389,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     if (beside !== 'busy') {
       stopFinding();
       prepareFinding();
-      bar.removeAttribute('value');
+      controls.progress(null);
       show('busy');
     }
     let next, picture;
@@ -509,7 +433,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     detected = fitted = own = field = null;
     editable = dressed = false;
     comparison.reset();
-    size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
+    controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     warp.setPhoto(picture, photo.colorSpace);
     photoOnStage();
     view.open(photo.width, photo.height);
@@ -520,14 +444,14 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   /** @param {number} here */
   async function search(here) {
     if (!photo) return;
-    bar.value = 0;
-    retry.hidden = false;
+    controls.progress(0);
+    controls.retry.hidden = false;
     say(text.photo.searching);
     show('busy');
     // The fit is wanted next; if it cannot be prepared, it says why then.
     fitter.prepare().catch(() => {});
     try {
-      faces = await findFaces(photo, (fraction) => here === visit && (bar.value = fraction));
+      faces = await findFaces(photo, (fraction) => here === visit && controls.progress(fraction));
     } catch (error) {
       if (here === visit) complain(error, 'none');
       return;
@@ -535,7 +459,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     if (here !== visit) return;
     if (faces.length === 0) {
       stopFinding();
-      retry.hidden = true;
+      controls.retry.hidden = true;
       say(text.photo.none, true);
       return show('none');
     }
@@ -564,7 +488,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
 
   /** Without a person all of the photo may be one. @param {import('./read.js').Photo} photo @param {Float64Array} points */
   async function lookForPerson(photo, points) {
-    bar.removeAttribute('value');
+    controls.progress(null);
     say(text.photo.searchingPerson);
     show('busy');
     try {
@@ -585,7 +509,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       const byHand = mode === 'adjust' || mode === 'place';
       if (last && !byHand) return bringBack(sentence, true);
       say(sentence, true);
-      retry.hidden = true;
+      controls.retry.hidden = true;
       return show(byHand ? mode : 'none');
     }
     const from = mode === 'adjust' || mode === 'place' ? mode : 'none';
@@ -599,11 +523,11 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       // A jaw that somebody placed is believed as other points are.
       const placed = points.subarray(0, 2 * INNER_FROM).some((value, k) => value !== detected?.points[k]);
       const pixels = fitter.pixels(photo, { points, jawNoise: placed ? undefined : detected?.jawNoise }, person);
-      bar.value = 0;
+      controls.progress(0);
       say(text.photo.fitting);
       show('busy');
       const [found] = await Promise.all([
-        fitter.fit(pixels, (part) => here === visit && (bar.value = part)),
+        fitter.fit(pixels, (part) => here === visit && controls.progress(part)),
         expressions.any ? expressions.load() : undefined,
       ]);
       if (here !== visit) return;
@@ -636,7 +560,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       view.closeTo(around(points, 1));
       const sentences = [text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm)];
       if (!person) sentences.push(text.photo.noPerson);
-      quality.textContent = sentences.join(' ');
+      controls.quality.textContent = sentences.join(' ');
       say(unread || text.photo.ready, unread !== '');
       show('ready');
       await follow();
@@ -652,7 +576,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   function startAdjusting() {
     if (!fitted) return;
     before = 'ready';
-    again.disabled = true;
+    controls.again.disabled = true;
     correction.open(photo, fitted.points);
     view.closeTo(around(fitted.points, 0.18));
     say('');
