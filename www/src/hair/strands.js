@@ -1,6 +1,7 @@
 import { chance } from '../chance.js';
 import { smoothstep } from '../groundwork/paint.js';
 import { clamp, norm } from './hull.js';
+import { MARGIN } from './margin.js';
 
 // How hair grows from some ground: strands with roots spread over it, combed by a field of directions, pulled down by
 // their weight, kept outside of the head and gathered into locks. The same strands with the same seeds are there for every
@@ -14,10 +15,20 @@ const STEPS = 28;
 const STIFFNESS = 16;
 /** How often the path of hair that is held is smoothed. */
 const ROUNDED = 24;
+/** How far before its root hair begins at most, mm. */
+export const EARLIEST = 8;
 /** Of a head, mm. */
 const RADIUS = 105;
 /** How much of a hair is cut off what is cut in a line: most of what grows thin. */
 const BLUNT = 0.4;
+/** How far behind its line, mm, hair is still seen from its root on, and how fine it begins there. */
+const BEHIND = 11;
+const FINEST = 0.3;
+/** Over how much of its length what begins fine gets its breadth, mm. */
+const BROADENS = 14;
+/** How far roots that are seen are lit, and how much, mm. */
+const LIT = 30;
+const LIGHT = 0.8;
 /** How often a root is looked for: a beard's ground is a tenth of the head, and most triangles are small. */
 const TRIES = 3000;
 
@@ -44,7 +55,7 @@ const TRIES = 3000;
  * @property {(x: number, y: number, z: number, style: S, way: number[]) => void} field which way hair goes, in any length, which is
  *   made to lie on the head
  * @property {(x: number, y: number, z: number, long: number, style: S) => number} reach how long hair is, by its root, mm
- * @property {(x: number, y: number, z: number, style: S) => number} early how far before its root it begins, mm
+ * @property {(x: number, y: number, z: number, style: S) => number} early how far before its root it begins, mm, `EARLIEST` at most
  * @property {(x: number, y: number, z: number, jitter: number) => boolean} cut where hair is cut; `jitter` is from -1 to 1
  * @property {(y: number) => number} inward how much hair that hangs is drawn to the head
  * @property {(x: number, y: number, z: number, style: S) => number} [held] how far hair stays combed and close to the head here,
@@ -92,10 +103,11 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
       const blend = (/** @type {Float32Array | Uint8Array} */ values, /** @type {number} */ size, /** @type {number} */ k) =>
         weights[0] * values[size * corners[0] + k] + weights[1] * values[size * corners[1] + k] + weights[2] * values[size * corners[2] + k];
       // No hairline is a line.
-      if (blend(mask, 1, 0) < 0.3 * random() - 0.15) continue;
+      const inside = blend(mask, 1, 0);
+      if (inside < 0.3 * random() - 0.15) continue;
       const at = [0, 1, 2].map((k) => blend(rest, 3, k));
       if (ground.bare?.(at[0], at[1])) continue;
-      return { corners, weights, at, normal: [0, 1, 2].map((k) => blend(normals, 3, k)), part: [0, 1, 2, 3].map((k) => blend(parts, 4, k)) };
+      return { inside, corners, weights, at, normal: [0, 1, 2].map((k) => blend(normals, 3, k)), part: [0, 1, 2, 3].map((k) => blend(parts, 4, k)) };
     }
     return null;
   }
@@ -315,6 +327,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     const points = new Float32Array(3 * POINTS * strands.length);
     const outward = new Float32Array(points.length);
     const open = new Float32Array(points.length / 3);
+    const breadth = new Float32Array(open.length);
     const ends = new Float32Array(strands.length);
     const deep = 3 + 0.6 * volumeOf(style, long);
     // Short hair hides little of the light.
@@ -332,6 +345,9 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
       const root = locks[strand.lock].at;
       const from = 3 * (STEPS + 1) * strand.lock;
       const phase = 1.1 * Math.sin(root[0] / 34 + root[2] / 45) + 0.9 * Math.sin(root[1] / 39 - root[2] / 31);
+      // Nothing lies over roots along the line or where hair parts.
+      const parted = (early(root[0], root[1], root[2], style) / EARLIEST) * (1 - curl * curl);
+      const seen = Math.max(1 - smoothstep(0, BEHIND / MARGIN, strand.inside), smoothstep(0.2, 0.8, parted));
       const end = Math.min(strand.long, cut[strand.lock] + 0.02 * strand.stray[0]);
       ends[n] = 1 - (strand.rise < 0.5 ? BLUNT : 0) * evenly * holds[from / 3 + Math.round(end * STEPS)];
       for (let s = 0; s < POINTS; s++) {
@@ -368,14 +384,15 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
           for (let k = 0; k < 3; k++) p[k] = middle[k] + (p[k] - middle[k]) * pushed;
         }
         const point = POINTS * n + s;
-        open[point] = clamp((over.height - 1) / deep, least, 1);
+        open[point] = clamp((over.height - 1) / deep, Math.max(least, LIGHT * seen * (1 - smoothstep(0.4 * LIT, LIT, along))), 1);
+        breadth[point] = 1 - (1 - FINEST) * seen * (1 - smoothstep(0, Math.min(BROADENS, 0.4 * reachOf[strand.lock]), along));
         for (let k = 0; k < 3; k++) points[3 * point + k] = p[k];
         outward[3 * point] = over.x;
         outward[3 * point + 1] = over.y;
         outward[3 * point + 2] = over.z;
       }
     });
-    return { points, outward, open, ends };
+    return { points, outward, open, breadth, ends };
   }
   return {
     strands: strands.length,
@@ -404,9 +421,10 @@ export function shiftsOf({ locks, places, corners, weights }, positions, into) {
 }
 
 /**
- * What a style gives: the points of each strand from root to tip, mm, the way out of the head there, and how near the
- * outside of the hair they are, 0 to 1; and of each strand how much of a hair it is, from the root on, 1 when it ends in a point.
- * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array, ends: Float32Array }} Grown
+ * What a style gives: the points of each strand from root to tip, mm, the way out of the head there, how near the
+ * outside of the hair they are, 0 to 1, and how much of its breadth the strand has there; and of each strand how much of a hair it is,
+ * from the root on, 1 when it ends in a point.
+ * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array, breadth: Float32Array, ends: Float32Array }} Grown
  */
 /**
  * What does not depend on a style: how many strands and locks there are, the lock of each strand, which parts its root is of,

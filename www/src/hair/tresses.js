@@ -32,9 +32,12 @@ const SHORTER = 45;
  */
 const KEPT = 6;
 
+/** How far from its root a hair may begin, mm: those of a ribbon begin one after the other. */
+const ROOTLESS = 4;
+
 const PLACE = /* glsl */ `
   attribute vec4 course; // the way to the tip; which side, and by how much light gets there
-  attribute vec4 outward; // the way out of the head; how far along
+  attribute vec4 outward; // the way out of the head, as long as it is broad; how far along
   attribute vec2 strand; // its lock, its own number
   uniform highp sampler2D lockShifts;
   uniform float halfWidth; // mm
@@ -43,12 +46,12 @@ const PLACE = /* glsl */ `
   // What is measured is the head.
   bool strandHidden() { return heatStrength > 0.5; }
   // Half its width, mm: roots are close, and tips thin.
-  float ribbon() { return halfWidth * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.95 * outward.w * outward.w); }
+  float ribbon() { return halfWidth * length(outward.xyz) * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.95 * outward.w * outward.w); }
 `;
 // Ribbons lie over ribbons: what can be is done once a corner, tone mapping among it, and little is left for each pixel.
 /** When a strand turns grey: its number times the first has a fraction of its own. A ribbon is several hairs, so it does that softly. */
 const TURNS = 43.7;
-const SOFT = 0.45;
+const SOFT = 0.3;
 
 const VERTEX = /* glsl */ `
   #include <common>
@@ -62,9 +65,14 @@ const VERTEX = /* glsl */ `
   uniform vec3 old;
   uniform float turned;
   uniform float gloss;
+  uniform float gaps;
+  uniform float thin;
+  uniform vec3 skin;
+  uniform float fineness;
   varying vec3 vColour;
   varying vec3 vShine;
   varying vec4 vHair; // across, along, its own number, the neck's fading
+  varying vec2 vSeen; // how far its hairs are told from each other, how much of it they fill
   vec3 onScreen(vec3 light) {
     vec3 mapped = ACESFilmicToneMapping(light);
     return mix(pow(mapped, vec3(0.41666)) * 1.055 - 0.055, mapped * 12.92, vec3(lessThanEqual(mapped, vec3(0.0031308))));
@@ -84,6 +92,17 @@ const VERTEX = /* glsl */ `
     vec3 hair = scattered(own) * (0.88 + 0.24 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
     float open = mix(0.45, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
+    // Hairs of a ribbon lie side by side where they are told from each other, and close where they are not. Of those that are drawn
+    // broader than they are, the skin between them takes its part.
+    float pixel = -2.0 * view.z / (projectionMatrix[1][1] * backdropSize.y * fineness);
+    float apart = ribbon() / (1.0 - gaps);
+    float seen = 1.0 - smoothstep(0.4, 1.1, 2.0 * pixel / apart);
+    float room = mix(ribbon(), apart, seen);
+    float drawn = max(room, 0.6 * pixel);
+    float fill = min(1.0, max(ribbon(), 1.4 * seen * pixel) / room);
+    vSeen = vec2(seen, fill);
+    float cover = mix(1.0, ribbon() / (drawn * fill), thin);
+    hair = mix(skin, hair, cover);
     vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
     vec3 shine = vec3(0.0);
     // Locks lie at angles of their own, or all would shine in one line.
@@ -103,11 +122,10 @@ const VERTEX = /* glsl */ `
       shine += sent * pow(hair, vec3(0.6)) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.2 * (1.0 - 0.7 * own.r);
     }
     vColour = onScreen(sum);
-    vShine = onScreen(sum + gloss * shine) - vColour;
+    vShine = onScreen(sum + gloss * cover * shine) - vColour;
 
-    float pixel = -2.0 * view.z / (projectionMatrix[1][1] * backdropSize.y);
     vec3 across = cross(along, toEye);
-    view.xyz += across / max(0.2, length(across)) * sign(course.w) * max(ribbon(), 0.6 * pixel);
+    view.xyz += across / max(0.2, length(across)) * sign(course.w) * drawn;
     vHair = vec4(sign(course.w), tip, strand.y, smoothstep(fade.x, fade.y, at.y));
     gl_Position = strandHidden() ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * view;
   }
@@ -116,18 +134,19 @@ const FRAGMENT = /* glsl */ `
   varying vec3 vColour;
   varying vec3 vShine;
   varying vec4 vHair;
-  uniform float fineness;
+  varying vec2 vSeen;
+  uniform float rootless;
   void main() {
     // Hairs of a ribbon begin and end one after the other. Gaps that are smaller than a pixel would be specks.
     float across = (0.5 + 0.5 * vHair.x) * 4.0;
     float own = fract(fract(vHair.z * 113.5 + floor(across) * 0.618) * 57.31);
-    float seen = 1.0 - smoothstep(0.4, 1.1, fwidth(across) / fineness);
     float end = 1.0 - 0.45 * own;
-    float wide = mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), seen);
-    if (abs(fract(across) - 0.5) * 2.0 > wide || (vHair.y > end && seen > 0.5) || vHair.y < 0.07 * fract(own * 7.3)) discard;
+    float wide = vSeen.y * mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), vSeen.x);
+    float beside = (1.0 - vSeen.y) * (fract(own * 23.7) - 0.5);
+    if (abs(fract(across) - 0.5 - beside) * 2.0 > wide || (vHair.y > end && vSeen.x > 0.5) || vHair.y < rootless * fract(own * 7.3)) discard;
     // Where the neck runs out, hairs end one by one.
     if (vHair.w < 0.1 + 0.9 * fract(vHair.z * 31.0)) discard;
-    own = mix(0.5, own, max(0.5, seen));
+    own = mix(0.5, own, max(0.5, vSeen.x));
     vec3 shown = vColour * (0.68 + 0.64 * own) + vShine * (0.5 + own);
     gl_FragColor = vec4(shown, 1.0);
   }
@@ -153,7 +172,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   const shifts = new DataTexture(new Float32Array(4), 1, 1, RGBAFormat, FloatType);
   shifts.minFilter = shifts.magFilter = NearestFilter;
   const [young, old, turned] = [{ value: new Color() }, { value: new Color() }, { value: 0 }];
-  const gloss = { value: 1 };
+  const [gloss, gaps, rootless, thin] = [{ value: 1 }, { value: 0 }, { value: 0 }, { value: 0 }];
+  const skin = { value: new Color() };
   const drawn = share();
   /** Those strands that are there, of those that are drawn. @type {Uint16Array | null} */
   let standing = null;
@@ -174,6 +194,10 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       old,
       turned,
       gloss,
+      gaps,
+      rootless,
+      thin,
+      skin,
       fade: { value: new Vector2(...fade) },
     },
     vertexShader: VERTEX,
@@ -224,6 +248,9 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
 
   /** What is short points everywhere, and would glitter. */
   const glossOf = (/** @type {S} */ style) => 0.15 + 0.85 * smoothstep(10, 60, long(style));
+
+  /** How much of a ribbon's breadth is between its hairs. */
+  const gapsOf = (/** @type {S} */ style) => 0.8 - 0.68 * smoothstep(12, 60, long(style));
 
   /** What does not depend on the style. @param {import('./plant.js').Planting} planting */
   function lay({ strands, locks, all, short, strand }) {
@@ -299,6 +326,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       shown = one;
       const { style, ribbons } = one;
       gloss.value = glossOf(style);
+      gaps.value = gapsOf(style);
+      rootless.value = Math.min(0.3, ROOTLESS / long(style));
       isShort = long(style) * (1 + 2 * style.curl) < SHORTER ? 1 : 0;
       for (const [name, size] of /** @type {const} */ ([['position', 3], ['course', 4], ['outward', 4]])) {
         const array = ribbons[name];
@@ -372,10 +401,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       for (let s = 0; s < many; s++) {
         const from = n * POINTS + (s === many - 1 ? POINTS - 1 : step * s);
         way.fromArray(ribbons.course, 8 * from);
-        up.fromArray(ribbons.outward, 8 * from).normalize();
+        up.fromArray(ribbons.outward, 8 * from);
+        const breadth = up.length() / 127;
+        up.normalize();
         const along = ribbons.outward[8 * from + 3] / 127;
         const open = Math.abs(ribbons.course[8 * from + 3]) / 127;
-        across.crossVectors(way, up).normalize().multiplyScalar(wide * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.95 * along ** 2));
+        across.crossVectors(way, up).normalize().multiplyScalar(wide * breadth * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.95 * along ** 2));
         if (s < many - 1) for (const corner of [0, 1, 2, 1, 3, 2]) out.triangles[i++] = o / 3 + corner;
         for (const side of [-1, 1]) {
           for (let k = 0; k < 3; k++) {
@@ -473,9 +504,11 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       young.value.copy(colours.young);
       old.value.copy(colours.old);
       turned.value = colours.turned[0];
+      skin.value.copy(colours.skin);
       const now = thinningOf(colours);
       if (JSON.stringify(now) !== JSON.stringify(thinning)) {
         thinning = now;
+        thin.value = 1 - now.share;
         standing = null;
       }
       const style = styleOf(colours);
