@@ -42,9 +42,10 @@ const PLACE = /* glsl */ `
   uniform highp sampler2D lockShifts;
   uniform float halfWidth; // mm
   uniform float heatStrength;
+  uniform float hides;
   vec3 strandAt() { return position + texelFetch(lockShifts, ivec2(int(strand.x), 0), 0).xyz; }
   // What is measured is the head.
-  bool strandHidden() { return heatStrength > 0.5; }
+  bool strandHidden() { return max(heatStrength, hides) > 0.5; }
   // Half its width, mm: roots are close, and tips thin.
   float ribbon() { return halfWidth * length(outward.xyz) * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.95 * outward.w * outward.w); }
 `;
@@ -158,21 +159,24 @@ const FRAGMENT = /* glsl */ `
  * @template {import('./plant.js').Kind} K
  * @template {import('./plant.js').Styles[K]} S
  * @param {{
- *   kind: K, style: (colours: Pigments) => S, thinning: (colours: Pigments) => import('./standing.js').Thinning, long: (style: S) => number, half: number, stride: (style: S) => number,
+ *   kind: K, style: (colours: Pigments) => S, thinning: (colours: Pigments) => import('./standing.js').Thinning, long: (style: S) => number, half: number, stride?: (style: S) => number,
+ *   turned?: (colours: Pigments) => number, gaps?: number, bare?: number,
  * }} of `half` of a ribbon's width, mm; of the points of a strand every `stride`th is in files, in which each is once more
- *   for every slider
+ *   for every slider, and none where there is no `stride`; `turned`: how grey it is;
+ *   `gaps`: how much of a ribbon's breadth is between its hairs; `bare`: how much of the skin is seen between hairs, however many there are
  * @param {{ grower: import('./grower.js').Grower, rest: Float32Array, onGrown: () => void }} on the head at rest
- * @param {{ heatStrength: { value: number } }} uniforms of the skin
+ * @param {{ heatStrength: { value: number }, hides?: { value: number }, stands?: { value: number } }} uniforms of the skin; what hides it beside
+ *   heat, from 0 to 1; what becomes 1 when it is there, and 0 when it is not
  * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
-export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride }, { grower, rest, onGrown }, { heatStrength }, fade) {
+export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride, gaps: between, bare = 0, turned: turnedOf = (colours) => colours.turned[0] }, { grower, rest, onGrown }, { heatStrength, hides = { value: 0 }, stands = { value: 0 } }, fade) {
   /** There when there first is hair; null where none grows. @type {import('./plant.js').Planting | null | undefined} */
   let hair;
   const geometry = new BufferGeometry();
   const shifts = new DataTexture(new Float32Array(4), 1, 1, RGBAFormat, FloatType);
   shifts.minFilter = shifts.magFilter = NearestFilter;
   const [young, old, turned] = [{ value: new Color() }, { value: new Color() }, { value: 0 }];
-  const [gloss, gaps, rootless, thin] = [{ value: 1 }, { value: 0 }, { value: 0 }, { value: 0 }];
+  const [gloss, gaps, rootless, thin] = [{ value: 1 }, { value: 0 }, { value: 0 }, { value: bare }];
   const skin = { value: new Color() };
   const drawn = share();
   /** Those strands that are there, of those that are drawn. @type {Uint16Array | null} */
@@ -182,7 +186,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** @type {import('./standing.js').Thinning} */
   let thinning = { share: 1, gone: [0, 0, 0, 0] };
   let broad = half;
-  const shared = { halfWidth: { value: half }, lockShifts: { value: shifts }, heatStrength };
+  const shared = { halfWidth: { value: half }, lockShifts: { value: shifts }, heatStrength, hides };
   const material = new ShaderMaterial({
     uniforms: {
       ...UniformsUtils.clone(UniformsLib.lights),
@@ -250,7 +254,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   const glossOf = (/** @type {S} */ style) => 0.15 + 0.85 * smoothstep(10, 60, long(style));
 
   /** How much of a ribbon's breadth is between its hairs. */
-  const gapsOf = (/** @type {S} */ style) => 0.8 - 0.68 * smoothstep(12, 60, long(style));
+  const gapsOf = (/** @type {S} */ style) => between ?? 0.8 - 0.68 * smoothstep(12, 60, long(style));
 
   /** What does not depend on the style. @param {import('./plant.js').Planting} planting */
   function lay({ strands, locks, all, short, strand }) {
@@ -317,11 +321,17 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     return one;
   }
 
+  /** @param {boolean} visible */
+  function appear(visible) {
+    mesh.visible = visible;
+    stands.value = Number(visible);
+  }
+
   /** @param {typeof kept[number]} one */
   function wear(one) {
     kept.splice(kept.indexOf(one), 1);
     kept.unshift(one);
-    mesh.visible = true;
+    appear(true);
     if (one !== shown) {
       shown = one;
       const { style, ribbons } = one;
@@ -344,7 +354,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** @returns {boolean} whether what is wanted is shown now */
   function show() {
     if (!wanted || hair === null) {
-      mesh.visible = false;
+      appear(false);
       return true;
     }
     const { key } = wanted;
@@ -374,7 +384,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
    * @param {Float32Array} positions
    */
   function bodies(positions) {
-    if (!hair || !mesh.visible || !shown) return null;
+    if (!stride || !hair || !mesh.visible || !shown) return null;
     const { style, ribbons } = shown;
     const step = stride(style);
     const many = POINTS / step;
@@ -428,7 +438,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
    * @returns {Float32Array | null} null when no root goes further than `least`
    */
   function carried(moves, least) {
-    if (!hair || !shown) return null;
+    if (!stride || !hair || !shown) return null;
     const { lockOf } = hair;
     const moved = new Float32Array(4 * hair.locks);
     shiftsOf(hair, rest.map((value, i) => value + moves[i]), moved);
@@ -503,12 +513,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     paint(colours) {
       young.value.copy(colours.young);
       old.value.copy(colours.old);
-      turned.value = colours.turned[0];
+      turned.value = turnedOf(colours);
       skin.value.copy(colours.skin);
       const now = thinningOf(colours);
       if (JSON.stringify(now) !== JSON.stringify(thinning)) {
         thinning = now;
-        thin.value = 1 - now.share;
+        thin.value = Math.max(bare, 1 - now.share);
         standing = null;
       }
       const style = styleOf(colours);

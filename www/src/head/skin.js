@@ -77,6 +77,7 @@ const DECLARATIONS = /* glsl */ `
   uniform vec3 oldHair;
   uniform vec2 turned; // grey: of hair, of brows
   uniform float bushy;
+  uniform float browed; // whether hairs stand on what is painted of brows
   uniform vec3 lipColour;
   uniform float lipCover;
   uniform vec3 accent;
@@ -138,7 +139,7 @@ const COLOUR = /* glsl */ `
   vec2 browAt = (vRest.xy - browFrame.xy) / browFrame.zw;
   float inBrow = step(0.0, min(min(browAt.x, browAt.y), min(1.0 - browAt.x, 1.0 - browAt.y)));
   vec2 hairsOfBrow = texture2D(browMap, clamp(browAt, 0.0, 1.0)).rg;
-  float brow = min(1.0, hairsOfBrow.r * bushy) * inBrow
+  float brow = min(1.0, hairsOfBrow.r * bushy) * inBrow * (1.0 - 0.35 * browed)
              * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
 
   vec4 folded = vec4(0.5, 0.5, 0.0, 0.0);
@@ -352,6 +353,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     oldHair: { value: new Color() },
     turned: { value: new Vector2() },
     bushy: { value: 1 },
+    browed: { value: 0 },
     /** Painted when there is hair. */
     strandMap: { value: hairless },
     dense: { value: new Vector2() },
