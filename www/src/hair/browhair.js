@@ -1,7 +1,7 @@
 import { chance } from '../chance.js';
 import { browLines, growBrows } from '../head/browline.js';
 import { clamp, norm } from './hull.js';
-import { POINTS } from './strands.js';
+import { ANCHORS, POINTS } from './strands.js';
 
 // Brows as strands: short hairs that lie close to the skin, each of which goes with the skin at its root.
 
@@ -104,16 +104,15 @@ export function browHair(skin) {
         path.push(px + off * out[0], py + off * out[1], relief.z(px, py) + off * out[2]);
         outward.push(...out);
       }
-      // Those in the middle of a brow are there however thin it is.
       // A brow begins soft.
       const broad = Math.min(1, 0.45 + 2 * t) * (0.55 + 0.45 * random());
+      // Those in the middle of a brow are there however thin it is.
       hairs.push({ ...bound, broad, lasts: 1 - 1.5 * Math.abs(across), path, outward, order });
     });
   }
   // The first of them are anywhere: where few are drawn, it is they.
   hairs.sort((a, b) => a.order - b.order);
   const points = Float32Array.from(hairs.flatMap(({ path }) => path));
-  const places = Float32Array.from(hairs.flatMap(({ corners, weights }) => [0, 1, 2].map((k) => corners.reduce((sum, corner, i) => sum + weights[i] * skin.positions[3 * corner + k], 0))));
   const open = Float32Array.from({ length: points.length / 3 }, (_, i) => 0.45 + 0.3 * ((Math.floor(i / POINTS) * 0.7548776662) % 1) + (0.25 * (i % POINTS)) / POINTS);
   const grown = {
     points,
@@ -122,15 +121,19 @@ export function browHair(skin) {
     breadth: Float32Array.from(open, (_, i) => hairs[Math.floor(i / POINTS)].broad),
     ends: new Float32Array(hairs.length).fill(1),
   };
+  // They are too short to lie on anything but what they grow from.
+  const anchored = new Array(ANCHORS).fill(hairs).flat();
+  const anchors = () => ({
+    places: Float32Array.from(anchored.flatMap(({ corners, weights }) => [0, 1, 2].map((k) => corners.reduce((/** @type {number} */ sum, /** @type {number} */ corner, /** @type {number} */ i) => sum + weights[i] * skin.positions[3 * corner + k], 0)))),
+    corners: Uint32Array.from(anchored.flatMap(({ corners }) => corners)),
+    weights: Float32Array.from(anchored.flatMap(({ weights }) => weights)),
+  });
   return {
     strands: hairs.length,
     locks: hairs.length,
     lockOf: Uint16Array.from(hairs, (_, n) => n),
-    places,
-    corners: Uint32Array.from(hairs.flatMap(({ corners }) => corners)),
-    weights: Float32Array.from(hairs.flatMap(({ weights }) => weights)),
     parts: Uint8Array.from(hairs.flatMap(({ lasts }) => [0, 0, 0, Math.round(255 * lasts)])),
     // However thin they are, it is the same hairs that stand.
-    grow: () => grown,
+    grow: () => ({ ...grown, anchors: anchors() }),
   };
 }

@@ -34,12 +34,12 @@ export function layRibbons({ strands, lockOf }) {
 /**
  * A style's ribbons before they have a width, each corner's: where it is, mm; the way to the tip, and on which side it is by
  * the sign of how open it is to the light; the way out of the head, as long as the ribbon has its breadth there, and how far along its
- * hair it is, to 1 in a point.
+ * hair it is, to 1 in a point. And where it goes along with the head.
  * @param {import('./strands.js').Grown} grown
  */
-export function ribbonsOf({ points, outward, open, breadth, ends }) {
+export function ribbonsOf({ points, outward, open, breadth, ends, anchors }) {
   const count = points.length / 3;
-  const out = { position: new Float32Array(6 * count), course: new Int8Array(8 * count), outward: new Int8Array(8 * count) };
+  const out = { position: new Float32Array(6 * count), course: new Int8Array(8 * count), outward: new Int8Array(8 * count), ...anchors };
   for (let i = 0; i < count; i++) {
     const s = i % POINTS;
     const [a, b] = [3 * (s === 0 ? i : i - 1), 3 * (s === POINTS - 1 ? i : i + 1)];

@@ -9,6 +9,10 @@ import { MARGIN } from './margin.js';
 
 /** Points along a strand, its root among them. */
 export const POINTS = 24;
+/** Along a lock those that go with the head where they lie on it: its root, and at even distances to its tip. */
+export const ANCHORS = 4;
+/** What is farther off the head hangs from where it left it, mm. */
+const HANGS = 30;
 /** Of a lock while it grows. */
 const STEPS = 28;
 /** How far hair bends where it is pulled, mm. */
@@ -73,7 +77,7 @@ const TRIES = 3000;
  * @param {Uint8Array} parts as `partsOf` has them
  * @returns {Hair<S> | null} null where nothing grows
  */
-export function growOn(rest, normals, triangles, { middle, over, look: lookAt }, ground, parts) {
+export function growOn(rest, normals, triangles, { middle, over, look: lookAt, below: underneath }, ground, parts) {
   const { mask } = ground;
   if (!mask.some((inside) => inside > 0.2)) return null;
   // Roots: a place on a triangle of the ground. Each strand has chances of its own, and none goes by a sum over
@@ -194,6 +198,34 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
   function down(x, y, z) {
     const below = middle[1] - y;
     return below > 0 ? RADIUS * (0.5 * Math.PI) + below : RADIUS * Math.acos(-below / norm(x - middle[0], below, z - middle[2]));
+  }
+
+  const rooted = locks.length;
+  /** The head at the anchors of all locks, from the roots on. */
+  const anchors = { places: new Float32Array(3 * ANCHORS * rooted), corners: new Uint32Array(3 * ANCHORS * rooted), weights: new Float32Array(3 * ANCHORS * rooted) };
+  anchors.places.set(places);
+  anchors.corners.set(cornersOf);
+  anchors.weights.set(weightsOf);
+
+  /** Where each lock lies on the head, which it goes along with there. */
+  function anchor() {
+    for (let n = 0; n < rooted; n++) {
+      for (let k = 1; k < ANCHORS; k++) {
+        const [o, before] = [3 * (k * rooted + n), 3 * ((k - 1) * rooted + n)];
+        const from = 3 * ((STEPS + 1) * n + Math.round((cut[n] * STEPS * k) / (ANCHORS - 1)));
+        const [x, y, z] = paths.subarray(from, from + 3);
+        lookAt(x, y, z);
+        const { corners, weights } = underneath(x, y, z);
+        if (over.height > HANGS || weights[0] + weights[1] + weights[2] === 0) {
+          for (const of of [anchors.places, anchors.corners, anchors.weights]) of.copyWithin(o, before, before + 3);
+          continue;
+        }
+        anchors.corners.set(corners, o);
+        anchors.weights.set(weights, o);
+        for (let i = 0; i < 3; i++) anchors.places[o + i] = weights[0] * rest[3 * corners[0] + i] + weights[1] * rest[3 * corners[1] + i] + weights[2] * rest[3 * corners[2] + i];
+      }
+    }
+    return { places: anchors.places.slice(), corners: anchors.corners.slice(), weights: anchors.weights.slice() };
   }
 
   const paths = new Float32Array(3 * (STEPS + 1) * locks.length);
@@ -392,26 +424,23 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
         outward[3 * point + 2] = over.z;
       }
     });
-    return { points, outward, open, breadth, ends };
+    return { points, outward, open, breadth, ends, anchors: anchor() };
   }
   return {
     strands: strands.length,
     locks: locks.length,
     lockOf: Uint16Array.from(strands, ({ lock }) => lock),
-    places,
-    corners: cornersOf,
-    weights: weightsOf,
     parts: Uint8Array.from(strands.flatMap(({ part }) => part), Math.round),
     grow,
   };
 }
 
 /**
- * How far each lock's root has moved from where it is at rest.
- * @param {Planted} planted @param {ArrayLike<number>} positions of the head, mm @param {Float32Array} into 4 a lock
+ * How far each anchor has moved from where it is at rest.
+ * @param {Anchors} anchors @param {ArrayLike<number>} positions of the head, mm @param {Float32Array} into 4 an anchor
  */
-export function shiftsOf({ locks, places, corners, weights }, positions, into) {
-  for (let n = 0; n < locks; n++) {
+export function shiftsOf({ places, corners, weights }, positions, into) {
+  for (let n = 0; n < places.length / 3; n++) {
     for (let k = 0; k < 3; k++) {
       let sum = -places[3 * n + k];
       for (let i = 3 * n; i < 3 * n + 3; i++) sum += weights[i] * positions[3 * corners[i] + k];
@@ -421,17 +450,19 @@ export function shiftsOf({ locks, places, corners, weights }, positions, into) {
 }
 
 /**
+ * Where locks go along with the head: at rest, mm, and on three vertices with a weight each. `ANCHORS` times all locks, from the roots on.
+ * @typedef {{ places: Float32Array<ArrayBuffer>, corners: Uint32Array<ArrayBuffer>, weights: Float32Array<ArrayBuffer> }} Anchors
+ */
+/**
  * What a style gives: the points of each strand from root to tip, mm, the way out of the head there, how near the
  * outside of the hair they are, 0 to 1, and how much of its breadth the strand has there; and of each strand how much of a hair it is,
  * from the root on, 1 when it ends in a point.
- * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array, breadth: Float32Array, ends: Float32Array }} Grown
+ * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array, breadth: Float32Array, ends: Float32Array, anchors: Anchors }} Grown
  */
 /**
- * What does not depend on a style: how many strands and locks there are, the lock of each strand, which parts its root is of,
- * and where a lock's root is: at rest, mm, and on three vertices with a weight each.
+ * What does not depend on a style: how many strands and locks there are, the lock of each strand, and which parts its root is of.
  * @typedef {{
  *   strands: number, locks: number, lockOf: Uint16Array<ArrayBuffer>, parts: Uint8Array<ArrayBuffer>,
- *   places: Float32Array<ArrayBuffer>, corners: Uint32Array<ArrayBuffer>, weights: Float32Array<ArrayBuffer>,
  * }} Planted
  */
 /**

@@ -10,7 +10,7 @@ import { smoothstep } from '../groundwork/paint.js';
 import { numberOf, SHORT } from './ribbons.js';
 import { SCATTERED } from './scattered.js';
 import { breadthOf, standingOf } from './standing.js';
-import { POINTS, shiftsOf } from './strands.js';
+import { ANCHORS, POINTS, shiftsOf } from './strands.js';
 
 // Longer hair: each strand is a ribbon that turns to whoever looks, and some hairs are drawn on it.
 
@@ -43,7 +43,11 @@ const PLACE = /* glsl */ `
   uniform float halfWidth; // mm
   uniform float heatStrength;
   uniform float hides;
-  vec3 strandAt() { return position + texelFetch(lockShifts, ivec2(int(strand.x), 0), 0).xyz; }
+  vec3 strandAt() {
+    float at = min(outward.w * ${(ANCHORS - 1).toFixed(1)}, ${(ANCHORS - 1.001).toFixed(3)});
+    ivec2 lock = ivec2(int(strand.x), int(at));
+    return position + mix(texelFetch(lockShifts, lock, 0).xyz, texelFetch(lockShifts, lock + ivec2(0, 1), 0).xyz, fract(at));
+  }
   // What is measured is the head.
   bool strandHidden() { return max(heatStrength, hides) > 0.5; }
   // Half its width, mm: roots are close, and tips thin.
@@ -267,7 +271,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     mesh.onBeforeShadow = () => geometry.setDrawRange(0, Math.round(corners() / 12) * 6);
     mesh.onAfterShadow = () => geometry.setDrawRange(0, corners());
     geometry.setAttribute('strand', new BufferAttribute(strand, 2));
-    shifts.image = { data: new Float32Array(4 * locks), width: locks, height: 1 };
+    shifts.image = { data: new Float32Array(4 * ANCHORS * locks), width: locks, height: ANCHORS };
   }
 
   /** Of all triangles that are drawn. */
@@ -378,6 +382,21 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     });
   }
 
+  /** Of what is in files, a strand's point among all. @param {number} n @param {number} s @param {number} many points of a strand */
+  const pointOf = (n, s, many) => n * POINTS + (s === many - 1 ? POINTS - 1 : (POINTS / many) * s);
+
+  /**
+   * How far the head takes a point of a strand along, as in the shader.
+   * @param {Float32Array} moved of each anchor @param {number} n @param {number} point among all @param {number[]} into
+   */
+  function shiftAt(moved, n, point, into) {
+    if (!hair || !shown) return;
+    const { locks, lockOf } = hair;
+    const at = Math.min(ANCHORS - 1.001, (shown.ribbons.outward[8 * point + 3] / 127) * (ANCHORS - 1));
+    const [before, after] = [0, 1].map((next) => 4 * ((Math.floor(at) + next) * locks + lockOf[n]));
+    for (let k = 0; k < 3; k++) into[k] = moved[before + k] + (moved[after + k] - moved[before + k]) * (at % 1);
+  }
+
   /**
    * The same ribbons with a front of their own, which do not turn to who looks: every `stride`th point, on any face of the model;
    * null where none stands.
@@ -386,8 +405,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   function bodies(positions) {
     if (!stride || !hair || !mesh.visible || !shown) return null;
     const { style, ribbons } = shown;
-    const step = stride(style);
-    const many = POINTS / step;
+    const many = POINTS / stride(style);
     const left = standingOf(filed(hair), hair, thinning);
     // Every part of a beard may be shaved off.
     if (left.length === 0) return null;
@@ -398,18 +416,18 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       colours: new Float32Array(6 * count),
       triangles: new Uint32Array(left.length * (many - 1) * 6),
     };
-    const moved = new Float32Array(4 * hair.locks);
-    shiftsOf(hair, positions, moved);
+    const moved = new Float32Array(4 * ANCHORS * hair.locks);
+    shiftsOf(ribbons, positions, moved);
+    const shift = [0, 0, 0];
     const wide = half * broader(FILED) * slender(style);
     const [way, up, across] = [new Vector3(), new Vector3(), new Vector3()];
     let [o, i] = [0, 0];
     for (const n of left) {
-      const lock = 4 * hair.lockOf[n];
       // As in the shader.
       const white = smoothstep(-SOFT, SOFT, (1 + 2 * SOFT) * turned.value - SOFT - ((numberOf(n) * TURNS) % 1));
       const shade = young.value.clone().lerp(old.value, white).toArray();
       for (let s = 0; s < many; s++) {
-        const from = n * POINTS + (s === many - 1 ? POINTS - 1 : step * s);
+        const from = pointOf(n, s, many);
         way.fromArray(ribbons.course, 8 * from);
         up.fromArray(ribbons.outward, 8 * from);
         const breadth = up.length() / 127;
@@ -417,10 +435,11 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
         const along = ribbons.outward[8 * from + 3] / 127;
         const open = Math.abs(ribbons.course[8 * from + 3]) / 127;
         across.crossVectors(way, up).normalize().multiplyScalar(wide * breadth * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.95 * along ** 2));
+        shiftAt(moved, n, from, shift);
         if (s < many - 1) for (const corner of [0, 1, 2, 1, 3, 2]) out.triangles[i++] = o / 3 + corner;
         for (const side of [-1, 1]) {
           for (let k = 0; k < 3; k++) {
-            out.positions[o + k] = ribbons.position[6 * from + k] + moved[lock + k] + side * across.getComponent(k);
+            out.positions[o + k] = ribbons.position[6 * from + k] + shift[k] + side * across.getComponent(k);
             out.normals[o + k] = up.getComponent(k);
             out.colours[o + k] = shade[k] * (0.4 + 0.6 * open) * (0.6 + 0.8 * ((n * 0.7548776662) % 1));
           }
@@ -439,18 +458,25 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
    */
   function carried(moves, least) {
     if (!stride || !hair || !shown) return null;
-    const { lockOf } = hair;
-    const moved = new Float32Array(4 * hair.locks);
-    shiftsOf(hair, rest.map((value, i) => value + moves[i]), moved);
+    const moved = new Float32Array(4 * ANCHORS * hair.locks);
+    shiftsOf(shown.ribbons, rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
-    const each = (6 * POINTS) / stride(shown.style);
+    const many = POINTS / stride(shown.style);
     const left = standingOf(filed(hair), hair, thinning);
-    return Float32Array.from({ length: each * left.length }, (_, i) => moved[4 * lockOf[left[Math.floor(i / each)]] + (i % 3)]);
+    const out = new Float32Array(6 * many * left.length);
+    const shift = [0, 0, 0];
+    for (let i = 0; i < out.length; i += 6) {
+      const n = left[Math.floor(i / (6 * many))];
+      shiftAt(moved, n, pointOf(n, (i / 6) % many, many), shift);
+      out.set(shift, i);
+      out.set(shift, i + 3);
+    }
+    return out;
   }
 
   function follow() {
-    if (!hair || !mesh.visible) return;
-    shiftsOf(hair, present, /** @type {Float32Array} */ (shifts.image.data));
+    if (!hair || !mesh.visible || !shown) return;
+    shiftsOf(shown.ribbons, present, /** @type {Float32Array} */ (shifts.image.data));
     shifts.needsUpdate = true;
   }
 
@@ -462,12 +488,13 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return;
     const { position } = shown.ribbons;
     const moved = /** @type {Float32Array} */ (shifts.image.data);
+    const shift = [0, 0, 0];
     for (const n of remaining) {
-      const lock = 4 * hair.lockOf[n];
       for (const s of SHORT) {
         const o = 6 * (n * POINTS + s);
-        const y = position[o + 1] + moved[lock + 1];
-        if (y >= fade[0]) visit(position[o] + moved[lock], y, position[o + 2] + moved[lock + 2]);
+        shiftAt(moved, n, n * POINTS + s, shift);
+        const y = position[o + 1] + shift[1];
+        if (y >= fade[0]) visit(position[o] + shift[0], y, position[o + 2] + shift[2]);
       }
     }
   }
