@@ -9,6 +9,8 @@ import { ANCHORS, POINTS } from './strands.js';
 const HAIRS = 620;
 /** How far a brow's hairs grow and reach from its line, mm. */
 const AROUND = 14;
+/** No triangle there is larger, mm. */
+const LARGE = 20;
 /** Between points at which the skin is known, mm. */
 const STEP = 0.7;
 
@@ -34,10 +36,11 @@ function reliefAround(line, { positions, normals, triangles }) {
     return [1 - v - w, v, w];
   }
   for (let t = 0; t < triangles.length; t += 3) {
+    const [x, y] = [positions[3 * triangles[t]], positions[3 * triangles[t] + 1]];
+    if (x < left - LARGE || x > right + LARGE || y < low - LARGE || y > high + LARGE) continue;
     const corners = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
     const xs = corners.map((o) => positions[o]);
     const ys = corners.map((o) => positions[o + 1]);
-    if (Math.max(...xs) < left || Math.min(...xs) > right || Math.max(...ys) < low || Math.min(...ys) > high) continue;
     if (corners.some((o) => normals[o + 2] < 0.1)) continue;
     for (let j = Math.max(0, Math.ceil((Math.min(...ys) - low) / STEP)); j <= Math.min(rows - 1, (Math.max(...ys) - low) / STEP); j++) {
       for (let i = Math.max(0, Math.ceil((Math.min(...xs) - left) / STEP)); i <= Math.min(columns - 1, (Math.max(...xs) - left) / STEP); i++) {
@@ -122,12 +125,16 @@ export function browHair(skin) {
     ends: new Float32Array(hairs.length).fill(1),
   };
   // They are too short to lie on anything but what they grow from.
-  const anchored = new Array(ANCHORS).fill(hairs).flat();
-  const anchors = () => ({
-    places: Float32Array.from(anchored.flatMap(({ corners, weights }) => [0, 1, 2].map((k) => corners.reduce((/** @type {number} */ sum, /** @type {number} */ corner, /** @type {number} */ i) => sum + weights[i] * skin.positions[3 * corner + k], 0)))),
-    corners: Uint32Array.from(anchored.flatMap(({ corners }) => corners)),
-    weights: Float32Array.from(anchored.flatMap(({ weights }) => weights)),
-  });
+  const anchored = /** @type {typeof hairs} */ (new Array(ANCHORS).fill(hairs).flat());
+  const anchors = () => {
+    const corners = Uint32Array.from(anchored.flatMap((hair) => hair.corners));
+    const weights = Float32Array.from(anchored.flatMap((hair) => hair.weights));
+    const places = new Float32Array(corners.length);
+    for (let o = 0; o < places.length; o += 3) {
+      for (let k = 0; k < 3; k++) for (let i = o; i < o + 3; i++) places[o + k] += weights[i] * skin.positions[3 * corners[i] + k];
+    }
+    return { places, corners, weights };
+  };
   return {
     strands: hairs.length,
     locks: hairs.length,

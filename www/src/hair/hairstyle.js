@@ -39,6 +39,7 @@ export function scalpGround(scalp, landmarks, { middle }) {
   const fromHairline = (y, z) => tall * (turned(y, z) - front);
   return {
     mask: scalp,
+    line: 0.3,
     seed: 67,
     strands: 6000,
     apart: 12,

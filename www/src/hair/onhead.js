@@ -45,7 +45,7 @@ export function growHair(skin, where, uniforms, fade, onGrown) {
         turned: ({ turned }) => turned[1],
         half: 0.3,
         gaps: 0.45,
-        bare: 0.45,
+        bare: 0.2,
       },
       on,
       // A photo that is worn has brows of its own.

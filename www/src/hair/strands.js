@@ -43,6 +43,7 @@ const TRIES = 3000;
  * @template {Curled} S
  * @typedef {object} Ground
  * @property {Float32Array} mask how far inside of it each vertex is, as `growth` has it
+ * @property {number} line over how much of the mask hair becomes dense
  * @property {(x: number, y: number) => boolean} [bare] where nothing grows all the same
  * @property {number} seed
  * @property {number} strands how many
@@ -108,7 +109,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt, b
         weights[0] * values[size * corners[0] + k] + weights[1] * values[size * corners[1] + k] + weights[2] * values[size * corners[2] + k];
       // No hairline is a line.
       const inside = blend(mask, 1, 0);
-      if (inside < 0.3 * random() - 0.15) continue;
+      if (inside < ground.line * random() - 0.15) continue;
       const at = [0, 1, 2].map((k) => blend(rest, 3, k));
       if (ground.bare?.(at[0], at[1])) continue;
       return { inside, corners, weights, at, normal: [0, 1, 2].map((k) => blend(normals, 3, k)), part: [0, 1, 2, 3].map((k) => blend(parts, 4, k)) };

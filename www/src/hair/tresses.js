@@ -512,16 +512,17 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     return [low, high];
   }
 
-  /** As far to a side as it is seen. @type {import('../stage/scene.js').Breadth} */
+  /** As far to each side as it is seen. @type {import('../stage/scene.js').Breadth} */
   function breadth({ x, axis }, theta, distance) {
     const [sine, cosine] = [Math.sin(theta), Math.cos(theta)];
-    let far = 0;
+    let [left, right] = [0, 0];
     scan((across, _, along) => {
-      const [right, ahead] = [across - x, along - axis];
-      const seen = (Math.abs(right * cosine - ahead * sine) * distance) / (distance - right * sine - ahead * cosine);
-      if (seen > far) far = seen;
+      const [aside, ahead] = [across - x, along - axis];
+      const seen = ((aside * cosine - ahead * sine) * distance) / (distance - aside * sine - ahead * cosine);
+      if (seen > right) right = seen;
+      if (-seen > left) left = -seen;
     });
-    return far;
+    return [left, right];
   }
 
   return {

@@ -139,7 +139,7 @@ const COLOUR = /* glsl */ `
   vec2 browAt = (vRest.xy - browFrame.xy) / browFrame.zw;
   float inBrow = step(0.0, min(min(browAt.x, browAt.y), min(1.0 - browAt.x, 1.0 - browAt.y)));
   vec2 hairsOfBrow = texture2D(browMap, clamp(browAt, 0.0, 1.0)).rg;
-  float brow = min(1.0, hairsOfBrow.r * bushy) * inBrow * (1.0 - 0.35 * browed)
+  float brow = min(1.0, hairsOfBrow.r * bushy) * inBrow * (1.0 - 0.2 * browed)
              * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
 
   vec4 folded = vec4(0.5, 0.5, 0.0, 0.0);
@@ -295,7 +295,7 @@ const GROWN = {
     uniform vec2 covered;
     varying vec3 vGrowth;`,
   // Strands that become few leave no stain.
-  PLACED: 'vGrowth = vec3(min(growth.x - 0.25 * covered.x, 11.0 * (parts.w - gone.w) - 0.35 * covered.x), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
+  PLACED: 'vGrowth = vec3(min(growth.x - 0.15 * covered.x, 11.0 * (parts.w - gone.w) - 0.35 * covered.x), growth.y - 0.2 * covered.y, 1.0 - dot(parts.xyz, gone.xyz));',
 };
 
 /**
