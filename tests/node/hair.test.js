@@ -4,10 +4,12 @@ import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { load } from '../../pkg/index.js';
 import { Color } from '../../www/node_modules/three/build/three.module.js';
+import { browHair } from '../../www/src/hair/browhair.js';
 import { growth } from '../../www/src/hair/growth.js';
 import { hairLength } from '../../www/src/hair/length.js';
 import { partsOf, RECEDED, SOFT } from '../../www/src/hair/parts.js';
 import { standingOf } from '../../www/src/hair/standing.js';
+import { POINTS } from '../../www/src/hair/strands.js';
 import { pigments } from '../../www/src/head/pigments.js';
 import { SKIN_GLSL } from '../../www/src/head/skin.js';
 import { someone } from '../../www/src/head/someone.js';
@@ -132,6 +134,34 @@ for (const name of ['model', 'synthetic']) {
       const men = lost(1, 70);
       assert.ok(men >= 5 && men < 40, `${men} of 40`);
       assert.equal(lost(0, 25), 0);
+    });
+
+    test('brows are of hairs along their line that lie close to the skin, as many on each side, and thin ones are the middle of them', () => {
+      const brows = browHair({ positions: rest, normals: face.normals.slice(), triangles, landmarks });
+      assert.ok(brows);
+      const { points, anchors } = brows.grow({ length: 1, curl: 0 });
+      const line = Array.from({ length: 10 }, (_, i) => landmarks.get(`ibug_${17 + i}`));
+      let left = 0;
+      for (let n = 0; n < brows.strands; n++) {
+        const [x, y] = points.subarray(3 * POINTS * n);
+        if (x > 0) left++;
+        // Half of a brow's height is 4.3 mm, and between its points are up to 15 mm.
+        assert.ok(line.some((at) => Math.hypot(at[0] - x, at[1] - y) < 4.3 + 7.5 + 2), `a root at ${x}, ${y}`);
+        // A hair begins 0.1 mm in the skin, and is bound to it there.
+        const off = Math.hypot(...[0, 1, 2].map((k) => points[3 * POINTS * n + k] - anchors.places[3 * n + k]));
+        assert.ok(off < 0.4, `a root is ${off} mm off the skin`);
+        const tip = 3 * (POINTS * (n + 1) - 1);
+        const long = Math.hypot(...[0, 1, 2].map((k) => points[tip + k] - points[3 * POINTS * n + k]));
+        // They are up to 6.4 mm long seen from the front, and a brow's end turns away by half.
+        assert.ok(long > 1 && long < 11, `a hair of ${long} mm`);
+      }
+      assert.ok(Math.abs(left - brows.strands / 2) < 0.1 * brows.strands, `${left} of ${brows.strands}`);
+      const height = (/** @type {Iterable<number>} */ which) => {
+        const lasts = Array.from(which, (n) => brows.parts[4 * n + 3]);
+        return lasts.reduce((sum, value) => sum + value, 0) / lasts.length;
+      };
+      const thin = standingOf(brows.strands, brows, { share: 1, gone: [0, 0, 0, 0.6] });
+      assert.ok(thin.length > 100 && height(thin) > height(new Uint16Array(brows.strands).keys()) + 10);
     });
 
     test('a head without the landmarks has neither', () => {

@@ -6,7 +6,7 @@ import { scalpGround } from '../../www/src/hair/hairstyle.js';
 import { createHull } from '../../www/src/hair/hull.js';
 import { hairLength } from '../../www/src/hair/length.js';
 import { standingOf } from '../../www/src/hair/standing.js';
-import { growOn, POINTS, shiftsOf } from '../../www/src/hair/strands.js';
+import { ANCHORS, growOn, POINTS, shiftsOf } from '../../www/src/hair/strands.js';
 
 const [WIDE, TALL, DEEP] = [75, 110, 95];
 const HAIRLINE = 40;
@@ -203,17 +203,30 @@ describe('hair', () => {
 
   test('goes along with the head: shifts are linear in it, and nothing at rest', () => {
     const hair = grown();
+    const { points, anchors } = hair.grow(STYLES[2]);
+    const many = ANCHORS * hair.locks;
     const at = (/** @type {Float32Array} */ positions) => {
-      const into = new Float32Array(4 * hair.locks);
-      shiftsOf(hair, positions, into);
+      const into = new Float32Array(4 * many);
+      shiftsOf(anchors, positions, into);
       return into;
     };
     assert.ok(at(head.rest).every((value) => Math.abs(value) < 1e-4));
     const moved = at(head.rest.map((value, i) => value + [3, -2, 1][i % 3]));
-    for (let n = 0; n < hair.locks; n++) for (let k = 0; k < 3; k++) assert.ok(Math.abs(moved[4 * n + k] - [3, -2, 1][k]) < 1e-3);
+    for (let n = 0; n < many; n++) for (let k = 0; k < 3; k++) assert.ok(Math.abs(moved[4 * n + k] - [3, -2, 1][k]) < 1e-3);
     const wider = at(head.rest.map((value, i) => (i % 3 === 0 ? 1.1 * value : value)));
     const twice = at(head.rest.map((value, i) => (i % 3 === 0 ? 1.2 * value : value)));
     for (let i = 0; i < wider.length; i++) assert.ok(Math.abs(twice[i] - 2 * wider[i]) < 1e-3);
+
+    // Hair that grows on top lies on a wider head's sides, which go 15 mm out, where its roots do not.
+    let sunk = 0;
+    for (let i = 0; i < points.length / 3; i++) {
+      const place = ((i % POINTS) / POINTS) * (ANCHORS - 1);
+      const [before, after] = [0, 1].map((next) => 4 * ((Math.floor(place) + next) * hair.locks + hair.lockOf[Math.floor(i / POINTS)]));
+      const [x, y, z] = [0, 1, 2].map((k) => points[3 * i + k] + twice[before + k] + (twice[after + k] - twice[before + k]) * (place % 1));
+      if (Math.hypot(x / (1.2 * WIDE), y / TALL, z / DEEP) < 0.97) sunk++;
+    }
+    // Between two anchors it goes straight: over 75 mm of a head's curve that is 6 mm at most, of what the head is wider by a seventh.
+    assert.ok(sunk < 0.03 * (points.length / 3), `${sunk} of ${points.length / 3} points are in the head`);
   });
 
   test('does not grow where there is no scalp, or none of the landmarks it goes by', () => {

@@ -74,7 +74,7 @@ const MAPS = {
  */
 export async function skinMaps(renderer, { skin, look }, coloured) {
   const tone = coloured(() => look.material.color.clone());
-  const uniforms = { ...look.uniforms, markStrength: { value: [0, 0] }, heatStrength: { value: 0 }, skinTone: { value: tone }, roughness: { value: look.material.roughness } };
+  const uniforms = { ...look.uniforms, markStrength: { value: [0, 0] }, heatStrength: { value: 0 }, browed: { value: 0 }, skinTone: { value: tone }, roughness: { value: look.material.roughness } };
   const most = renderer.capabilities.maxTextureSize;
   /** @param {keyof typeof MAPS} name @param {number} size @param {readonly number[]} ground @param {number} quality */
   const map = (name, size, ground, quality) => {

@@ -1,10 +1,8 @@
 import { smoothed } from '../groundwork/occlusion.js';
 import { distanceTo } from '../groundwork/paint.js';
+import { MARGIN } from './margin.js';
 
 // Where hair and a beard grow on the generic head.
-
-/** How far inside or outside of its line hair is told from skin, mm. */
-const MARGIN = 20;
 
 // Lines around the head, from the middle of the face to the middle of the nape: degrees around an upright axis, and
 // heights of which 0 is the tragion's and 1 the trichion's, the hairline's midpoint. A man's who keeps his hair:

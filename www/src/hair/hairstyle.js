@@ -1,6 +1,7 @@
 import { smoothstep } from '../groundwork/paint.js';
 import { clamp, norm } from './hull.js';
 import { hairLength } from './length.js';
+import { EARLIEST } from './strands.js';
 
 // Hair on the head: combed back, parted, or forward into a fringe.
 
@@ -38,6 +39,7 @@ export function scalpGround(scalp, landmarks, { middle }) {
   const fromHairline = (y, z) => tall * (turned(y, z) - front);
   return {
     mask: scalp,
+    line: 0.3,
     seed: 67,
     strands: 6000,
     apart: 12,
@@ -83,7 +85,7 @@ export function scalpGround(scalp, landmarks, { middle }) {
         // Between what parts the skin would show: it begins beyond the line, and beyond the whorl.
         early(x, y, z, style) {
           const parted = z > whorl[2] ? asideOf(style) * Math.exp(-(((x - lineOf(style)) / 9) ** 2)) : 0;
-          return 8 * Math.max(parted, Math.exp(-((x - whorl[0]) ** 2 + (z - whorl[2]) ** 2) / 150));
+          return EARLIEST * Math.max(parted, Math.exp(-((x - whorl[0]) ** 2 + (z - whorl[2]) ** 2) / 150));
         },
         // It does not hang before the eyes: it is cut over the brows.
         cut: (x, y, z, jitter) => y + 4 * jitter < brow[1] + 9 && around(x, z) < 0.95,

@@ -13,13 +13,22 @@ export const norm = (x, y, z = 0) => Math.sqrt(x * x + y * y + z * z);
 const AROUND = 96;
 const ALONG = 48;
 
+/** The cell of a direction. @param {number} x @param {number} y @param {number} z @param {number} radius how long that is */
+function cellOf(x, y, z, radius) {
+  const column = Math.floor((Math.atan2(x, z) / (2 * Math.PI) + 0.5) * AROUND) % AROUND;
+  const row = clamp(Math.floor((Math.asin(y / radius) / Math.PI + 0.5) * ALONG), 0, ALONG - 1);
+  return row * AROUND + column;
+}
+
 /**
- * How far the head reaches, by direction.
+ * How far the head reaches, by direction, and what of it is there: three vertices with a weight each.
  * @param {Float32Array} rest 3 a vertex, mm @param {Uint32Array} triangles
  * @param {readonly [number, number, number]} middle
  */
 function hullOf(rest, triangles, middle) {
   const reach = new Float32Array(AROUND * ALONG);
+  const corners = new Uint32Array(3 * reach.length);
+  const weights = new Float32Array(corners.length);
   const n = 5;
   for (let t = 0; t < triangles.length; t += 3) {
     const [a, b, c] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
@@ -30,10 +39,11 @@ function hullOf(rest, triangles, middle) {
         const y = u * rest[a + 1] + v * rest[b + 1] + w * rest[c + 1] - middle[1];
         const z = u * rest[a + 2] + v * rest[b + 2] + w * rest[c + 2] - middle[2];
         const radius = norm(x, y, z);
-        const column = Math.floor((Math.atan2(x, z) / (2 * Math.PI) + 0.5) * AROUND) % AROUND;
-        const row = clamp(Math.floor((Math.asin(y / radius) / Math.PI + 0.5) * ALONG), 0, ALONG - 1);
-        const at = row * AROUND + column;
-        if (radius > reach[at]) reach[at] = radius;
+        const at = cellOf(x, y, z, radius);
+        if (radius <= reach[at]) continue;
+        reach[at] = radius;
+        corners.set([triangles[t], triangles[t + 1], triangles[t + 2]], 3 * at);
+        weights.set([u, v, w], 3 * at);
       }
     }
   }
@@ -47,7 +57,7 @@ function hullOf(rest, triangles, middle) {
     const before = reach.slice();
     for (let at = 0; at < reach.length; at++) reach[at] = Math.max(0.5 * (before[at] + mean(before, at, true)), mean(before, at, true));
   }
-  return reach;
+  return { reach, corners, weights };
 }
 
 /**
@@ -100,7 +110,7 @@ export function createHull(rest, triangles, landmarks) {
   const tall = trichion[1] - tragion[1];
   /** @type {[number, number, number]} */
   const middle = [0, tragion[1] + 0.42 * tall, tragion[2] + 0.11 * tall];
-  const reach = hullOf(rest, triangles, middle);
+  const { reach, corners, weights } = hullOf(rest, triangles, middle);
   const drape = drapeOver(reach);
   /** @param {number} at @param {number} draped */
   const reached = (at, draped) => reach[at] + (drape[at] - reach[at]) * draped;
@@ -139,7 +149,20 @@ export function createHull(rest, triangles, landmarks) {
     over.y /= length;
     over.z /= length;
   }
-  return { middle, over, look };
+  return {
+    middle,
+    over,
+    look,
+    /**
+     * What of the head is below a point: three vertices with a weight each, no weights where there is none.
+     * @param {number} x @param {number} y @param {number} z mm
+     */
+    below(x, y, z) {
+      const [dx, dy, dz] = [x - middle[0], y - middle[1], z - middle[2]];
+      const o = 3 * cellOf(dx, dy, dz, norm(dx, dy, dz) || 1);
+      return { corners: corners.subarray(o, o + 3), weights: weights.subarray(o, o + 3) };
+    },
+  };
 }
 
 /** @typedef {NonNullable<ReturnType<typeof createHull>>} Hull */

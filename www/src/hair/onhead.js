@@ -4,12 +4,16 @@ import { hairLength } from './length.js';
 import { partsOf } from './parts.js';
 import { createTresses } from './tresses.js';
 
+/** Brows are never longer or shorter: how long their hairs are, mm. */
+const BROW = 6;
+const BROWS = { length: 1, curl: 0 };
+
 /**
- * Longer hair and a longer beard on a head.
+ * Longer hair, a longer beard and brows on a head.
  *
  * @param {import('./plant.js').Skin} skin
  * @param {ReturnType<typeof import('./growth.js').growth>} where
- * @param {Parameters<typeof createTresses>[2]} uniforms of the skin
+ * @param {Parameters<typeof createTresses>[2] & Record<'worn' | 'browed', { value: number }>} uniforms of the skin
  * @param {readonly [number, number]} fade heights between which the neck runs out, mm
  * @param {() => void} onGrown some that was asked for has come
  */
@@ -30,6 +34,23 @@ export function growHair(skin, where, uniforms, fade, onGrown) {
       on,
       uniforms,
       fade.map((y) => y - 40),
+    ),
+    createTresses(
+      {
+        kind: 'brows',
+        style: () => BROWS,
+        // What is bushy is broader, too: thin brows are the middle of it.
+        thinning: ({ bushy }) => ({ share: Math.min(1, 0.75 * bushy ** 0.7), gone: [0, 0, 0, 0.35 * (2 - bushy)] }),
+        long: () => BROW,
+        turned: ({ turned }) => turned[1],
+        half: 0.3,
+        gaps: 0.45,
+        bare: 0.2,
+      },
+      on,
+      // A photo that is worn has brows of its own.
+      { ...uniforms, hides: uniforms.worn, stands: uniforms.browed },
+      fade,
     ),
   ];
   return { tresses, parts, dispose: grower.dispose };

@@ -1,4 +1,5 @@
 import { beardGround } from './beard.js';
+import { browHair } from './browhair.js';
 import { scalpGround } from './hairstyle.js';
 import { createHull } from './hull.js';
 import { layRibbons, ribbonsOf } from './ribbons.js';
@@ -8,7 +9,7 @@ import { growOn } from './strands.js';
 
 /** What hair grows on: the skin at rest. @typedef {import('../groundwork/groundwork.js').Rest} Skin */
 /** @typedef {ReturnType<typeof import('./growth.js').growth> & { parts: Uint8Array }} Where */
-/** @typedef {{ hair: import('./hairstyle.js').Style, beard: import('./beard.js').Beard }} Styles */
+/** @typedef {{ hair: import('./hairstyle.js').Style, beard: import('./beard.js').Beard, brows: import('./strands.js').Curled }} Styles */
 /** @typedef {keyof Styles} Kind */
 /** Its strands and what ribbons on them have in common. @typedef {import('./strands.js').Planted & ReturnType<typeof layRibbons>} Planting */
 /** @typedef {ReturnType<typeof ribbonsOf>} Ribbons */
@@ -17,7 +18,8 @@ import { growOn } from './strands.js';
  * @param {Skin} skin
  * @param {Where} where
  */
-export function plantOn({ positions, normals, triangles, landmarks }, { scalp, beard, parts }) {
+export function plantOn(skin, { scalp, beard, parts }) {
+  const { positions, normals, triangles, landmarks } = skin;
   /** @type {import('./hull.js').Hull | null | undefined} */
   let hull;
   /**
@@ -27,18 +29,25 @@ export function plantOn({ positions, normals, triangles, landmarks }, { scalp, b
   function on(groundOn) {
     if (hull === undefined) hull = createHull(positions, triangles, landmarks);
     const ground = hull && groundOn(hull);
-    const hair = hull && ground ? growOn(positions, normals, triangles, hull, ground, parts) : null;
+    return laid(hull && ground ? growOn(positions, normals, triangles, hull, ground, parts) : null);
+  }
+  /**
+   * @template {import('./strands.js').Curled} S
+   * @param {import('./strands.js').Hair<S> | null} hair
+   */
+  function laid(hair) {
     if (!hair) return null;
     const { grow, ...planted } = hair;
     return { planting: /** @type {Planting} */ ({ ...planted, ...layRibbons(planted) }), grow: (/** @type {S} */ style) => ribbonsOf(grow(style)) };
   }
-  /** Each when it is first asked for. @type {Map<Kind, ReturnType<typeof on<any>>>} */
+  /** Each when it is first asked for. @type {Map<Kind, ReturnType<typeof laid<any>>>} */
   const plants = new Map();
   /** @param {Kind} kind */
   function plant(kind) {
     let found = plants.get(kind);
     if (found === undefined) {
-      found = kind === 'hair' ? on((hull) => scalpGround(scalp, landmarks, hull)) : on(() => beardGround(beard, landmarks));
+      if (kind === 'brows') found = laid(browHair(skin));
+      else found = kind === 'hair' ? on((hull) => scalpGround(scalp, landmarks, hull)) : on(() => beardGround(beard, landmarks));
       plants.set(kind, found);
     }
     return found;

@@ -33,12 +33,13 @@ export function layRibbons({ strands, lockOf }) {
 
 /**
  * A style's ribbons before they have a width, each corner's: where it is, mm; the way to the tip, and on which side it is by
- * the sign of how open it is to the light; the way out of the head, and how far along its hair it is, to 1 in a point.
+ * the sign of how open it is to the light; the way out of the head, as long as the ribbon has its breadth there, and how far along its
+ * hair it is, to 1 in a point. And where it goes along with the head.
  * @param {import('./strands.js').Grown} grown
  */
-export function ribbonsOf({ points, outward, open, ends }) {
+export function ribbonsOf({ points, outward, open, breadth, ends, anchors }) {
   const count = points.length / 3;
-  const out = { position: new Float32Array(6 * count), course: new Int8Array(8 * count), outward: new Int8Array(8 * count) };
+  const out = { position: new Float32Array(6 * count), course: new Int8Array(8 * count), outward: new Int8Array(8 * count), ...anchors };
   for (let i = 0; i < count; i++) {
     const s = i % POINTS;
     const [a, b] = [3 * (s === 0 ? i : i - 1), 3 * (s === POINTS - 1 ? i : i + 1)];
@@ -48,7 +49,7 @@ export function ribbonsOf({ points, outward, open, ends }) {
       const [o, p] = [6 * i + 3 * side, 8 * i + 4 * side];
       for (let k = 0; k < 3; k++) {
         out.position[o + k] = points[3 * i + k];
-        out.outward[p + k] = Math.round(127 * outward[3 * i + k]);
+        out.outward[p + k] = Math.round(127 * breadth[i] * outward[3 * i + k]);
       }
       out.course[p] = Math.round(x * scale);
       out.course[p + 1] = Math.round(y * scale);

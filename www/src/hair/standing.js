@@ -21,9 +21,9 @@ export function standingOf(count, { parts }, { share, gone }) {
   const standing = new Uint16Array(Math.round(count * share ** COVERS));
   let many = 0;
   for (let n = 0; n < standing.length; n++) {
-    // A line is where hairs become few, one here and one there.
+    // A line is where hairs become few, one here and one there, but none stands alone.
     const own = (n * 0.7548776662466927) % 1;
-    if (SOFT * (parts[4 * n + 3] / 255 - gone[3]) < 1.2 * Math.sqrt(own) - 0.2) continue;
+    if (SOFT * (parts[4 * n + 3] / 255 - gone[3]) < 0.9 * Math.sqrt(own) + 0.1) continue;
     if (parts[4 * n] * gone[0] + parts[4 * n + 1] * gone[1] + parts[4 * n + 2] * gone[2] > 250 * (1 - own)) continue;
     standing[many++] = n;
   }

@@ -1,6 +1,7 @@
 import { chance } from '../chance.js';
 import { smoothstep } from '../groundwork/paint.js';
 import { clamp, norm } from './hull.js';
+import { MARGIN } from './margin.js';
 
 // How hair grows from some ground: strands with roots spread over it, combed by a field of directions, pulled down by
 // their weight, kept outside of the head and gathered into locks. The same strands with the same seeds are there for every
@@ -8,16 +9,30 @@ import { clamp, norm } from './hull.js';
 
 /** Points along a strand, its root among them. */
 export const POINTS = 24;
+/** Along a lock those that go with the head where they lie on it: its root, and at even distances to its tip. */
+export const ANCHORS = 4;
+/** What is farther off the head hangs from where it left it, mm. */
+const HANGS = 30;
 /** Of a lock while it grows. */
 const STEPS = 28;
 /** How far hair bends where it is pulled, mm. */
 const STIFFNESS = 16;
 /** How often the path of hair that is held is smoothed. */
 const ROUNDED = 24;
+/** How far before its root hair begins at most, mm. */
+export const EARLIEST = 8;
 /** Of a head, mm. */
 const RADIUS = 105;
 /** How much of a hair is cut off what is cut in a line: most of what grows thin. */
 const BLUNT = 0.4;
+/** How far behind its line, mm, hair is still seen from its root on, and how fine it begins there. */
+const BEHIND = 11;
+const FINEST = 0.3;
+/** Over how much of its length what begins fine gets its breadth, mm. */
+const BROADENS = 14;
+/** How far roots that are seen are lit, and how much, mm. */
+const LIT = 30;
+const LIGHT = 0.8;
 /** How often a root is looked for: a beard's ground is a tenth of the head, and most triangles are small. */
 const TRIES = 3000;
 
@@ -28,6 +43,7 @@ const TRIES = 3000;
  * @template {Curled} S
  * @typedef {object} Ground
  * @property {Float32Array} mask how far inside of it each vertex is, as `growth` has it
+ * @property {number} line over how much of the mask hair becomes dense
  * @property {(x: number, y: number) => boolean} [bare] where nothing grows all the same
  * @property {number} seed
  * @property {number} strands how many
@@ -44,7 +60,7 @@ const TRIES = 3000;
  * @property {(x: number, y: number, z: number, style: S, way: number[]) => void} field which way hair goes, in any length, which is
  *   made to lie on the head
  * @property {(x: number, y: number, z: number, long: number, style: S) => number} reach how long hair is, by its root, mm
- * @property {(x: number, y: number, z: number, style: S) => number} early how far before its root it begins, mm
+ * @property {(x: number, y: number, z: number, style: S) => number} early how far before its root it begins, mm, `EARLIEST` at most
  * @property {(x: number, y: number, z: number, jitter: number) => boolean} cut where hair is cut; `jitter` is from -1 to 1
  * @property {(y: number) => number} inward how much hair that hangs is drawn to the head
  * @property {(x: number, y: number, z: number, style: S) => number} [held] how far hair stays combed and close to the head here,
@@ -62,7 +78,7 @@ const TRIES = 3000;
  * @param {Uint8Array} parts as `partsOf` has them
  * @returns {Hair<S> | null} null where nothing grows
  */
-export function growOn(rest, normals, triangles, { middle, over, look: lookAt }, ground, parts) {
+export function growOn(rest, normals, triangles, { middle, over, look: lookAt, below: underneath }, ground, parts) {
   const { mask } = ground;
   if (!mask.some((inside) => inside > 0.2)) return null;
   // Roots: a place on a triangle of the ground. Each strand has chances of its own, and none goes by a sum over
@@ -92,10 +108,11 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
       const blend = (/** @type {Float32Array | Uint8Array} */ values, /** @type {number} */ size, /** @type {number} */ k) =>
         weights[0] * values[size * corners[0] + k] + weights[1] * values[size * corners[1] + k] + weights[2] * values[size * corners[2] + k];
       // No hairline is a line.
-      if (blend(mask, 1, 0) < 0.3 * random() - 0.15) continue;
+      const inside = blend(mask, 1, 0);
+      if (inside < ground.line * random() - 0.15) continue;
       const at = [0, 1, 2].map((k) => blend(rest, 3, k));
       if (ground.bare?.(at[0], at[1])) continue;
-      return { corners, weights, at, normal: [0, 1, 2].map((k) => blend(normals, 3, k)), part: [0, 1, 2, 3].map((k) => blend(parts, 4, k)) };
+      return { inside, corners, weights, at, normal: [0, 1, 2].map((k) => blend(normals, 3, k)), part: [0, 1, 2, 3].map((k) => blend(parts, 4, k)) };
     }
     return null;
   }
@@ -182,6 +199,34 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
   function down(x, y, z) {
     const below = middle[1] - y;
     return below > 0 ? RADIUS * (0.5 * Math.PI) + below : RADIUS * Math.acos(-below / norm(x - middle[0], below, z - middle[2]));
+  }
+
+  const rooted = locks.length;
+  /** The head at the anchors of all locks, from the roots on. */
+  const anchors = { places: new Float32Array(3 * ANCHORS * rooted), corners: new Uint32Array(3 * ANCHORS * rooted), weights: new Float32Array(3 * ANCHORS * rooted) };
+  anchors.places.set(places);
+  anchors.corners.set(cornersOf);
+  anchors.weights.set(weightsOf);
+
+  /** Where each lock lies on the head, which it goes along with there. */
+  function anchor() {
+    for (let n = 0; n < rooted; n++) {
+      for (let k = 1; k < ANCHORS; k++) {
+        const [o, before] = [3 * (k * rooted + n), 3 * ((k - 1) * rooted + n)];
+        const from = 3 * ((STEPS + 1) * n + Math.round((cut[n] * STEPS * k) / (ANCHORS - 1)));
+        const [x, y, z] = paths.subarray(from, from + 3);
+        lookAt(x, y, z);
+        const { corners, weights } = underneath(x, y, z);
+        if (over.height > HANGS || weights[0] + weights[1] + weights[2] === 0) {
+          for (const of of [anchors.places, anchors.corners, anchors.weights]) of.copyWithin(o, before, before + 3);
+          continue;
+        }
+        anchors.corners.set(corners, o);
+        anchors.weights.set(weights, o);
+        for (let i = 0; i < 3; i++) anchors.places[o + i] = weights[0] * rest[3 * corners[0] + i] + weights[1] * rest[3 * corners[1] + i] + weights[2] * rest[3 * corners[2] + i];
+      }
+    }
+    return { places: anchors.places.slice(), corners: anchors.corners.slice(), weights: anchors.weights.slice() };
   }
 
   const paths = new Float32Array(3 * (STEPS + 1) * locks.length);
@@ -315,6 +360,7 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
     const points = new Float32Array(3 * POINTS * strands.length);
     const outward = new Float32Array(points.length);
     const open = new Float32Array(points.length / 3);
+    const breadth = new Float32Array(open.length);
     const ends = new Float32Array(strands.length);
     const deep = 3 + 0.6 * volumeOf(style, long);
     // Short hair hides little of the light.
@@ -332,6 +378,9 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
       const root = locks[strand.lock].at;
       const from = 3 * (STEPS + 1) * strand.lock;
       const phase = 1.1 * Math.sin(root[0] / 34 + root[2] / 45) + 0.9 * Math.sin(root[1] / 39 - root[2] / 31);
+      // Nothing lies over roots along the line or where hair parts.
+      const parted = (early(root[0], root[1], root[2], style) / EARLIEST) * (1 - curl * curl);
+      const seen = Math.max(1 - smoothstep(0, BEHIND / MARGIN, strand.inside), smoothstep(0.2, 0.8, parted));
       const end = Math.min(strand.long, cut[strand.lock] + 0.02 * strand.stray[0]);
       ends[n] = 1 - (strand.rise < 0.5 ? BLUNT : 0) * evenly * holds[from / 3 + Math.round(end * STEPS)];
       for (let s = 0; s < POINTS; s++) {
@@ -368,33 +417,31 @@ export function growOn(rest, normals, triangles, { middle, over, look: lookAt },
           for (let k = 0; k < 3; k++) p[k] = middle[k] + (p[k] - middle[k]) * pushed;
         }
         const point = POINTS * n + s;
-        open[point] = clamp((over.height - 1) / deep, least, 1);
+        open[point] = clamp((over.height - 1) / deep, Math.max(least, LIGHT * seen * (1 - smoothstep(0.4 * LIT, LIT, along))), 1);
+        breadth[point] = 1 - (1 - FINEST) * seen * (1 - smoothstep(0, Math.min(BROADENS, 0.4 * reachOf[strand.lock]), along));
         for (let k = 0; k < 3; k++) points[3 * point + k] = p[k];
         outward[3 * point] = over.x;
         outward[3 * point + 1] = over.y;
         outward[3 * point + 2] = over.z;
       }
     });
-    return { points, outward, open, ends };
+    return { points, outward, open, breadth, ends, anchors: anchor() };
   }
   return {
     strands: strands.length,
     locks: locks.length,
     lockOf: Uint16Array.from(strands, ({ lock }) => lock),
-    places,
-    corners: cornersOf,
-    weights: weightsOf,
     parts: Uint8Array.from(strands.flatMap(({ part }) => part), Math.round),
     grow,
   };
 }
 
 /**
- * How far each lock's root has moved from where it is at rest.
- * @param {Planted} planted @param {ArrayLike<number>} positions of the head, mm @param {Float32Array} into 4 a lock
+ * How far each anchor has moved from where it is at rest.
+ * @param {Anchors} anchors @param {ArrayLike<number>} positions of the head, mm @param {Float32Array} into 4 an anchor
  */
-export function shiftsOf({ locks, places, corners, weights }, positions, into) {
-  for (let n = 0; n < locks; n++) {
+export function shiftsOf({ places, corners, weights }, positions, into) {
+  for (let n = 0; n < places.length / 3; n++) {
     for (let k = 0; k < 3; k++) {
       let sum = -places[3 * n + k];
       for (let i = 3 * n; i < 3 * n + 3; i++) sum += weights[i] * positions[3 * corners[i] + k];
@@ -404,16 +451,19 @@ export function shiftsOf({ locks, places, corners, weights }, positions, into) {
 }
 
 /**
- * What a style gives: the points of each strand from root to tip, mm, the way out of the head there, and how near the
- * outside of the hair they are, 0 to 1; and of each strand how much of a hair it is, from the root on, 1 when it ends in a point.
- * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array, ends: Float32Array }} Grown
+ * Where locks go along with the head: at rest, mm, and on three vertices with a weight each. `ANCHORS` times all locks, from the roots on.
+ * @typedef {{ places: Float32Array<ArrayBuffer>, corners: Uint32Array<ArrayBuffer>, weights: Float32Array<ArrayBuffer> }} Anchors
  */
 /**
- * What does not depend on a style: how many strands and locks there are, the lock of each strand, which parts its root is of,
- * and where a lock's root is: at rest, mm, and on three vertices with a weight each.
+ * What a style gives: the points of each strand from root to tip, mm, the way out of the head there, how near the
+ * outside of the hair they are, 0 to 1, and how much of its breadth the strand has there; and of each strand how much of a hair it is,
+ * from the root on, 1 when it ends in a point.
+ * @typedef {{ points: Float32Array, outward: Float32Array, open: Float32Array, breadth: Float32Array, ends: Float32Array, anchors: Anchors }} Grown
+ */
+/**
+ * What does not depend on a style: how many strands and locks there are, the lock of each strand, and which parts its root is of.
  * @typedef {{
  *   strands: number, locks: number, lockOf: Uint16Array<ArrayBuffer>, parts: Uint8Array<ArrayBuffer>,
- *   places: Float32Array<ArrayBuffer>, corners: Uint32Array<ArrayBuffer>, weights: Float32Array<ArrayBuffer>,
  * }} Planted
  */
 /**

@@ -10,7 +10,7 @@ import { smoothstep } from '../groundwork/paint.js';
 import { numberOf, SHORT } from './ribbons.js';
 import { SCATTERED } from './scattered.js';
 import { breadthOf, standingOf } from './standing.js';
-import { POINTS, shiftsOf } from './strands.js';
+import { ANCHORS, POINTS, shiftsOf } from './strands.js';
 
 // Longer hair: each strand is a ribbon that turns to whoever looks, and some hairs are drawn on it.
 
@@ -32,23 +32,31 @@ const SHORTER = 45;
  */
 const KEPT = 6;
 
+/** How far from its root a hair may begin, mm: those of a ribbon begin one after the other. */
+const ROOTLESS = 4;
+
 const PLACE = /* glsl */ `
   attribute vec4 course; // the way to the tip; which side, and by how much light gets there
-  attribute vec4 outward; // the way out of the head; how far along
+  attribute vec4 outward; // the way out of the head, as long as it is broad; how far along
   attribute vec2 strand; // its lock, its own number
   uniform highp sampler2D lockShifts;
   uniform float halfWidth; // mm
   uniform float heatStrength;
-  vec3 strandAt() { return position + texelFetch(lockShifts, ivec2(int(strand.x), 0), 0).xyz; }
+  uniform float hides;
+  vec3 strandAt() {
+    float at = min(outward.w * ${(ANCHORS - 1).toFixed(1)}, ${(ANCHORS - 1.001).toFixed(3)});
+    ivec2 lock = ivec2(int(strand.x), int(at));
+    return position + mix(texelFetch(lockShifts, lock, 0).xyz, texelFetch(lockShifts, lock + ivec2(0, 1), 0).xyz, fract(at));
+  }
   // What is measured is the head.
-  bool strandHidden() { return heatStrength > 0.5; }
+  bool strandHidden() { return max(heatStrength, hides) > 0.5; }
   // Half its width, mm: roots are close, and tips thin.
-  float ribbon() { return halfWidth * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.95 * outward.w * outward.w); }
+  float ribbon() { return halfWidth * length(outward.xyz) * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.95 * outward.w * outward.w); }
 `;
 // Ribbons lie over ribbons: what can be is done once a corner, tone mapping among it, and little is left for each pixel.
 /** When a strand turns grey: its number times the first has a fraction of its own. A ribbon is several hairs, so it does that softly. */
 const TURNS = 43.7;
-const SOFT = 0.45;
+const SOFT = 0.3;
 
 const VERTEX = /* glsl */ `
   #include <common>
@@ -62,9 +70,14 @@ const VERTEX = /* glsl */ `
   uniform vec3 old;
   uniform float turned;
   uniform float gloss;
+  uniform float gaps;
+  uniform float thin;
+  uniform vec3 skin;
+  uniform float fineness;
   varying vec3 vColour;
   varying vec3 vShine;
   varying vec4 vHair; // across, along, its own number, the neck's fading
+  varying vec2 vSeen; // how far its hairs are told from each other, how much of it they fill
   vec3 onScreen(vec3 light) {
     vec3 mapped = ACESFilmicToneMapping(light);
     return mix(pow(mapped, vec3(0.41666)) * 1.055 - 0.055, mapped * 12.92, vec3(lessThanEqual(mapped, vec3(0.0031308))));
@@ -84,6 +97,17 @@ const VERTEX = /* glsl */ `
     vec3 hair = scattered(own) * (0.88 + 0.24 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
     float open = mix(0.45, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
+    // Hairs of a ribbon lie side by side where they are told from each other, and close where they are not. Of those that are drawn
+    // broader than they are, the skin between them takes its part.
+    float pixel = -2.0 * view.z / (projectionMatrix[1][1] * backdropSize.y * fineness);
+    float apart = ribbon() / (1.0 - gaps);
+    float seen = 1.0 - smoothstep(0.4, 1.1, 2.0 * pixel / apart);
+    float room = mix(ribbon(), apart, seen);
+    float drawn = max(room, 0.6 * pixel);
+    float fill = min(1.0, max(ribbon(), 1.4 * seen * pixel) / room);
+    vSeen = vec2(seen, fill);
+    float cover = mix(1.0, ribbon() / (drawn * fill), thin);
+    hair = mix(skin, hair, cover);
     vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
     vec3 shine = vec3(0.0);
     // Locks lie at angles of their own, or all would shine in one line.
@@ -103,11 +127,10 @@ const VERTEX = /* glsl */ `
       shine += sent * pow(hair, vec3(0.6)) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.2 * (1.0 - 0.7 * own.r);
     }
     vColour = onScreen(sum);
-    vShine = onScreen(sum + gloss * shine) - vColour;
+    vShine = onScreen(sum + gloss * cover * shine) - vColour;
 
-    float pixel = -2.0 * view.z / (projectionMatrix[1][1] * backdropSize.y);
     vec3 across = cross(along, toEye);
-    view.xyz += across / max(0.2, length(across)) * sign(course.w) * max(ribbon(), 0.6 * pixel);
+    view.xyz += across / max(0.2, length(across)) * sign(course.w) * drawn;
     vHair = vec4(sign(course.w), tip, strand.y, smoothstep(fade.x, fade.y, at.y));
     gl_Position = strandHidden() ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * view;
   }
@@ -116,18 +139,19 @@ const FRAGMENT = /* glsl */ `
   varying vec3 vColour;
   varying vec3 vShine;
   varying vec4 vHair;
-  uniform float fineness;
+  varying vec2 vSeen;
+  uniform float rootless;
   void main() {
     // Hairs of a ribbon begin and end one after the other. Gaps that are smaller than a pixel would be specks.
     float across = (0.5 + 0.5 * vHair.x) * 4.0;
     float own = fract(fract(vHair.z * 113.5 + floor(across) * 0.618) * 57.31);
-    float seen = 1.0 - smoothstep(0.4, 1.1, fwidth(across) / fineness);
     float end = 1.0 - 0.45 * own;
-    float wide = mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), seen);
-    if (abs(fract(across) - 0.5) * 2.0 > wide || (vHair.y > end && seen > 0.5) || vHair.y < 0.07 * fract(own * 7.3)) discard;
+    float wide = vSeen.y * mix(1.0, 1.05 - smoothstep(end - 0.45, end, vHair.y), vSeen.x);
+    float beside = (1.0 - vSeen.y) * (fract(own * 23.7) - 0.5);
+    if (abs(fract(across) - 0.5 - beside) * 2.0 > wide || (vHair.y > end && vSeen.x > 0.5) || vHair.y < rootless * fract(own * 7.3)) discard;
     // Where the neck runs out, hairs end one by one.
     if (vHair.w < 0.1 + 0.9 * fract(vHair.z * 31.0)) discard;
-    own = mix(0.5, own, max(0.5, seen));
+    own = mix(0.5, own, max(0.5, vSeen.x));
     vec3 shown = vColour * (0.68 + 0.64 * own) + vShine * (0.5 + own);
     gl_FragColor = vec4(shown, 1.0);
   }
@@ -139,21 +163,25 @@ const FRAGMENT = /* glsl */ `
  * @template {import('./plant.js').Kind} K
  * @template {import('./plant.js').Styles[K]} S
  * @param {{
- *   kind: K, style: (colours: Pigments) => S, thinning: (colours: Pigments) => import('./standing.js').Thinning, long: (style: S) => number, half: number, stride: (style: S) => number,
+ *   kind: K, style: (colours: Pigments) => S, thinning: (colours: Pigments) => import('./standing.js').Thinning, long: (style: S) => number, half: number, stride?: (style: S) => number,
+ *   turned?: (colours: Pigments) => number, gaps?: number, bare?: number,
  * }} of `half` of a ribbon's width, mm; of the points of a strand every `stride`th is in files, in which each is once more
- *   for every slider
+ *   for every slider, and none where there is no `stride`; `turned`: how grey it is;
+ *   `gaps`: how much of a ribbon's breadth is between its hairs; `bare`: how much of the skin is seen between hairs, however many there are
  * @param {{ grower: import('./grower.js').Grower, rest: Float32Array, onGrown: () => void }} on the head at rest
- * @param {{ heatStrength: { value: number } }} uniforms of the skin
+ * @param {{ heatStrength: { value: number }, hides?: { value: number }, stands?: { value: number } }} uniforms of the skin; what hides it beside
+ *   heat, from 0 to 1; what becomes 1 when it is there, and 0 when it is not
  * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
-export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride }, { grower, rest, onGrown }, { heatStrength }, fade) {
+export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride, gaps: between, bare = 0, turned: turnedOf = (colours) => colours.turned[0] }, { grower, rest, onGrown }, { heatStrength, hides = { value: 0 }, stands = { value: 0 } }, fade) {
   /** There when there first is hair; null where none grows. @type {import('./plant.js').Planting | null | undefined} */
   let hair;
   const geometry = new BufferGeometry();
   const shifts = new DataTexture(new Float32Array(4), 1, 1, RGBAFormat, FloatType);
   shifts.minFilter = shifts.magFilter = NearestFilter;
   const [young, old, turned] = [{ value: new Color() }, { value: new Color() }, { value: 0 }];
-  const gloss = { value: 1 };
+  const [gloss, gaps, rootless, thin] = [{ value: 1 }, { value: 0 }, { value: 0 }, { value: bare }];
+  const skin = { value: new Color() };
   const drawn = share();
   /** Those strands that are there, of those that are drawn. @type {Uint16Array | null} */
   let standing = null;
@@ -162,7 +190,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** @type {import('./standing.js').Thinning} */
   let thinning = { share: 1, gone: [0, 0, 0, 0] };
   let broad = half;
-  const shared = { halfWidth: { value: half }, lockShifts: { value: shifts }, heatStrength };
+  const shared = { halfWidth: { value: half }, lockShifts: { value: shifts }, heatStrength, hides };
   const material = new ShaderMaterial({
     uniforms: {
       ...UniformsUtils.clone(UniformsLib.lights),
@@ -174,6 +202,10 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       old,
       turned,
       gloss,
+      gaps,
+      rootless,
+      thin,
+      skin,
       fade: { value: new Vector2(...fade) },
     },
     vertexShader: VERTEX,
@@ -225,6 +257,9 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** What is short points everywhere, and would glitter. */
   const glossOf = (/** @type {S} */ style) => 0.15 + 0.85 * smoothstep(10, 60, long(style));
 
+  /** How much of a ribbon's breadth is between its hairs. */
+  const gapsOf = (/** @type {S} */ style) => between ?? 0.8 - 0.68 * smoothstep(12, 60, long(style));
+
   /** What does not depend on the style. @param {import('./plant.js').Planting} planting */
   function lay({ strands, locks, all, short, strand }) {
     for (const [indices, points] of /** @type {const} */ ([[all, POINTS], [short, SHORT.length]])) {
@@ -236,7 +271,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     mesh.onBeforeShadow = () => geometry.setDrawRange(0, Math.round(corners() / 12) * 6);
     mesh.onAfterShadow = () => geometry.setDrawRange(0, corners());
     geometry.setAttribute('strand', new BufferAttribute(strand, 2));
-    shifts.image = { data: new Float32Array(4 * locks), width: locks, height: 1 };
+    shifts.image = { data: new Float32Array(4 * ANCHORS * locks), width: locks, height: ANCHORS };
   }
 
   /** Of all triangles that are drawn. */
@@ -290,15 +325,23 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     return one;
   }
 
+  /** @param {boolean} visible */
+  function appear(visible) {
+    mesh.visible = visible;
+    stands.value = Number(visible);
+  }
+
   /** @param {typeof kept[number]} one */
   function wear(one) {
     kept.splice(kept.indexOf(one), 1);
     kept.unshift(one);
-    mesh.visible = true;
+    appear(true);
     if (one !== shown) {
       shown = one;
       const { style, ribbons } = one;
       gloss.value = glossOf(style);
+      gaps.value = gapsOf(style);
+      rootless.value = Math.min(0.3, ROOTLESS / long(style));
       isShort = long(style) * (1 + 2 * style.curl) < SHORTER ? 1 : 0;
       for (const [name, size] of /** @type {const} */ ([['position', 3], ['course', 4], ['outward', 4]])) {
         const array = ribbons[name];
@@ -315,7 +358,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** @returns {boolean} whether what is wanted is shown now */
   function show() {
     if (!wanted || hair === null) {
-      mesh.visible = false;
+      appear(false);
       return true;
     }
     const { key } = wanted;
@@ -339,16 +382,30 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     });
   }
 
+  /** Of what is in files, a strand's point among all. @param {number} n @param {number} s @param {number} many points of a strand */
+  const pointOf = (n, s, many) => n * POINTS + (s === many - 1 ? POINTS - 1 : (POINTS / many) * s);
+
+  /**
+   * How far the head takes a point of a strand along, as in the shader.
+   * @param {Float32Array} moved of each anchor @param {number} n @param {number} point among all @param {number[]} into
+   */
+  function shiftAt(moved, n, point, into) {
+    if (!hair || !shown) return;
+    const { locks, lockOf } = hair;
+    const at = Math.min(ANCHORS - 1.001, (shown.ribbons.outward[8 * point + 3] / 127) * (ANCHORS - 1));
+    const [before, after] = [0, 1].map((next) => 4 * ((Math.floor(at) + next) * locks + lockOf[n]));
+    for (let k = 0; k < 3; k++) into[k] = moved[before + k] + (moved[after + k] - moved[before + k]) * (at % 1);
+  }
+
   /**
    * The same ribbons with a front of their own, which do not turn to who looks: every `stride`th point, on any face of the model;
    * null where none stands.
    * @param {Float32Array} positions
    */
   function bodies(positions) {
-    if (!hair || !mesh.visible || !shown) return null;
+    if (!stride || !hair || !mesh.visible || !shown) return null;
     const { style, ribbons } = shown;
-    const step = stride(style);
-    const many = POINTS / step;
+    const many = POINTS / stride(style);
     const left = standingOf(filed(hair), hair, thinning);
     // Every part of a beard may be shaved off.
     if (left.length === 0) return null;
@@ -359,27 +416,30 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       colours: new Float32Array(6 * count),
       triangles: new Uint32Array(left.length * (many - 1) * 6),
     };
-    const moved = new Float32Array(4 * hair.locks);
-    shiftsOf(hair, positions, moved);
+    const moved = new Float32Array(4 * ANCHORS * hair.locks);
+    shiftsOf(ribbons, positions, moved);
+    const shift = [0, 0, 0];
     const wide = half * broader(FILED) * slender(style);
     const [way, up, across] = [new Vector3(), new Vector3(), new Vector3()];
     let [o, i] = [0, 0];
     for (const n of left) {
-      const lock = 4 * hair.lockOf[n];
       // As in the shader.
       const white = smoothstep(-SOFT, SOFT, (1 + 2 * SOFT) * turned.value - SOFT - ((numberOf(n) * TURNS) % 1));
       const shade = young.value.clone().lerp(old.value, white).toArray();
       for (let s = 0; s < many; s++) {
-        const from = n * POINTS + (s === many - 1 ? POINTS - 1 : step * s);
+        const from = pointOf(n, s, many);
         way.fromArray(ribbons.course, 8 * from);
-        up.fromArray(ribbons.outward, 8 * from).normalize();
+        up.fromArray(ribbons.outward, 8 * from);
+        const breadth = up.length() / 127;
+        up.normalize();
         const along = ribbons.outward[8 * from + 3] / 127;
         const open = Math.abs(ribbons.course[8 * from + 3]) / 127;
-        across.crossVectors(way, up).normalize().multiplyScalar(wide * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.95 * along ** 2));
+        across.crossVectors(way, up).normalize().multiplyScalar(wide * breadth * (1 + 0.4 * Math.max(0, 1 - 4 * along)) * (1 - 0.95 * along ** 2));
+        shiftAt(moved, n, from, shift);
         if (s < many - 1) for (const corner of [0, 1, 2, 1, 3, 2]) out.triangles[i++] = o / 3 + corner;
         for (const side of [-1, 1]) {
           for (let k = 0; k < 3; k++) {
-            out.positions[o + k] = ribbons.position[6 * from + k] + moved[lock + k] + side * across.getComponent(k);
+            out.positions[o + k] = ribbons.position[6 * from + k] + shift[k] + side * across.getComponent(k);
             out.normals[o + k] = up.getComponent(k);
             out.colours[o + k] = shade[k] * (0.4 + 0.6 * open) * (0.6 + 0.8 * ((n * 0.7548776662) % 1));
           }
@@ -397,19 +457,26 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
    * @returns {Float32Array | null} null when no root goes further than `least`
    */
   function carried(moves, least) {
-    if (!hair || !shown) return null;
-    const { lockOf } = hair;
-    const moved = new Float32Array(4 * hair.locks);
-    shiftsOf(hair, rest.map((value, i) => value + moves[i]), moved);
+    if (!stride || !hair || !shown) return null;
+    const moved = new Float32Array(4 * ANCHORS * hair.locks);
+    shiftsOf(shown.ribbons, rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
-    const each = (6 * POINTS) / stride(shown.style);
+    const many = POINTS / stride(shown.style);
     const left = standingOf(filed(hair), hair, thinning);
-    return Float32Array.from({ length: each * left.length }, (_, i) => moved[4 * lockOf[left[Math.floor(i / each)]] + (i % 3)]);
+    const out = new Float32Array(6 * many * left.length);
+    const shift = [0, 0, 0];
+    for (let i = 0; i < out.length; i += 6) {
+      const n = left[Math.floor(i / (6 * many))];
+      shiftAt(moved, n, pointOf(n, (i / 6) % many, many), shift);
+      out.set(shift, i);
+      out.set(shift, i + 3);
+    }
+    return out;
   }
 
   function follow() {
-    if (!hair || !mesh.visible) return;
-    shiftsOf(hair, present, /** @type {Float32Array} */ (shifts.image.data));
+    if (!hair || !mesh.visible || !shown) return;
+    shiftsOf(shown.ribbons, present, /** @type {Float32Array} */ (shifts.image.data));
     shifts.needsUpdate = true;
   }
 
@@ -421,12 +488,13 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return;
     const { position } = shown.ribbons;
     const moved = /** @type {Float32Array} */ (shifts.image.data);
+    const shift = [0, 0, 0];
     for (const n of remaining) {
-      const lock = 4 * hair.lockOf[n];
       for (const s of SHORT) {
         const o = 6 * (n * POINTS + s);
-        const y = position[o + 1] + moved[lock + 1];
-        if (y >= fade[0]) visit(position[o] + moved[lock], y, position[o + 2] + moved[lock + 2]);
+        shiftAt(moved, n, n * POINTS + s, shift);
+        const y = position[o + 1] + shift[1];
+        if (y >= fade[0]) visit(position[o] + shift[0], y, position[o + 2] + shift[2]);
       }
     }
   }
@@ -444,16 +512,17 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     return [low, high];
   }
 
-  /** As far to a side as it is seen. @type {import('../stage/scene.js').Breadth} */
+  /** As far to each side as it is seen. @type {import('../stage/scene.js').Breadth} */
   function breadth({ x, axis }, theta, distance) {
     const [sine, cosine] = [Math.sin(theta), Math.cos(theta)];
-    let far = 0;
+    let [left, right] = [0, 0];
     scan((across, _, along) => {
-      const [right, ahead] = [across - x, along - axis];
-      const seen = (Math.abs(right * cosine - ahead * sine) * distance) / (distance - right * sine - ahead * cosine);
-      if (seen > far) far = seen;
+      const [aside, ahead] = [across - x, along - axis];
+      const seen = ((aside * cosine - ahead * sine) * distance) / (distance - aside * sine - ahead * cosine);
+      if (seen > right) right = seen;
+      if (-seen > left) left = -seen;
     });
-    return far;
+    return [left, right];
   }
 
   return {
@@ -472,10 +541,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     paint(colours) {
       young.value.copy(colours.young);
       old.value.copy(colours.old);
-      turned.value = colours.turned[0];
+      turned.value = turnedOf(colours);
+      skin.value.copy(colours.skin);
       const now = thinningOf(colours);
       if (JSON.stringify(now) !== JSON.stringify(thinning)) {
         thinning = now;
+        thin.value = Math.max(bare, 1 - now.share);
         standing = null;
       }
       const style = styleOf(colours);

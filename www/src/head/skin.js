@@ -77,6 +77,7 @@ const DECLARATIONS = /* glsl */ `
   uniform vec3 oldHair;
   uniform vec2 turned; // grey: of hair, of brows
   uniform float bushy;
+  uniform float browed; // whether hairs stand on what is painted of brows
   uniform vec3 lipColour;
   uniform float lipCover;
   uniform vec3 accent;
@@ -138,7 +139,7 @@ const COLOUR = /* glsl */ `
   vec2 browAt = (vRest.xy - browFrame.xy) / browFrame.zw;
   float inBrow = step(0.0, min(min(browAt.x, browAt.y), min(1.0 - browAt.x, 1.0 - browAt.y)));
   vec2 hairsOfBrow = texture2D(browMap, clamp(browAt, 0.0, 1.0)).rg;
-  float brow = min(1.0, hairsOfBrow.r * bushy) * inBrow
+  float brow = min(1.0, hairsOfBrow.r * bushy) * inBrow * (1.0 - 0.2 * browed)
              * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
 
   vec4 folded = vec4(0.5, 0.5, 0.0, 0.0);
@@ -217,9 +218,10 @@ const COLOUR = /* glsl */ `
     // Roots show through the skin; hairs lie over it.
     tone = mix(tone, mix(tone * 0.6, hair, 0.6 + 0.2 * thick), thick * (0.3 + 0.65 * thick));
     underHair = smoothstep(0.1, 0.7, thick) * covered.x;
-    tone = mix(tone, hair * 0.7, underHair * 0.95);
+    // It is dark between roots, but at the edge.
+    tone = mix(tone, hair * (0.72 - 0.3 * smoothstep(0.5, 1.0, thick)), underHair * 0.95);
     hairs = clamp(thick * (0.05 + 0.5 * thick + 1.1 * strand.r), 0.0, 0.95);
-    tone = mix(tone, hair * (0.35 + 1.3 * strand.g) * (1.0 - 0.2 * covered.x), hairs);
+    tone = mix(tone, hair * (0.35 + 1.3 * strand.g) * (1.0 - 0.4 * covered.x), hairs);
     // A photo that is worn has its own beard, as far as it shows the skin. One that is thin is single hairs, on skin that is greyer for
     // their roots.
     float beard = grown.y * vGrowth.z * (1.0 - smoothSkin) * (1.0 - photographed);
@@ -290,8 +292,10 @@ const GROWN = {
     attribute vec2 growth;
     attribute vec4 parts;
     uniform vec4 gone;
+    uniform vec2 covered;
     varying vec3 vGrowth;`,
-  PLACED: 'vGrowth = vec3(min(growth.x, 11.0 * (parts.w - gone.w)), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
+  // Strands that become few leave no stain.
+  PLACED: 'vGrowth = vec3(min(growth.x - 0.15 * covered.x, 11.0 * (parts.w - gone.w) - 0.35 * covered.x), growth.y - 0.2 * covered.y, 1.0 - dot(parts.xyz, gone.xyz));',
 };
 
 /**
@@ -349,6 +353,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     oldHair: { value: new Color() },
     turned: { value: new Vector2() },
     bushy: { value: 1 },
+    browed: { value: 0 },
     /** Painted when there is hair. */
     strandMap: { value: hairless },
     dense: { value: new Vector2() },

@@ -35,8 +35,8 @@ const VIEWS = {
  * @typedef {(centre: Vector3, distance: number) => readonly [low: number, high: number]} Reach
  */
 /**
- * How far to a side of an axis something is seen from that far from it, mm.
- * @typedef {(axis: { x: number, axis: number }, theta: number, distance: number) => number} Breadth
+ * How far to the left and to the right of an axis something is seen from that far from it, mm.
+ * @typedef {(axis: { x: number, axis: number }, theta: number, distance: number) => readonly [left: number, right: number]} Breadth
  */
 
 /** Three-point light: a warm key with a soft shadow, a cool fill, a rim from behind. */
@@ -256,9 +256,12 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   /** @type {Reach} */
   let reach = () => [Infinity, -Infinity];
   /** @type {Breadth} */
-  let breadth = () => 0;
+  let breadth = () => [0, 0];
 
-  /** The distance from the head's axis at which head and hair fill what is free of the stage, and the height on it to look at, mm. */
+  /**
+   * The distance from the head's axis at which head and hair fill what is free of the stage, and the height on it and how far to the right
+   * of it to look at, mm.
+   */
   function framed() {
     const [, height = 0] = size;
     const [top, bottom] = covered(height);
@@ -271,24 +274,30 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     const away = (/** @type {number} */ seen) => seen / (2 * Math.tan((camera.fov * DEGREE) / 2));
     const from = away(Math.max(tall * subject.height, head));
     const [low, high] = reach(subject.centre, from);
-    const broad = Math.max(head, (2.04 * breadth({ x: subject.centre.x, axis: subject.axis }, theta, from)) / camera.aspect);
+    const [left, right] = breadth({ x: subject.centre.x, axis: subject.axis }, theta, from).map((side) => Math.max((head * camera.aspect) / 2, 1.02 * side));
     // Single hairs may be in the margin.
     const [half, slack] = [0.5 * share * subject.height, 0.012 * subject.height];
     const [least, most] = [Math.min(low + slack, y - half), Math.max(high - slack, y + half)];
-    const seen = Math.max((tall * (most - least)) / share, broad);
+    const seen = Math.max((tall * (most - least)) / share, (left + right) / camera.aspect);
+    // The face is in the middle, but where there is no room for hair on one side of it.
+    const room = (seen * camera.aspect) / 2;
+    const aside = Math.max(0, right - room) - Math.max(0, left - room);
     // What is to fill the stage is the face, which is nearer than the axis from the front, and not from the side.
     const behind = (subject.centre.z - subject.axis) * Math.cos(theta);
     const middle = (least + most) / 2 - (seen * (bottom - top)) / (2 * Math.max(1, height));
-    return { distance: away(seen) + behind, middle: middle - behind / Math.tan(phi) };
+    return { distance: away(seen) + behind, middle: middle - behind / Math.tan(phi), aside };
   }
 
   let fitted = 0;
+  let beside = 0;
   function fit() {
-    const { distance, middle } = framed();
-    controls.cursor.set(subject.centre.x, middle, subject.axis);
+    const { distance, middle, aside } = framed();
+    const { theta } = VIEWS[chosen];
+    controls.cursor.set(subject.centre.x + aside * Math.cos(theta), middle, subject.axis - aside * Math.sin(theta));
     controls.minDistance = distance * 0.28;
     controls.maxDistance = distance * 1.7;
     fitted = distance;
+    beside = aside;
     return distance;
   }
 
@@ -309,9 +318,9 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   function reframe() {
     const { phi, theta } = VIEWS[chosen];
     const rests = flight || new Vector3().setFromSphericalCoords(fitted, phi, theta).add(controls.cursor).distanceTo(camera.position) < 1;
-    const { distance, middle } = framed();
+    const { distance, middle, aside } = framed();
     // Less is not worth a move.
-    if (rests && Math.abs(distance - fitted) + Math.abs(middle - controls.cursor.y) > 0.01 * fitted) view(chosen);
+    if (rests && Math.abs(distance - fitted) + Math.abs(middle - controls.cursor.y) + Math.abs(aside - beside) > 0.01 * fitted) view(chosen);
   }
 
   /**

@@ -31,7 +31,10 @@ export function createView(model, canvas, laying, covered) {
       preview.dispose();
       scene.scene.add(head.group);
       scene.light(groundwork.studio);
-      scene.widen((...from) => Math.max(0, ...head.tresses.map((one) => one.breadth(...from))));
+      scene.widen((...from) => {
+        const each = head.tresses.map((one) => one.breadth(...from));
+        return [Math.max(0, ...each.map(([left]) => left)), Math.max(0, ...each.map(([, right]) => right))];
+      });
       return head;
     },
   };
