@@ -8,6 +8,7 @@ import { nostrils } from './nostrils.js';
 import { smoothed } from '../groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
+import { manlyOf, told } from './someone.js';
 import { subdivide } from './subdivision.js';
 import { createTeeth } from './teeth.js';
 import { createMap, createTile } from '../rendering/textures.js';
@@ -318,7 +319,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     // Eyes that turn go by their size as well.
     if (expression !== folded || !isAtRest) eyes.turn(turnsOf(expression), !isAtRest);
     folded = expression;
-    if (ofEyes[end] > ofEyes[first]) {
+    const { sex } = told(from);
+    const suited = lashes.suit(sex === undefined ? 0 : manlyOf(sex));
+    if (suited || ofEyes[end] > ofEyes[first]) {
       eyes.update(present);
       lashes.update(present, eyes.centres);
     }
