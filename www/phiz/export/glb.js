@@ -167,14 +167,16 @@ function colours16(rgb) {
  * in place of colours, and its parts as meshes of their own.
  *
  * @param {import('phiz').Face} face
- * @param {{ targets?: boolean, targetNormals?: boolean, appearance?: import('./index.js').Appearance }} [options]
+ * @param {{
+ *   targets?: boolean, targetNormals?: boolean, appearance?: import('./index.js').Appearance,
+ *   measured?: { controls: readonly import('./index.js').MorphTarget[], expressions: readonly import('./index.js').ExpressionTarget[] },
+ * }} [options]
  */
-export function toGlb(face, { targets = true, targetNormals = true, appearance, ...others } = {}) {
+export function toGlb(face, { targets = true, targetNormals = true, appearance, measured, ...others } = {}) {
   const [unknown] = Object.keys(others);
   if (unknown !== undefined) throw new Error(`toGlb knows no option "${unknown}"`);
   if (appearance) checkAppearance(appearance, targets);
-  const morphs = targets ? morphTargets(face) : [];
-  const expressions = targets ? expressionTargets(face) : [];
+  const { controls: morphs, expressions } = targets ? (measured ?? { controls: morphTargets(face), expressions: expressionTargets(face) }) : { controls: [], expressions: [] };
   const base = targets ? atRest(face) : face;
   const { positions, normals, colours, uvs, corners, triangles, parts } = meshOf(base);
   if (base !== face) base.free();
@@ -273,6 +275,8 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance, 
     primitives = [
       primitive(indicesOf(eyes ? allOf(parts.filter((part) => !isEyeball(part))) : triangles), {
         name: 'skin',
+        // Past an eyeball the wall behind it is seen from either side.
+        doubleSided: true,
         pbrMetallicRoughness: { baseColorTexture: texture(skin.colour, 'skin colour'), metallicFactor: 0, metallicRoughnessTexture: surface },
         occlusionTexture: surface,
         normalTexture: texture(skin.normal, 'skin normal'),

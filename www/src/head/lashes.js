@@ -221,45 +221,56 @@ export function createLashes(triangles, rest, vertexOf) {
     });
     position.needsUpdate = along.needsUpdate = true;
   }
+  const each = RINGS.length * SIDES + 1;
+  /**
+   * The corners of lashes that are bodies, for each slider and expression of a file: plain numbers.
+   * @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
+   */
+  function bodiesAt(positions, eyes) {
+    const points = new Float32Array(lashes.length * each * 3);
+    let o = 0;
+    trace(positions, eyes, (x, y, z, dx, dy, dz, t) => {
+      const isTip = t === 1;
+      if (!isTip && !RINGS.includes(Math.round(t * SEGMENTS))) return;
+      // Across the lash and sideways, and across both.
+      const flat = Math.hypot(dy, dz);
+      const [ay, az] = [-dz / flat, dy / flat];
+      const long = Math.hypot(flat, dx);
+      const [ux, uy, uz] = [(ay * dz - az * dy) / long, (az * dx) / long, (-ay * dx) / long];
+      for (let side = 0; side < (isTip ? 1 : SIDES); side++, o += 3) {
+        const angle = (2 * Math.PI * side) / SIDES;
+        const wide = isTip ? 0 : thick.value * thickness(t);
+        const [cos, sin] = [wide * Math.cos(angle), wide * Math.sin(angle)];
+        points[o] = x + sin * ux;
+        points[o + 1] = y + cos * ay + sin * uy;
+        points[o + 2] = z + cos * az + sin * uz;
+      }
+    });
+    return points;
+  }
   /**
    * The same lashes as bodies, which are seen from every side, on any face of the model.
    * @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
    */
   function bodies(positions, eyes) {
-    const each = RINGS.length * SIDES + 1;
-    const points = new Float32Array(lashes.length * each * 3);
+    const points = bodiesAt(positions, eyes);
     const normals = new Float32Array(points.length);
     const triangles = [];
-    const [at, way, across, up, outward] = Array.from({ length: 5 }, () => new Vector3());
-    let o = 0;
-    trace(positions, eyes, (x, y, z, dx, dy, dz, t) => {
-      const isTip = t === 1;
-      if (!isTip && !RINGS.includes(Math.round(t * SEGMENTS))) return;
-      at.set(x, y, z);
-      way.set(dx, dy, dz).normalize();
-      if (isTip) {
-        way.toArray(normals, o);
-        at.toArray(points, o);
-        o += 3;
-        return;
-      }
-      across.set(1, 0, 0).cross(way).normalize();
-      up.crossVectors(across, way).normalize();
-      for (let side = 0; side < SIDES; side++, o += 3) {
-        const angle = (2 * Math.PI * side) / SIDES;
-        outward.copy(across).multiplyScalar(Math.cos(angle)).addScaledVector(up, Math.sin(angle));
-        outward.toArray(normals, o);
-        outward.multiplyScalar(thick.value * thickness(t)).add(at).toArray(points, o);
-      }
-    });
+    const [middle, point] = [new Vector3(), new Vector3()];
     for (let first = 0; first < lashes.length * each; first += each) {
-      for (let ring = 0; ring < RINGS.length; ring++) {
+      for (let ring = first; ring + 1 < first + each; ring += SIDES) {
+        middle.set(0, 0, 0);
+        for (let side = 0; side < SIDES; side++) middle.addScaledVector(point.fromArray(points, 3 * (ring + side)), 1 / SIDES);
+        const isLast = ring + SIDES + 1 === first + each;
         for (let side = 0; side < SIDES; side++) {
-          const [a, b] = [first + SIDES * ring + side, first + SIDES * ring + ((side + 1) % SIDES)];
-          if (ring === RINGS.length - 1) triangles.push(a, first + each - 1, b);
+          point.fromArray(points, 3 * (ring + side)).sub(middle).normalize().toArray(normals, 3 * (ring + side));
+          const [a, b] = [ring + side, ring + ((side + 1) % SIDES)];
+          if (isLast) triangles.push(a, ring + SIDES, b);
           else triangles.push(a, a + SIDES, b, b, a + SIDES, b + SIDES);
         }
       }
+      const tip = 3 * (first + each - 1);
+      point.fromArray(points, tip).sub(middle).normalize().toArray(normals, tip);
     }
     return { positions: points, normals, triangles: Uint32Array.from(triangles) };
   }
@@ -269,6 +280,7 @@ export function createLashes(triangles, rest, vertexOf) {
     vertices: lids.flatMap((lid) => lid.path),
     update,
     bodies,
+    bodiesAt,
     /** As the screen shows it, sRGB. */
     get colour() {
       return colour.value;
