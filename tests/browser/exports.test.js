@@ -277,9 +277,9 @@ describe('what is taken along leaves the page as it was', () => {
       return index < 0 ? null : readVectors(bytes, mesh.primitives[0].targets[index].POSITION);
     };
     const hairs = readVectors(bytes, fringe.primitives[0].attributes.POSITION);
-    // A lash is five rings of three; the middle of its first one is on the lid. Every seventh is enough.
-    const middle = (/** @type {Float32Array} */ values, /** @type {number} */ lash) => [0, 1, 2].map((k) => (values[45 * lash + k] + values[45 * lash + 3 + k] + values[45 * lash + 6 + k]) / 3);
-    const roots = Array.from({ length: Math.floor(hairs.length / 45 / 7) }, (_, n) => {
+    // A lash is three rings of three and a tip; the middle of its first one is on the lid. Every seventh is enough.
+    const middle = (/** @type {Float32Array} */ values, /** @type {number} */ lash) => [0, 1, 2].map((k) => (values[30 * lash + k] + values[30 * lash + 3 + k] + values[30 * lash + 6 + k]) / 3);
+    const roots = Array.from({ length: Math.floor(hairs.length / 30 / 7) }, (_, n) => {
       const at = middle(hairs, 7 * n);
       let [nearest, least] = [0, Infinity];
       for (let v = 0; v < rest.length / 3; v++) {
@@ -360,6 +360,15 @@ describe('what is taken along leaves the page as it was', () => {
     assert.ok(Math.max(...pupil) < 40, `the pupil is ${pupil}`);
     assert.ok(iris[2] > iris[0] + 8, `a blue iris is ${iris}`);
     assert.ok(Math.min(...white) > 130, `the white is ${white}`);
+    // Past an eyeball is what goes on with its white, and not the dark.
+    assert.equal(json.materials[skinOf.material].doubleSided, true);
+    const walls = await page.evaluate(() => {
+      const { parts, triangles, uvs } = window.designer.model;
+      const { first, count } = parts.find(({ name }) => name === 'eye cavities');
+      return Array.from({ length: count }, (_, t) => [0, 1].map((k) => Math.abs(k - [0, 1, 2].reduce((sum, i) => sum + uvs[2 * triangles[3 * (first + t) + i] + k] / 3, 0))));
+    });
+    const wall = (await read('skin colour', walls)).map(([, g]) => g).sort((a, b) => a - b)[walls.length >> 1];
+    assert.ok(wall > 120 && wall < Math.min(...white), `behind the lids it is ${wall}, the white of the eye ${white}`);
     const [flat] = await read('skin normal', [[0.5, 0.73]]);
     assert.ok(Math.abs(flat[0] - 128) < 3 && flat[2] > 250, `no skin, no relief: ${flat}`);
     const slopes = await read('skin normal', Array.from({ length: 400 }, (_, i) => [0.7 + 0.0005 * (i % 20), 0.4 + 0.0005 * Math.floor(i / 20)]));

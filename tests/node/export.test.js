@@ -118,6 +118,13 @@ for (const name of ['model', 'synthetic']) {
         }
       });
 
+      test('who has measured targets gets the same file of them', () => {
+        const measured = { controls: morphTargets(face), expressions: expressionTargets(face) };
+        assert.ok(Buffer.from(glb).equals(Buffer.from(toGlb(face, { measured }))));
+        const none = toGlb(face, { measured: { controls: [], expressions: [] } });
+        assert.equal(jsonOf(none).meshes[0].extras, undefined);
+      });
+
       test('the mesh is the face, in metres', () => {
         const read = mesh.geometry.getAttribute('position').array.map((x) => 1000 * x);
         const vertices = model.uvVertices;

@@ -64,6 +64,18 @@ describe('lines', () => {
     }
   });
 
+  test('a neck has rings and bands, which go no further than it is seen', () => {
+    const [chin] = [at('ibug_08')];
+    assert.ok(deepest([4, chin[1] - 12], [4, chin[1] - 50]) > 70, 'no ring around the neck');
+    for (const side of [-1, 1]) {
+      const slopes = [-5, 5].map((x) => read(side * 13 + x, chin[1] - 34)[0] - 127.5);
+      assert.ok(slopes[0] > 8 && slopes[1] < -8, `a band stands out: ${slopes}`);
+    }
+    assert.ok(frame[1] < chin[1] - 55, 'the map ends above the neck');
+    const edge = map.rgba.filter((_, o) => o % 4 === 2 && o < 4 * map.size);
+    assert.ok(Math.max(...edge) < 3, 'a line is cut off');
+  });
+
   test('freckles are thickest on nose and cheeks', () => {
     const dots = (/** @type {number} */ x, /** @type {number} */ y) => {
       let sum = 0;

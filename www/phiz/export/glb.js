@@ -17,8 +17,8 @@ const ELEMENT_ARRAY_BUFFER = 34963;
 
 /** glTF has metres. */
 const METRES = 1e-3;
-/** What is not moved by more than this (mm) by one sigma is not moved: a tenth of a micrometre. */
-const STILL = 1e-4;
+/** What is not moved by more than this (mm) by one sigma is not moved: of all controls at once nobody sees it. */
+const STILL = 2e-3;
 /** How far a normal of length 1 may be off: between two and three of 255 shades, 0.6 degrees. */
 const SHADE = 0.01;
 
@@ -66,9 +66,12 @@ class Buffer {
 function bounds(xyz) {
   const min = [Infinity, Infinity, Infinity];
   const max = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < xyz.length; i++) {
-    min[i % 3] = Math.min(min[i % 3], xyz[i]);
-    max[i % 3] = Math.max(max[i % 3], xyz[i]);
+  for (let o = 0; o < xyz.length; o += 3) {
+    for (let k = 0; k < 3; k++) {
+      const value = xyz[o + k];
+      if (value < min[k]) min[k] = value;
+      if (value > max[k]) max[k] = value;
+    }
   }
   return { min, max };
 }
@@ -80,7 +83,10 @@ function bounds(xyz) {
 function perCorner(xyz, corners, scale) {
   const out = new Float32Array(3 * corners.length);
   for (let i = 0; i < corners.length; i++) {
-    for (let k = 0; k < 3; k++) out[3 * i + k] = xyz[3 * corners[i] + k] * scale;
+    const o = 3 * corners[i];
+    out[3 * i] = xyz[o] * scale;
+    out[3 * i + 1] = xyz[o + 1] * scale;
+    out[3 * i + 2] = xyz[o + 2] * scale;
   }
   return out;
 }
@@ -92,44 +98,53 @@ function perCorner(xyz, corners, scale) {
  * @param {Float32Array} xyz
  */
 function withoutFaint(xyz) {
-  return xyz.map((x, i) => {
-    const o = i - (i % 3);
-    const square = xyz[o] ** 2 + xyz[o + 1] ** 2 + xyz[o + 2] ** 2;
-    return square > SHADE * SHADE ? x * (1 - (SHADE * SHADE) / square) : 0;
-  });
+  const out = new Float32Array(xyz.length);
+  for (let o = 0; o < xyz.length; o += 3) {
+    const [x, y, z] = [xyz[o], xyz[o + 1], xyz[o + 2]];
+    const square = x * x + y * y + z * z;
+    if (square <= SHADE * SHADE) continue;
+    const left = 1 - (SHADE * SHADE) / square;
+    out[o] = x * left;
+    out[o + 1] = y * left;
+    out[o + 2] = z * left;
+  }
+  return out;
 }
 
 /**
  * Displacements as an accessor: most targets move a part of the face, and then only that is kept.
- * @param {Buffer} buffer @param {Float32Array} xyz three a corner @param {boolean[]} moves
+ * @param {Buffer} buffer @param {Float32Array} xyz three a vertex @param {Uint32Array} corners the vertex of each corner
+ * @param {number} scale @param {number} still what does not move by more along any axis does not move
  */
-function displacement(buffer, xyz, moves) {
-  const count = moves.length;
-  const moving = moves.flatMap((yes, i) => (yes ? [i] : []));
+function displacement(buffer, xyz, corners, scale, still) {
+  const count = corners.length;
+  const moving = new Uint32Array(count);
+  let many = 0;
+  for (let i = 0; i < count; i++) {
+    const o = 3 * corners[i];
+    if (Math.abs(xyz[o]) > still || Math.abs(xyz[o + 1]) > still || Math.abs(xyz[o + 2]) > still) moving[many++] = i;
+  }
   const shape = { componentType: FLOAT, count, type: 'VEC3' };
   const wide = count > 0xffff;
   // Three floats of all corners, or of some with their numbers.
-  if ((wide ? 16 : 14) * moving.length > 12 * count) {
-    return buffer.accessor({ bufferView: buffer.view(xyz, ARRAY_BUFFER), ...shape, ...bounds(xyz) });
+  if ((wide ? 16 : 14) * many > 12 * count) {
+    const all = perCorner(xyz, corners, scale);
+    return buffer.accessor({ bufferView: buffer.view(all, ARRAY_BUFFER), ...shape, ...bounds(all) });
   }
-  const values = new Float32Array(3 * moving.length);
-  moving.forEach((corner, at) => values.set(xyz.subarray(3 * corner, 3 * corner + 3), 3 * at));
   // What is left out is zero, so zero is within the bounds; a sparse array is not empty.
-  const zero = new Float32Array(3 * Math.max(1, moving.length));
-  zero.set(values);
-  const { min, max } = bounds(zero);
-  const indices = wide ? Uint32Array.from(moving) : Uint16Array.from(moving);
+  if (many === 0) return buffer.accessor({ ...shape, min: [0, 0, 0], max: [0, 0, 0] });
+  const values = perCorner(xyz, moving.subarray(0, many).map((i) => corners[i]), scale);
+  const { min, max } = bounds(values);
+  const indices = wide ? moving.slice(0, many) : Uint16Array.from(moving.subarray(0, many));
   return buffer.accessor({
     ...shape,
     min: min.map((x) => Math.min(0, x)),
     max: max.map((x) => Math.max(0, x)),
-    ...(moving.length && {
-      sparse: {
-        count: moving.length,
-        indices: { bufferView: buffer.view(indices), componentType: wide ? UNSIGNED_INT : UNSIGNED_SHORT },
-        values: { bufferView: buffer.view(values) },
-      },
-    }),
+    sparse: {
+      count: many,
+      indices: { bufferView: buffer.view(indices), componentType: wide ? UNSIGNED_INT : UNSIGNED_SHORT },
+      values: { bufferView: buffer.view(values) },
+    },
   });
 }
 
@@ -152,14 +167,16 @@ function colours16(rgb) {
  * in place of colours, and its parts as meshes of their own.
  *
  * @param {import('phiz').Face} face
- * @param {{ targets?: boolean, targetNormals?: boolean, appearance?: import('./index.js').Appearance }} [options]
+ * @param {{
+ *   targets?: boolean, targetNormals?: boolean, appearance?: import('./index.js').Appearance,
+ *   measured?: { controls: readonly import('./index.js').MorphTarget[], expressions: readonly import('./index.js').ExpressionTarget[] },
+ * }} [options]
  */
-export function toGlb(face, { targets = true, targetNormals = true, appearance, ...others } = {}) {
+export function toGlb(face, { targets = true, targetNormals = true, appearance, measured, ...others } = {}) {
   const [unknown] = Object.keys(others);
   if (unknown !== undefined) throw new Error(`toGlb knows no option "${unknown}"`);
   if (appearance) checkAppearance(appearance, targets);
-  const morphs = targets ? morphTargets(face) : [];
-  const expressions = targets ? expressionTargets(face) : [];
+  const { controls: morphs, expressions } = targets ? (measured ?? { controls: morphTargets(face), expressions: expressionTargets(face) }) : { controls: [], expressions: [] };
   const base = targets ? atRest(face) : face;
   const { positions, normals, colours, uvs, corners, triangles, parts } = meshOf(base);
   if (base !== face) base.free();
@@ -237,16 +254,9 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance, 
   };
 
   const targetAccessors = [...morphs, ...expressions].map((target) => {
-    /** @param {Float32Array} xyz @param {number} still */
-    const moves = (xyz, still) =>
-      Array.from(corners, (v) => [0, 1, 2].some((k) => Math.abs(xyz[3 * v + k]) > still));
-    const delta = perCorner(target.positions, corners, METRES);
     /** @type {Record<string, number>} */
-    const accessors = { POSITION: displacement(buffer, delta, moves(target.positions, STILL)) };
-    if (targetNormals) {
-      const turned = withoutFaint(target.normals);
-      accessors.NORMAL = displacement(buffer, perCorner(turned, corners, 1), moves(turned, 0));
-    }
+    const accessors = { POSITION: displacement(buffer, target.positions, corners, METRES, STILL) };
+    if (targetNormals) accessors.NORMAL = displacement(buffer, withoutFaint(target.normals), corners, 1, 0);
     return accessors;
   });
 
@@ -265,6 +275,8 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance, 
     primitives = [
       primitive(indicesOf(eyes ? allOf(parts.filter((part) => !isEyeball(part))) : triangles), {
         name: 'skin',
+        // Past an eyeball the wall behind it is seen from either side.
+        doubleSided: true,
         pbrMetallicRoughness: { baseColorTexture: texture(skin.colour, 'skin colour'), metallicFactor: 0, metallicRoughnessTexture: surface },
         occlusionTexture: surface,
         normalTexture: texture(skin.normal, 'skin normal'),
@@ -291,7 +303,7 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance, 
     const shape = { componentType: FLOAT, count: many, type: 'VEC3' };
     const metres = points.map((x) => x * METRES);
     const named = Object.entries(targets ? moves : {});
-    const movesOf = (/** @type {Float32Array} */ move) => Array.from({ length: many }, (_, v) => [0, 1, 2].some((k) => Math.abs(move[3 * v + k]) > STILL));
+    const each = Uint32Array.from({ length: many }, (_, v) => v);
     materials.push({ name, doubleSided: true, pbrMetallicRoughness: { metallicFactor: 0, roughnessFactor: roughness } });
     return {
       name,
@@ -311,9 +323,7 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance, 
           indices: indicesOf(list, many),
           material: materials.length - 1,
           ...(named.length && {
-            targets: named.map(([, move]) => {
-              return { POSITION: displacement(buffer, move.map((x) => x * METRES), movesOf(move)) };
-            }),
+            targets: named.map(([, move]) => ({ POSITION: displacement(buffer, move, each, METRES, STILL) })),
           }),
         },
       ],

@@ -110,10 +110,16 @@ export interface Appearance {
  *   what a weight means. The mesh is then the face at rest, and the weights are its expression. `targetNormals` (default
  *   true) gives them normals, which doubles the file; programs that compute normals need none. `appearance` puts
  *   pictures on skin and eyeballs, which then have no colour a vertex, and meshes beside the face, each a node
- *   whose targets have the names of the face's.
+ *   whose targets have the names of the face's. `measured` is what `morphTargets` and `expressionTargets` gave for this
+ *   face, for who has called them: they are most of the work.
  * @throws Error when an appearance is of what no glTF can be, naming the part and what is wrong of it
  */
 export function toGlb(
   face: Face,
-  options?: { targets?: boolean; targetNormals?: boolean; appearance?: Appearance },
+  options?: {
+    targets?: boolean;
+    targetNormals?: boolean;
+    appearance?: Appearance;
+    measured?: { controls: readonly MorphTarget[]; expressions: readonly ExpressionTarget[] };
+  },
 ): Uint8Array<ArrayBuffer>;

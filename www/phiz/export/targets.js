@@ -53,6 +53,13 @@ function directionOf(median, control) {
   return direction;
 }
 
+/** A share of what is between two. @param {Float32Array} a @param {Float32Array} b @param {number} share */
+function difference(a, b, share) {
+  const out = new Float32Array(a.length);
+  for (let i = 0; i < out.length; i++) out[i] = share * (a[i] - b[i]);
+  return out;
+}
+
 /** A copy of a face, without its expression. @param {import('phiz').Face} face */
 export function atRest(face) {
   needFace(face);
@@ -73,7 +80,7 @@ export function expressionTargets(face) {
     return face.model.expressions.map((name) => {
       probe.expression = { [name]: 1 };
       /** @param {'positions' | 'normals'} key */
-      const change = (key) => probe[key].map((x, i) => x - rest[key][i]);
+      const change = (key) => difference(probe[key], rest[key], 1);
       return { name, positions: change('positions'), normals: change('normals') };
     });
   } finally {
@@ -108,7 +115,7 @@ export function morphTargets(face) {
       };
       const [plus, minus] = [moved(1), moved(-1)];
       /** @param {'positions' | 'normals'} key */
-      const half = (key) => plus[key].map((x, i) => (x - minus[key][i]) / 2);
+      const half = (key) => difference(plus[key], minus[key], 0.5);
       return {
         name: control.name,
         group: control.group,

@@ -10,8 +10,12 @@ import { EYE_REACH, eyeMap, skinMaps } from './maps.js';
 
 /** What goes less far than this with an expression, or with a standard deviation of a slider, stays where it is, mm. */
 const STILL = { expression: 0.15, slider: 0.1 };
+/** The same of teeth, which nobody sees the roots of. */
+const STILL_TEETH = { expression: 0.25, slider: 0.2 };
 /** The same of hair, which is large in a file and goes with the whole head, mm. */
 const STILL_HAIR = 1;
+/** Strands that go less far than this stay while others go, mm. */
+const STILL_STRAND = 0.3;
 
 /** The lips' inner line from corner to corner, above and below. */
 const ABOVE = ['ibug_60', 'ibug_61', 'ibug_62', 'ibug_63', 'ibug_64'];
@@ -49,10 +53,12 @@ export async function glbAsShown(renderer, head, face, { targets = true, colouri
       return make();
     });
   try {
-    const parts = coloured(() => beside(head, asked, targets));
+    // They take long, and all of it goes by them.
+    const measured = targets ? { controls: morphTargets(asked), expressions: expressionTargets(asked) } : undefined;
+    const parts = coloured(() => beside(head, asked, measured));
     const skin = await skinMaps(renderer, head, coloured);
     const eyes = { colour: await eyeMap(renderer, head, coloured), reach: EYE_REACH };
-    return toGlb(asked, { targets, appearance: { skin, eyes, parts } });
+    return toGlb(asked, { targets, measured, appearance: { skin, eyes, parts } });
   } finally {
     asked.free();
   }
@@ -64,6 +70,7 @@ export async function glbAsShown(renderer, head, face, { targets = true, colouri
  * @typedef {Omit<import('phiz/export').Part, 'positions' | 'targets'> & {
  *   on: (rest: Float32Array, expression: Float32Array | null) => Float32Array,
  *   slides?: (moves: Float32Array) => Float32Array | null,
+ *   still?: typeof STILL,
  * }} Follower
  * `on` takes the face at rest and what an expression adds to it, mm. What goes along with moves of the face in a line has
  * `slides`; null is nothing
@@ -72,10 +79,11 @@ export async function glbAsShown(renderer, head, face, { targets = true, colouri
 /**
  * What is drawn that the model does not have, with what expressions and sliders do to it.
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head @param {import('phiz').Face} face
- * @param {boolean} moving whether it may become another face; otherwise it has the expression that it shows
+ * @param {{ controls: import('phiz/export').MorphTarget[], expressions: import('phiz/export').ExpressionTarget[] }} [measured] what it may
+ *   become; otherwise it has the expression that it shows
  * @returns {import('phiz/export').Part[]}
  */
-function beside(head, face, moving) {
+function beside(head, face, measured) {
   const still = face.clone();
   still.expression = {};
   const rest = still.positions.slice();
@@ -85,20 +93,19 @@ function beside(head, face, moving) {
     lashes(head, rest),
     ...head.tresses.flatMap((tresses) => hair(tresses, rest)),
   ];
-  if (!moving) {
+  if (!measured) {
     const shown = Object.keys(face.expression).length > 0 ? face.positions.map((value, i) => value - rest[i]) : null;
-    return followers.map(({ on, slides, ...part }) => {
+    return followers.map(({ on, slides, still: _, ...part }) => {
       const positions = on(rest, slides ? null : shown);
       const slid = shown && slides?.(shown);
       return { ...part, positions: slid ? positions.map((value, i) => value + slid[i]) : positions, targets: {} };
     });
   }
-  const expressions = expressionTargets(face);
-  const sliders = morphTargets(face);
-  const parts = followers.map(({ on, slides, ...part }) => {
+  const { controls: sliders, expressions } = measured;
+  const parts = followers.map(({ on, slides, still = STILL, ...part }) => {
     /** @type {Record<string, Float32Array>} */
     const targets = {};
-    return { on, slides, part: { ...part, positions: on(rest, null), targets } };
+    return { on, slides, still, part: { ...part, positions: on(rest, null), targets } };
   });
   for (const { slides, part } of parts) {
     for (const { name, positions: moves } of slides ? [...sliders, ...expressions] : []) {
@@ -109,28 +116,38 @@ function beside(head, face, moving) {
   const placed = parts.filter(({ slides }) => !slides);
   /** @param {Float32Array} to @param {Float32Array} from @param {number} share @param {number} least */
   const between = (to, from, share, least) => {
-    const change = to.map((value, i) => share * (value - from[i]));
-    return change.some((value) => Math.abs(value) > least) ? change : null;
+    const change = new Float32Array(to.length);
+    let most = 0;
+    for (let i = 0; i < change.length; i++) {
+      change[i] = share * (to[i] - from[i]);
+      most = Math.max(most, Math.abs(change[i]));
+    }
+    return most > least ? change : null;
   };
   // Where things are is not linear in the face; half of both ways is the slope.
   for (const { name, positions: moves } of sliders) {
-    const [there, back] = [1, -1].map((way) => rest.map((value, i) => value + way * moves[i]));
-    for (const { on, part } of placed) {
-      const change = between(on(there, null), on(back, null), 0.5, STILL.slider);
+    const [there, back] = [1, -1].map((way) => together(rest, moves, way));
+    for (const { on, still, part } of placed) {
+      const change = between(on(there, null), on(back, null), 0.5, still.slider);
       if (change) part.targets[name] = change;
     }
   }
   for (const { name, positions: moves } of expressions) {
-    for (const { on, part } of placed) {
-      const change = between(on(rest, moves), part.positions, 1, STILL.expression);
+    for (const { on, still, part } of placed) {
+      const change = between(on(rest, moves), part.positions, 1, still.expression);
       if (change) part.targets[name] = change;
     }
   }
   return parts.map(({ part }) => part);
 }
 
-/** @param {Float32Array} rest @param {Float32Array | null} expression */
-const together = (rest, expression) => (expression ? rest.map((value, i) => value + expression[i]) : rest);
+/** @param {Float32Array} rest @param {Float32Array | null} moves @param {number} [share] of them */
+function together(rest, moves, share = 1) {
+  if (!moves) return rest;
+  const out = new Float32Array(rest.length);
+  for (let i = 0; i < out.length; i++) out[i] = rest[i] + share * moves[i];
+  return out;
+}
 
 /**
  * The lashes, which go with the lids.
@@ -138,17 +155,20 @@ const together = (rest, expression) => (expression ? rest.map((value, i) => valu
  * @returns {Follower}
  */
 function lashes(head, rest) {
-  const { positions, normals, triangles, colour } = head.lashesOn(rest);
+  const { normals, triangles, colour } = head.lashesOn(rest);
   const shade = new Color().copySRGBToLinear(colour).toArray();
   return {
     name: 'lashes',
     normals,
-    colours: Float32Array.from(positions, (_, i) => shade[i % 3]),
+    colours: Float32Array.from(normals, (_, i) => shade[i % 3]),
     triangles,
     roughness: 0.6,
-    on: (face, expression) => head.lashesOn(together(face, expression)).positions,
+    on: (face, expression) => head.lashesAt(together(face, expression)),
   };
 }
+
+/** Whether a strand whose move this is stays. @param {Float32Array} moves @param {number} o where the move begins */
+const isStill = (moves, o) => moves[o] ** 2 + moves[o + 1] ** 2 + moves[o + 2] ** 2 < STILL_STRAND ** 2;
 
 /**
  * Hair that is longer than a crop, which goes as its roots do.
@@ -165,7 +185,12 @@ function hair(tresses, rest) {
       ...look,
       roughness: 0.45,
       on: () => positions,
-      slides: (moves) => tresses.carried(moves, STILL_HAIR),
+      slides(moves) {
+        // To ask costs more than to see that nothing of the head goes so far.
+        if (moves.every((value) => Math.abs(value) <= STILL_HAIR)) return null;
+        const carried = tresses.carried(moves, STILL_HAIR);
+        return carried && carried.map((value, i) => (isStill(carried, i - (i % 3)) ? 0 : value));
+      },
     },
   ];
 }
@@ -198,6 +223,7 @@ function teeth(teeth, rest) {
       colours: Float32Array.from(geometry.getAttribute('color').array),
       triangles: Uint32Array.from(geometry.index?.array ?? []),
       roughness: 0.36,
+      still: STILL_TEETH,
       on(face, expression) {
         const [xx, xy, xz, , yx, yy, yz, , zx, zy, zz, , ox, oy, oz] = places(face, expression)[row].elements;
         const out = new Float32Array(corners.length);

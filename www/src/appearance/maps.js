@@ -1,7 +1,7 @@
 // The skin and the eyes as pictures that other programs put on the mesh: what the page's shaders compute at each
 // pixel of the screen, at each pixel of a picture instead.
 
-import { Color, PlaneGeometry, ShaderMaterial } from 'three';
+import { Color, PlaneGeometry, ShaderMaterial, Vector4 } from 'three';
 import { EYE_GLSL } from '../head/eyes.js';
 import { SKIN_GLSL } from '../head/skin.js';
 import { fill, jpeg, paint } from './raster.js';
@@ -11,6 +11,13 @@ const SKIN = 4096;
 const EYE = 1024;
 /** What tells of light and gloss has no detail worth more. */
 const SURFACE = 1024;
+/**
+ * What is seen past an eyeball between lids that are longer than it: on the page its white goes on to where they meet, and in the mesh
+ * there is the wall behind. Linear.
+ */
+const BESIDE_EYES = '0.56, 0.43, 0.39';
+/** How far from an eyeball that wall may be, in its radii. */
+const WALL = 1.5;
 /** How far from the gaze the eye's picture reaches, radians: past the lids. */
 export const EYE_REACH = (110 / 180) * Math.PI;
 
@@ -43,26 +50,32 @@ const VERTEX = /* glsl */ `
   }
 `;
 
-/** What is written, by the map. */
-const MAPS = {
-  // Where no light comes, in the mouth and the nostrils, skin is dark red: few programs find that out.
-  colour: /* glsl */ `
-    diffuseColor.rgb *= mix(vec3(0.3, 0.12, 0.1), vec3(1.0), smoothstep(0.02, 0.3, occlusion));
-    gl_FragColor = sRGBTransferOETF(vec4(diffuseColor.rgb, 1.0));`,
-  // In the axes in which the texture coordinates grow.
-  normal: /* glsl */ `
-    ${SKIN_GLSL.SLOPE}
-    vec3 n = normalize(vRestNormal);
-    vec3 right = dFdx(vRest);
-    right = normalize(right - dot(right, n) * n);
-    vec3 up = cross(n, right);
-    up *= dot(up, dFdy(vRest)) < 0.0 ? -1.0 : 1.0;
-    vec3 bent = normalize(n - (slope - dot(slope, n) * n));
-    gl_FragColor = vec4(0.5 + 0.5 * vec3(dot(bent, right), dot(bent, up), dot(bent, n)), 1.0);`,
+/** What is written in a round of painting, picture by picture. */
+const ROUNDS = {
+  look: {
+    out: 'layout(location = 1) out highp vec4 leaning;',
+    /* Where no light comes, in the mouth and the nostrils, skin is dark red: few programs find that out. The normal is in the axes in
+       which the texture coordinates grow. */
+    write: /* glsl */ `
+      diffuseColor.rgb *= mix(vec3(0.3, 0.12, 0.1), vec3(1.0), smoothstep(0.02, 0.3, occlusion));
+      diffuseColor.rgb = mix(diffuseColor.rgb, vec3(${BESIDE_EYES}), behindLids());
+      gl_FragColor = sRGBTransferOETF(vec4(diffuseColor.rgb, 1.0));
+      ${SKIN_GLSL.SLOPE}
+      vec3 n = normalize(vRestNormal);
+      vec3 right = dFdx(vRest);
+      right = normalize(right - dot(right, n) * n);
+      vec3 up = cross(n, right);
+      up *= dot(up, dFdy(vRest)) < 0.0 ? -1.0 : 1.0;
+      vec3 bent = normalize(n - (slope - dot(slope, n) * n));
+      leaning = vec4(0.5 + 0.5 * vec3(dot(bent, right), dot(bent, up), dot(bent, n)), 1.0);`,
+  },
   // As glTF has them: open to light, rough, metallic.
-  surface: /* glsl */ `
-    ${SKIN_GLSL.ROUGHNESS}
-    gl_FragColor = vec4(occlusion, roughnessFactor, 0.0, 1.0);`,
+  surface: {
+    out: '',
+    write: /* glsl */ `
+      ${SKIN_GLSL.ROUGHNESS}
+      gl_FragColor = vec4(mix(occlusion, 0.7, behindLids()), roughnessFactor, 0.0, 1.0);`,
+  },
 };
 
 /** Makes something of the head as it is to look. @typedef {<T>(make: () => T) => T} Coloured */
@@ -72,40 +85,70 @@ const MAPS = {
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  * @param {Coloured} coloured
  */
-export async function skinMaps(renderer, { skin, look }, coloured) {
+export async function skinMaps(renderer, { skin, look, eyeballs }, coloured) {
   const tone = coloured(() => look.material.color.clone());
-  const uniforms = { ...look.uniforms, markStrength: { value: [0, 0] }, heatStrength: { value: 0 }, browed: { value: 0 }, skinTone: { value: tone }, roughness: { value: look.material.roughness } };
+  const uniforms = {
+    ...look.uniforms,
+    markStrength: { value: [0, 0] },
+    heatStrength: { value: 0 },
+    browed: { value: 0 },
+    skinTone: { value: tone },
+    roughness: { value: look.material.roughness },
+    eyeballs: { value: eyeballs.map(({ centre, radius }) => new Vector4(centre.x, centre.y, centre.z, WALL * radius)) },
+  };
   const most = renderer.capabilities.maxTextureSize;
-  /** @param {keyof typeof MAPS} name @param {number} size @param {readonly number[]} ground @param {number} quality */
-  const map = (name, size, ground, quality) => {
+  /** @param {keyof typeof ROUNDS} round @param {number} size @param {number} [count] */
+  function painted(round, size, count) {
+    const { out, write } = ROUNDS[round];
     const material = new ShaderMaterial({
       uniforms,
       vertexShader: VERTEX,
       fragmentShader: /* glsl */ `
         #include <common>
+        ${out}
         ${SKIN_GLSL.DECLARATIONS}
         uniform vec3 skinTone;
         uniform float roughness;
+        uniform vec4 eyeballs[${eyeballs.length}];
+        // It alone looks at an eyeball that is so near.
+        float behindLids() {
+          float behind = 0.0;
+          for (int i = 0; i < ${eyeballs.length}; i++) {
+            vec3 way = eyeballs[i].xyz - vRest;
+            behind = max(behind, step(length(way), eyeballs[i].w) * smoothstep(0.1, 0.4, dot(normalize(way), normalize(vRestNormal))));
+          }
+          return behind;
+        }
         void main() {
           vec4 diffuseColor = vec4(skinTone, 1.0);
           ${SKIN_GLSL.COLOUR}
-          ${MAPS[name]}
+          ${write}
         }`,
       depthTest: false,
       side: 2,
       toneMapped: false,
     });
-    const picture = coloured(() => paint(renderer, skin.geometry, material, Math.min(size, most)));
+    return coloured(() => paint(renderer, skin.geometry, material, Math.min(size, most), count));
+  }
+  /** @param {ReturnType<typeof paint>} from @param {number} n @param {readonly number[]} ground @param {number} quality */
+  function taken(from, n, ground, quality) {
+    const picture = from.picture(n);
     fill(picture, ground);
     return jpeg(picture, quality);
-  };
+  }
   const ground = new Color().copyLinearToSRGB(tone).toArray().map((value) => Math.round(255 * value));
-  // One after the other: each takes 64 MB for a moment.
-  return {
-    colour: await map('colour', SKIN, ground, 0.9),
-    normal: await map('normal', SKIN, [128, 128, 255], 0.85),
-    surface: await map('surface', SURFACE, [255, 133, 0], 0.9),
-  };
+  const both = painted('look', SKIN, 2);
+  const open = painted('surface', SURFACE);
+  try {
+    return {
+      colour: await taken(both, 0, ground, 0.9),
+      normal: await taken(both, 1, [128, 128, 255], 0.85),
+      surface: await taken(open, 0, [255, 133, 0], 0.9),
+    };
+  } finally {
+    both.dispose();
+    open.dispose();
+  }
 }
 
 /**
@@ -131,5 +174,10 @@ export async function eyeMap(renderer, { eyeLook }, coloured) {
     depthTest: false,
     toneMapped: false,
   });
-  return jpeg(coloured(() => paint(renderer, new PlaneGeometry(1, 1), material, EYE)), 0.92);
+  const painted = coloured(() => paint(renderer, new PlaneGeometry(1, 1), material, EYE));
+  try {
+    return await jpeg(painted.picture(), 0.92);
+  } finally {
+    painted.dispose();
+  }
 }

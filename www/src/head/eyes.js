@@ -138,6 +138,7 @@ export const EYE_GLSL = /* glsl */ `
   uniform sampler2D irisMap;
   uniform vec3 irisInner;
   uniform vec3 irisOuter;
+  uniform vec3 scleraTint;
   uniform sampler2D poreMap;
   vec3 irisColour(vec2 at) {
     float inside = min(length(at), 1.0);
@@ -151,7 +152,7 @@ export const EYE_GLSL = /* glsl */ `
   vec3 scleraColour(vec2 eye, float side) {
     vec4 veins = texture2D(poreMap, eye * vec2(0.9, 1.6));
     vec3 sclera = mix(vec3(0.83, 0.80, 0.77), vec3(0.80, 0.60, 0.55), 0.55 * side);
-    return sclera * mix(vec3(1.0), vec3(0.98, 0.9, 0.88), veins.a * (0.5 + 0.5 * side));
+    return scleraTint * sclera * mix(vec3(1.0), vec3(0.98, 0.9, 0.88), veins.a * (0.5 + 0.5 * side));
   }
   // Without the cornea.
   vec3 eyeColour(vec2 eye, float side) {
@@ -305,7 +306,8 @@ export function createEyes(sockets, pores) {
   const globe = createGlobe();
   const iris = paintIris();
   const [irisInner, irisOuter] = [{ value: new Color() }, { value: new Color() }];
-  const look = { irisMap: { value: iris }, irisInner, irisOuter, poreMap: { value: pores } };
+  const scleraTint = { value: new Color() };
+  const look = { irisMap: { value: iris }, irisInner, irisOuter, scleraTint, poreMap: { value: pores } };
   const names = [
     ['ibug_36', 'ibug_37', 'ibug_38', 'ibug_39', 'ibug_40', 'ibug_41'],
     ['ibug_42', 'ibug_43', 'ibug_44', 'ibug_45', 'ibug_46', 'ibug_47'],
@@ -430,7 +432,9 @@ export function createEyes(sockets, pores) {
       for (const eye of eyes) eye.update(positions);
     },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint({ iris: { inner, outer } }) {
+    paint({ iris: { inner, outer }, bright }) {
+      // There is some melanin in the white as well.
+      scleraTint.value.setRGB(1 - 0.14 * (1 - bright), 1 - 0.22 * (1 - bright), 1 - 0.34 * (1 - bright));
       irisInner.value.copy(inner);
       irisOuter.value.copy(outer);
     },

@@ -2,6 +2,9 @@ import { points, smoothstep } from '../groundwork/paint.js';
 
 // Where expressions fold a face, and how much.
 
+/** How far the map of lines goes on below the chin, mm: to where the neck is seen no more. */
+export const BELOW_CHIN = 62;
+
 /** Which lines an expression folds: across the forehead, between the brows, about the eyes, from the nose around the mouth. */
 const FOLDS = [
   { browInnerUp: 0.9, browOuterUp: 0.8 },

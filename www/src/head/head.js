@@ -8,6 +8,7 @@ import { nostrils } from './nostrils.js';
 import { smoothed } from '../groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
+import { manlyOf, told } from './someone.js';
 import { subdivide } from './subdivision.js';
 import { createTeeth } from './teeth.js';
 import { createMap, createTile } from '../rendering/textures.js';
@@ -318,7 +319,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     // Eyes that turn go by their size as well.
     if (expression !== folded || !isAtRest) eyes.turn(turnsOf(expression), !isAtRest);
     folded = expression;
-    if (ofEyes[end] > ofEyes[first]) {
+    const { sex } = told(from);
+    const suited = lashes.suit(sex === undefined ? 0 : manlyOf(sex));
+    if (suited || ofEyes[end] > ofEyes[first]) {
       eyes.update(present);
       lashes.update(present, eyes.centres);
     }
@@ -433,6 +436,15 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     soft.clear();
   }
 
+  /** The middles of the eyeballs on a face of the model. @param {Float32Array} positions */
+  function centresOn(positions) {
+    return eyeVertices.map((vertices) => {
+      const centre = new Vector3();
+      fitSphere(positions, vertices, centre);
+      return centre;
+    });
+  }
+
   /** @param {number} corner of what is drawn */
   const groupAt = (corner) => groups[regionOf[finer.rootsOf(corner)[0]]];
 
@@ -442,12 +454,15 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     /** What the skin's shader, the eyes' and the teeth are made of, for pictures and files of them. */
     look: { material: skin.material, uniforms: skin.uniforms },
     eyeLook: eyes.look,
+    /** Where they are on the head at rest. */
+    eyeballs: eyeVertices.map((vertices) => {
+      const centre = new Vector3();
+      return { centre, radius: fitSphere(rest, vertices, centre) };
+    }),
     /** What the lashes are on a face of the model. @param {Float32Array} positions */
-    lashesOn(positions) {
-      const centres = eyeVertices.map((vertices) => new Vector3().fromArray(positions, 3 * vertices[0]));
-      centres.forEach((centre, i) => fitSphere(positions, eyeVertices[i], centre));
-      return { ...lashes.bodies(positions, centres), colour: lashes.colour };
-    },
+    lashesOn: (positions) => ({ ...lashes.bodies(positions, centresOn(positions)), colour: lashes.colour }),
+    /** Where their corners are on another. @param {Float32Array} positions */
+    lashesAt: (positions) => lashes.bodiesAt(positions, centresOn(positions)),
     /** Longer hair and a beard. */
     get tresses() {
       return tresses;

@@ -8,14 +8,15 @@ const VERTEX = /* glsl */ `
   attribute vec3 along;
   attribute vec2 edge; // side, half the width in mm
   uniform vec2 backdropSize;
+  uniform float thick;
   varying float vFaint;
   void main() {
     vec4 at = modelViewMatrix * vec4(position, 1.0);
     vec2 way = (modelViewMatrix * vec4(along, 0.0)).xy;
     vec2 across = normalize(vec2(-way.y, way.x) + 1e-6);
     float pixel = -2.0 * at.z / (projectionMatrix[1][1] * backdropSize.y);
-    float width = max(edge.y, 0.62 * pixel);
-    vFaint = edge.y / width;
+    float width = max(thick * edge.y, 0.62 * pixel);
+    vFaint = thick * edge.y / width;
     at.xy += across * edge.x * width;
     gl_Position = projectionMatrix * at;
   }
@@ -31,6 +32,11 @@ const SEGMENTS = 4;
 const thickness = (/** @type {number} */ t) => 0.075 * (1 - 0.8 * t);
 /** Around a lash that is a body. */
 const SIDES = 3;
+/** The points of its way at which a body has that many corners; it has one more at its tip. */
+const RINGS = [0, 2, 3];
+/** How much shorter and thinner men's lashes are, and how much thinner they are with the years. */
+const MANLY = { short: 0.32, thin: 0.35 };
+const OLD = 0.35;
 
 /**
  * The shortest way along edges from each vertex to the next.
@@ -134,10 +140,14 @@ export function createLashes(triangles, rest, vertexOf) {
   }
   geometry.setAttribute('edge', new BufferAttribute(edges, 2));
   const colour = { value: new Color() };
+  const thick = { value: 1 };
+  let manly = 0;
+  let years = 0;
+  const suited = () => (thick.value = (1 - MANLY.thin * manly) * (1 - OLD * years));
   const mesh = new Mesh(
     geometry,
     new ShaderMaterial({
-      uniforms: { backdropSize: backdropUniforms.backdropSize, colour },
+      uniforms: { backdropSize: backdropUniforms.backdropSize, colour, thick },
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
       side: DoubleSide,
@@ -165,7 +175,9 @@ export function createLashes(triangles, rest, vertexOf) {
    * @param {(x: number, y: number, z: number, dx: number, dy: number, dz: number, t: number) => void} pass where it is, and where from
    */
   function trace(positions, eyes, pass) {
-    for (const { from, to, part, lid, lean, curl, reach } of rooted) {
+    const long = 1 - MANLY.short * manly;
+    for (const { from, to, part, lid, lean, curl, reach: longest } of rooted) {
+      const reach = long * longest;
       const rootX = positions[from] + part * (positions[to] - positions[from]);
       const rootY = positions[from + 1] + part * (positions[to + 1] - positions[from + 1]);
       const rootZ = positions[from + 2] + part * (positions[to + 2] - positions[from + 2]);
@@ -176,10 +188,10 @@ export function createLashes(triangles, rest, vertexOf) {
       let wayX = (ox / far) * 1.25 + lean * 0.5;
       let wayY = lid.rise * 0.12;
       let wayZ = Math.max(0.75, oz / far);
-      const long = Math.sqrt(wayX * wayX + wayY * wayY + wayZ * wayZ);
-      wayX /= long;
-      wayY /= long;
-      wayZ /= long;
+      const size = Math.sqrt(wayX * wayX + wayY * wayY + wayZ * wayZ);
+      wayX /= size;
+      wayY /= size;
+      wayZ /= size;
       let [lastX, lastY, lastZ] = [rootX - wayX, rootY - wayY, rootZ - wayZ];
       for (let s = 0; s <= SEGMENTS; s++) {
         const t = s / SEGMENTS;
@@ -209,35 +221,56 @@ export function createLashes(triangles, rest, vertexOf) {
     });
     position.needsUpdate = along.needsUpdate = true;
   }
+  const each = RINGS.length * SIDES + 1;
+  /**
+   * The corners of lashes that are bodies, for each slider and expression of a file: plain numbers.
+   * @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
+   */
+  function bodiesAt(positions, eyes) {
+    const points = new Float32Array(lashes.length * each * 3);
+    let o = 0;
+    trace(positions, eyes, (x, y, z, dx, dy, dz, t) => {
+      const isTip = t === 1;
+      if (!isTip && !RINGS.includes(Math.round(t * SEGMENTS))) return;
+      // Across the lash and sideways, and across both.
+      const flat = Math.hypot(dy, dz);
+      const [ay, az] = [-dz / flat, dy / flat];
+      const long = Math.hypot(flat, dx);
+      const [ux, uy, uz] = [(ay * dz - az * dy) / long, (az * dx) / long, (-ay * dx) / long];
+      for (let side = 0; side < (isTip ? 1 : SIDES); side++, o += 3) {
+        const angle = (2 * Math.PI * side) / SIDES;
+        const wide = isTip ? 0 : thick.value * thickness(t);
+        const [cos, sin] = [wide * Math.cos(angle), wide * Math.sin(angle)];
+        points[o] = x + sin * ux;
+        points[o + 1] = y + cos * ay + sin * uy;
+        points[o + 2] = z + cos * az + sin * uz;
+      }
+    });
+    return points;
+  }
   /**
    * The same lashes as bodies, which are seen from every side, on any face of the model.
    * @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
    */
   function bodies(positions, eyes) {
-    const rings = SEGMENTS + 1;
-    const points = new Float32Array(lashes.length * rings * SIDES * 3);
+    const points = bodiesAt(positions, eyes);
     const normals = new Float32Array(points.length);
     const triangles = [];
-    const [at, way, across, up, outward] = Array.from({ length: 5 }, () => new Vector3());
-    let o = 0;
-    trace(positions, eyes, (x, y, z, dx, dy, dz, t) => {
-      at.set(x, y, z);
-      way.set(dx, dy, dz);
-      across.set(1, 0, 0).cross(way).normalize();
-      up.crossVectors(across, way).normalize();
-      for (let side = 0; side < SIDES; side++, o += 3) {
-        const angle = (2 * Math.PI * side) / SIDES;
-        outward.copy(across).multiplyScalar(Math.cos(angle)).addScaledVector(up, Math.sin(angle));
-        outward.toArray(normals, o);
-        outward.multiplyScalar(thickness(t)).add(at).toArray(points, o);
+    const [middle, point] = [new Vector3(), new Vector3()];
+    for (let first = 0; first < lashes.length * each; first += each) {
+      for (let ring = first; ring + 1 < first + each; ring += SIDES) {
+        middle.set(0, 0, 0);
+        for (let side = 0; side < SIDES; side++) middle.addScaledVector(point.fromArray(points, 3 * (ring + side)), 1 / SIDES);
+        const isLast = ring + SIDES + 1 === first + each;
+        for (let side = 0; side < SIDES; side++) {
+          point.fromArray(points, 3 * (ring + side)).sub(middle).normalize().toArray(normals, 3 * (ring + side));
+          const [a, b] = [ring + side, ring + ((side + 1) % SIDES)];
+          if (isLast) triangles.push(a, ring + SIDES, b);
+          else triangles.push(a, a + SIDES, b, b, a + SIDES, b + SIDES);
+        }
       }
-    });
-    for (let ring = 0; ring < lashes.length * rings; ring++) {
-      if (ring % rings === SEGMENTS) continue;
-      for (let side = 0; side < SIDES; side++) {
-        const [a, b] = [SIDES * ring + side, SIDES * ring + ((side + 1) % SIDES)];
-        triangles.push(a, a + SIDES, b, b, a + SIDES, b + SIDES);
-      }
+      const tip = 3 * (first + each - 1);
+      point.fromArray(points, tip).sub(middle).normalize().toArray(normals, tip);
     }
     return { positions: points, normals, triangles: Uint32Array.from(triangles) };
   }
@@ -247,11 +280,23 @@ export function createLashes(triangles, rest, vertexOf) {
     vertices: lids.flatMap((lid) => lid.path),
     update,
     bodies,
+    bodiesAt,
     /** As the screen shows it, sRGB. */
     get colour() {
       return colour.value;
     },
+    /** Those of a man as far as he is one, from 0 to 1. @param {number} now @returns {boolean} whether they are others than before */
+    suit(now) {
+      if (now === manly) return false;
+      manly = now;
+      suited();
+      return true;
+    },
     /** @param {ReturnType<typeof import('./pigments.js').pigments>} colours */
-    paint: ({ lashes }) => void colour.value.copy(lashes),
+    paint({ lashes, lines }) {
+      colour.value.copy(lashes);
+      years = lines;
+      suited();
+    },
   };
 }

@@ -1,17 +1,22 @@
 import { chance } from '../chance.js';
 import { between, points } from '../groundwork/paint.js';
+import { BELOW_CHIN } from './folds.js';
 
 // The lines that faces get with the years and for a moment with expressions (see `folds.js`), what sinks and sags beside them,
 // and freckles: a relief over the front of the face at rest, from landmarks.
 
 /** Texels a side, of which a line has two to four across. */
-const SIZE = 512;
+const SIZE = 640;
 /** What a step of the slopes' bytes is: slopes go from -1 to 1. */
 const STEEP = 127;
+/** How much darker than its depth alone makes it a line is, where nothing else is said. */
+const STAIN = 0.75;
 
 /**
- * A line: points (mm), half its width and its depth (mm); its ends run out, the first by less when it begins in a fold.
- * @typedef {{ through: number[][], half: number, deep: number, blunt?: boolean }} Line
+ * A line: points (mm), half its width and its depth (mm); its ends run out, the first by less when it begins in a fold. `stain` is how
+ * much darker it is for its depth, `over` on which side (1 is where x grows) the skin hangs over it, `uneven` how much less deep it is in
+ * places.
+ * @typedef {{ through: number[][], half: number, deep: number, blunt?: boolean, stain?: number, over?: -1 | 1, uneven?: number }} Line
  */
 
 /** Points on a smooth way through some. @param {number[][]} through @param {number} steps between two */
@@ -48,7 +53,10 @@ function linesOf(at) {
       const t = i / 4 - 1;
       return [wide * t + some(1), y - 2.4 * Math.exp(-((t / 0.3) ** 2)) - 3 * t * t + some(1.1)];
     });
-    lines.push({ through, half: 0.85, deep: 0.32 + some(0.07) });
+    const deep = 0.32 + some(0.07);
+    lines.push({ through, half: 0.85, deep, uneven: 0.5 });
+    // Skin that has folded for years rises between its lines.
+    lines.push({ through, half: 2.6, deep: 0.9 * deep, stain: 0, uneven: 0.3 });
   }
   for (const [side, eye, brow, wing, lid, upper, lower] of /** @type {const} */ ([
     [-1, 36, 21, 31, [36, 41, 40, 39], [48, 49, 50, 51], [48, 59, 58, 57]],
@@ -83,8 +91,10 @@ function linesOf(at) {
     for (const [below, deep] of [[5.5, 0.16], [10.5, 0.26]]) {
       lines.push({
         through: under.map(([x, y], i) => [x - side * (i === 3 ? 1.5 : 0), y - below * [0.45, 1, 1.05, 0.62][i] + some(0.4)]),
-        half: below > 8 ? 1.3 : 0.7,
+        // A bag ends in a soft step, and in no line.
+        half: below > 8 ? 2.3 : 0.7,
         deep,
+        stain: below > 8 ? 0.3 : STAIN,
       });
     }
     // From the wing of the nose around the mouth, and from its corner down.
@@ -100,6 +110,7 @@ function linesOf(at) {
       half: 1.7,
       deep: 0.85,
       blunt: true,
+      over: side,
     });
     lines.push({
       through: [
@@ -123,6 +134,15 @@ function linesOf(at) {
         });
       }
     }
+  }
+  // Around the neck.
+  for (const [n, down] of [17, 27, 38].entries()) {
+    lines.push({
+      through: [-1, -0.6, -0.2, 0.2, 0.6, 1].map((t) => [(46 - 3 * n) * t + some(2), p(8)[1] - down - 3 * (1 - t * t) + some(0.9)]),
+      half: 1.1,
+      deep: 0.3,
+      uneven: 0.5,
+    });
   }
   // Below the lower lip.
   const [lip, chin] = [p(57), p(8)];
@@ -156,6 +176,9 @@ function formsOf(at) {
       // The jowl, and the hollow between it and the chin.
       { middle: [mouth[0] + side * 13, 0.3 * mouth[1] + 0.7 * chin[1]], half: [8, 10], high: 3.2 },
       { middle: [mouth[0] - side * 3, 0.12 * mouth[1] + 0.88 * chin[1]], half: [5, 8], high: -2.2 },
+      // The bands of the neck, and the hollow between them.
+      { middle: [side * 13, chin[1] - 34], half: [3.2, 19], high: 2.6, turn: side * 0.12 },
+      { middle: [side * 2.5, chin[1] - 34], half: [5, 15], high: -1.2 },
       // The temple.
       { middle: [far[0] + side * 12, far[1] + 20], half: [9, 14], high: -3 },
     ];
@@ -172,14 +195,16 @@ function formsOf(at) {
  */
 export function paintLines(at) {
   const [chin] = points(at, 8, 8);
-  const frame = /** @type {[number, number, number, number]} */ ([-100, chin[1] - 12, 200, 200]);
+  const frame = /** @type {[number, number, number, number]} */ ([-125, chin[1] - BELOW_CHIN, 250, 250]);
   const texel = frame[2] / SIZE;
   const height = new Float32Array(SIZE * SIZE);
   const groove = new Float32Array(SIZE * SIZE);
   /** @param {number} value mm along an axis @param {number} k the axis */
   const texelAt = (value, k) => Math.min(SIZE - 1, Math.max(0, Math.round((value - frame[k]) / texel)));
-  for (const { through, half, deep, blunt } of linesOf(at)) {
+  const random = chance(29);
+  for (const { through, half, deep, blunt, stain = STAIN, over = 0, uneven = 0 } of linesOf(at)) {
     const way = smoothWay(through);
+    const [first, second] = [6.3 * random(), 6.3 * random()];
     const flat = Float64Array.from(way.flat());
     const far = 4.5 * half;
     const [left, right, low, high] = [0, 1].flatMap((k) => {
@@ -192,6 +217,7 @@ export function paintLines(at) {
         const y = frame[1] + (j + 0.5) * texel;
         let nearest = Infinity;
         let place = 0;
+        let beside = 0;
         for (let s = 0; s + 1 < way.length; s++) {
           const ax = x - flat[2 * s];
           const ay = y - flat[2 * s + 1];
@@ -202,16 +228,18 @@ export function paintLines(at) {
           if (away < nearest) {
             nearest = away;
             place = (s + t) / (way.length - 1);
+            beside = ex * ay - ey * ax > 0 ? over : -over;
           }
         }
         // It runs out at its ends.
-        const full = Math.min(1, (blunt ? 12 : 3.5) * place + (blunt ? 0.3 : 0), 3 * (1 - place));
+        const whole = Math.min(1, (blunt ? 12 : 3.5) * place + (blunt ? 0.3 : 0), 3 * (1 - place));
+        const full = whole * (1 - uneven * (0.5 + 0.25 * (Math.sin(19 * place + first) + Math.sin(31 * place + second))));
         if (full <= 0 || nearest > far * far) continue;
         const across = nearest / (half * half);
         const down = Math.exp(-across);
         // Skin that a line takes in stands beside it.
-        height[j * SIZE + i] += full * deep * (0.3 * Math.exp(-across / 6) - down);
-        groove[j * SIZE + i] = Math.max(groove[j * SIZE + i], full * Math.min(1, deep / 0.4) * down);
+        height[j * SIZE + i] += full * deep * (0.3 * (1 + beside * (1 - down)) * Math.exp(-across / 6) - down);
+        groove[j * SIZE + i] = Math.max(groove[j * SIZE + i], full * stain * Math.min(1, deep / 0.4) * down);
       }
     }
   }

@@ -3,7 +3,7 @@ import { RUNS_OUT } from '../rendering/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { SCATTERED } from '../hair/scattered.js';
 import { TILE } from '../hair/crop.js';
-import { foldsOf } from './folds.js';
+import { BELOW_CHIN, foldsOf } from './folds.js';
 import { BELOW } from './nostrils.js';
 import { createMap, createTile, sharpen } from '../rendering/textures.js';
 
@@ -143,10 +143,14 @@ const COLOUR = /* glsl */ `
              * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
 
   vec4 folded = vec4(0.5, 0.5, 0.0, 0.0);
+  // How old the skin looks: on the face and the neck, and not below hair.
+  float years = 0.0;
   if (creased > 0.0 && heatStrength < 1.0) {
-    // As far as they are seen from the front.
-    float faces = smoothstep(faceDepth, faceDepth + 14.0, vRest.z) * smoothstep(0.12, 0.4, vRestNormal.z);
+    // As far as they are seen from the front: the neck stands back.
+    float depthHere = faceDepth - 36.0 * (1.0 - smoothstep(-14.0, -8.0, vRest.y - lineFrame.y - ${BELOW_CHIN.toFixed(1)}));
+    float faces = smoothstep(depthHere, depthHere + 14.0, vRest.z) * smoothstep(0.12, 0.4, vRestNormal.z);
     folded = mix(folded, texture2D(lineMap, (vRest.xy - lineFrame.xy) / lineFrame.zw), faces);
+    years = aged.x * faces * (1.0 - smoothstep(-0.8, -0.3, vGrowth.x));
   }
 
   vec3 fine;
@@ -164,11 +168,14 @@ const COLOUR = /* glsl */ `
   // Blood takes green and blue, melanin takes all, more of the blue.
   tone *= mix(vec3(1.0), vec3(0.96, 0.70, 0.66), blood * 0.62);
   tone *= mix(vec3(1.0), vec3(1.0, 0.88, 0.84), (broad.a - 0.5) * 1.1);
-  tone *= mix(vec3(1.0), vec3(0.93, 0.9, 0.88), (relief.a - 0.5) * 0.9);
+  // With the years it gets blotchy and sallow.
+  tone *= mix(vec3(1.0), vec3(0.93, 0.9, 0.88), (relief.a - 0.5) * (0.9 + 1.2 * years));
+  tone *= mix(vec3(1.0), vec3(0.97, 0.96, 0.92), years);
   tone *= 1.0 - 0.2 * (1.0 - relief.b) * (1.0 - smoothSkin);
   tone = mix(tone, tone * vec3(0.86, 0.87, 0.9), paint.a * 0.3);
-  // Lines are redder and darker, freckles are melanin.
-  vec3 drawn = (1.0 - vFold * folded.b * vec3(0.22, 0.32, 0.34)) * (1.0 - aged.y * folded.a * vec3(0.32, 0.47, 0.57));
+  // Lines are darker and a little redder; around the eyes skin is thin, and its shadows are those of veins. Freckles are melanin.
+  vec3 fold = mix(vec3(0.25, 0.32, 0.32), vec3(0.3, 0.31, 0.25), smoothSkin);
+  vec3 drawn = (1.0 - vFold * folded.b * fold) * (1.0 - aged.y * folded.a * vec3(0.32, 0.47, 0.57));
   tone *= drawn;
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
@@ -200,8 +207,9 @@ const COLOUR = /* glsl */ `
     tone = mix(tone, seen * mix(wornTint[0], wornTint[1], lip) * drawn, worn);
   }
   // What no light reaches, the mouth and the depth of nostrils, is mucous membrane; where skin ends in a nose or an ear it is as dark as
-  // the skin is.
-  vec3 mucous = vRest.y < noseBase ? vec3(0.42, 0.12, 0.11) : tone * vec3(0.56, 0.24, 0.24);
+  // the skin is, and too dark to be red.
+  float nostril = step(noseBase, vRest.y);
+  vec3 mucous = mix(vec3(0.42, 0.12, 0.11), tone * vec3(0.4, 0.22, 0.2), nostril);
   tone = mix(tone, mucous, 0.85 * (1.0 - smoothstep(0.03, 0.2, occlusion)));
   float hairs = 0.0;
   float underHair = 0.0;
@@ -245,13 +253,16 @@ const SLOPE = /* glsl */ `
   // Lips are furrowed from edge to edge, not pitted.
   float furrow = sin(vRest.x * 5.2 + 2.6 * (broad.a - 0.5) + 5.0 * (relief.a - 0.5));
   slope += vec3(0.055 * furrow * lip, 0.0, 0.0) + 1.3 * lying;
-  slope += vec3(2.0 * folded.rg - 1.0, 0.0) * vFold * (1.0 - lip);
+  vec3 form = vec3(2.0 * folded.rg - 1.0, 0.0) * vFold * (1.0 - lip);
+  slope += form;
 `;
 
 const NORMAL = /* glsl */ `
-  smoothNormal = normal;
   {
     ${SLOPE}
+    // Bags and folds are larger than what light crosses below the skin: red is shaded by them as well, or their shadows were orange.
+    form = 0.75 * (normalMatrix * form);
+    smoothNormal = normalize(normal - (form - dot(form, normal) * normal));
     slope = normalMatrix * slope;
     normal = normalize(normal - (slope - dot(slope, normal) * normal));
   }
@@ -263,7 +274,7 @@ const ROUGHNESS = /* glsl */ `
   float oil = clamp(paint.g * 0.4 + 0.35 * front * smoothstep(0.35, 0.8, vRestNormal.z), 0.0, 1.0);
   float roughnessFactor = roughness;
   roughnessFactor += 0.10 * (relief.a - 0.5) + 0.07 * (broad.a - 0.5) - 0.07 * oil;
-  roughnessFactor = mix(roughnessFactor, 0.33, lip);
+  roughnessFactor = mix(roughnessFactor, 0.38, lip);
   roughnessFactor = mix(roughnessFactor, 0.62, clamp(brow + hairs, 0.0, 1.0));
   roughnessFactor = clamp(roughnessFactor, 0.2, 1.0);
 `;
@@ -273,7 +284,7 @@ const OCCLUSION = /* glsl */ `
     reflectedLight.indirectDiffuse *= vOpen;
     // Where light comes through flesh alone, between lips and in nostrils, it is a deep red and not black.
     float closed = 1.0 - smoothstep(0.0, 0.45, occlusion);
-    reflectedLight.indirectDiffuse += diffuseColor.rgb * vec3(0.11, 0.022, 0.018) * closed;
+    reflectedLight.indirectDiffuse += diffuseColor.rgb * vec3(0.11, 0.022, 0.018) * (1.0 - 0.55 * nostril) * closed;
     float dotNV = saturate(dot(normal, geometryViewDir));
     float shine = computeSpecularOcclusion(dotNV, occlusion, material.roughness);
     reflectedLight.indirectSpecular *= shine * mix(0.55, 1.0, occlusion) * (1.0 - 0.8 * underHair);
@@ -540,7 +551,10 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     /** @param {Paints} colours */
     paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, lift, standing, gone, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
-      material.sheenColor.copy(FUZZ).multiplyScalar(bright);
+      // On dark skin all that is mirrored stands out, and a little of it is plastic.
+      material.sheenColor.copy(FUZZ).multiplyScalar(bright * bright);
+      material.specularIntensity = 0.85 - 0.3 * (1 - bright);
+      material.roughness = 0.52 + 0.06 * (1 - bright);
       uniforms.lipColour.value.copy(lips);
       uniforms.lipCover.value = 1 - 0.34 * bare;
       uniforms.youngHair.value.copy(young);

@@ -29,7 +29,7 @@ export function told(face) {
 }
 
 /** How manly someone is, whom labels tell to be this male. @param {number} sex */
-const manlyOf = (sex) => Math.min(1, Math.max(0, (sex - 0.35) / 0.3));
+export const manlyOf = (sex) => Math.min(1, Math.max(0, (sex - 0.35) / 0.3));
 /** How deep lines are: with the years, and from one to another. @param {number} age @param {number} own both 0 to 1 */
 const linesOf = (age, own = 0.5) => Math.max(0, 1.5 * age - 0.65 + 0.4 * own);
 /** How far hair is grey at an age, if it is. @param {number} age 0 to 1 */

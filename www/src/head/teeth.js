@@ -26,6 +26,8 @@ const LIGHTS = ShaderChunk.lights_fragment_begin
 
 /** Between lips that are no further apart than the first nothing is seen, mm, as of 19 in 20 faces at rest; past the second all is. */
 export const OPEN = [1.9, 4.8];
+/** Between lips that are so far apart there is as much light as there is about the mouth, mm. */
+const LIT = 7.5;
 
 /** The corners and the middles of the lips' inner line; the chin from its right to its left. */
 const NAMES = ['ibug_60', 'ibug_64', 'ibug_62', 'ibug_66', 'ibug_06', 'ibug_07', 'ibug_08', 'ibug_09', 'ibug_10'];
@@ -37,26 +39,6 @@ const THICK = 4;
 /** More than any lower front teeth lean back; a gum that leans no more would still come out of few chins. */
 const MOST_LEAN = 0.6;
 
-/** Grids come round to where they began, and to points: what is in one place has one normal. @param {BufferGeometry} geometry */
-function closeSeams(geometry) {
-  const { array } = geometry.getAttribute('position');
-  const normals = geometry.getAttribute('normal').array;
-  /** @type {Map<string, number[]>} */
-  const places = new Map();
-  for (let o = 0; o < array.length; o += 3) {
-    const key = [array[o], array[o + 1], array[o + 2]].map((x) => Math.round(1e4 * x)).join();
-    places.set(key, [...(places.get(key) ?? []), o]);
-  }
-  const sum = new Vector3();
-  for (const offsets of places.values()) {
-    if (offsets.length === 1) continue;
-    sum.set(0, 0, 0);
-    for (const o of offsets) sum.add(new Vector3().fromArray(normals, o));
-    sum.normalize();
-    for (const o of offsets) sum.toArray(normals, o);
-  }
-}
-
 /** Geometry that grows by grids of points, each with a colour. */
 function createMould() {
   /** @type {number[]} */
@@ -65,21 +47,36 @@ function createMould() {
   const colours = [];
   /** @type {number[]} */
   const triangles = [];
+  /** @type {Map<string, number>} */
+  const places = new Map();
   return {
     /**
+     * Grids come round to where they began, and to points: what is in one place is one vertex.
      * @param {number} rows @param {number} columns
      * @param {(u: number, v: number) => { at: number[], colour: number[] }} point of u and v from 0 to 1
      */
     grid(rows, columns, point) {
-      const first = positions.length / 3;
+      /** @type {number[]} */
+      const vertices = [];
       for (let j = 0; j <= rows; j++) {
         for (let i = 0; i <= columns; i++) {
           const { at, colour } = point(i / columns, j / rows);
+          const key = at.map((x) => Math.round(1e4 * x)).join();
+          const vertex = places.get(key) ?? positions.length / 3;
+          vertices.push(vertex);
+          if (places.has(key)) continue;
+          places.set(key, vertex);
           positions.push(...at);
           colours.push(...colour);
-          if (i === columns || j === rows) continue;
-          const o = first + j * (columns + 1) + i;
-          triangles.push(o, o + 1, o + columns + 2, o, o + columns + 2, o + columns + 1);
+        }
+      }
+      for (let j = 0; j < rows; j++) {
+        for (let i = 0; i < columns; i++) {
+          const o = j * (columns + 1) + i;
+          for (const corners of [[o, o + 1, o + columns + 2], [o, o + columns + 2, o + columns + 1]]) {
+            const three = corners.map((corner) => vertices[corner]);
+            if (new Set(three).size === 3) triangles.push(...three);
+          }
         }
       }
     },
@@ -89,7 +86,6 @@ function createMould() {
       geometry.setAttribute('position', new BufferAttribute(Float32Array.from(positions), 3));
       geometry.setAttribute('color', new BufferAttribute(Float32Array.from(colours), 3));
       geometry.computeVertexNormals();
-      closeSeams(geometry);
       return geometry;
     },
   };
@@ -135,8 +131,8 @@ function row(mould, sizes, [half, long], up) {
         // A ball whose middle is flattened, cut to the tooth's outline.
         const round = 2 * Math.PI * u;
         const pole = Math.PI * v;
-        const ring = bulge(Math.sin(pole), 0.42);
-        const across = bulge(Math.cos(round), 0.55) * ring;
+        const ring = bulge(Math.sin(pole), 0.34);
+        const across = bulge(Math.cos(round), 0.48) * ring;
         const deep = bulge(Math.sin(round), grinder ? 0.5 : 0.75) * ring;
         // 0 at the biting edge, 1 at the root.
         const high = (1 - bulge(Math.cos(pole), 0.55)) / 2;
@@ -154,7 +150,7 @@ function row(mould, sizes, [half, long], up) {
     }
     const last = turn;
     // The gum rises and falls with the crowns and covers their roots.
-    mould.grid(8, 70, (u, v) => {
+    mould.grid(8, 42, (u, v) => {
       const here = u * last;
       const [x, z] = onArch(here);
       const normal = [Math.sin(here) * long, Math.cos(here) * half];
@@ -296,9 +292,11 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
     anchors,
     update(positions, shifts) {
       const gap = place(positions, shifts, upper.mesh.matrix, lower.mesh.matrix);
-      const light = Math.min(1, Math.max(0, (gap - OPEN[0]) / (OPEN[1] - OPEN[0]))) ** 0.7;
+      const light = Math.min(1, Math.max(0, (gap - OPEN[0]) / (LIT - OPEN[0]))) ** 0.7;
       for (const { mesh, material } of rows) {
-        material.color.setScalar(light);
+        // What light is left between lips has been on their red, and less of it comes down to the lower row.
+        const left = mesh === lower.mesh ? light * (0.7 + 0.3 * light) : light;
+        material.color.setRGB(left ** 1.1, left ** 1.35, left ** 1.5);
         material.specularIntensity = 0.45 * light;
         mesh.visible = light > 0;
         mesh.matrixWorldNeedsUpdate = true;
