@@ -196,6 +196,42 @@ describe('for everybody', () => {
     await context.close();
   });
 
+  test('at four times its size the page scrolls, and face and sliders have room', async () => {
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 320, height: 256 } });
+    const found = await page.evaluate(() => {
+      const height = (/** @type {string} */ selector) => document.querySelector(selector)?.getBoundingClientRect().height ?? 0;
+      return { stage: height('.stage'), scroll: height('.panel .scroll') };
+    });
+    assert.ok(found.stage >= 200 && found.scroll >= 120, `a stage of ${found.stage} and sliders on ${found.scroll} px`);
+    assert.ok((await overflow(page)) <= 0);
+    await page.mouse.move(160, 20);
+    await page.mouse.wheel(0, 2000);
+    await page.waitForFunction(() => {
+      const panel = document.querySelector('.panel')?.getBoundingClientRect();
+      return panel && Math.abs(panel.bottom - window.innerHeight) < 1;
+    });
+    // All of it can be reached by keyboard, and is in view then.
+    await page.getByRole('button', { name: 'Undo', exact: true }).evaluate((button) => window.scrollTo(0, 0));
+    await page.getByRole('slider', { name: 'nose 1', exact: true }).focus();
+    const box = await page.getByRole('slider', { name: 'nose 1', exact: true }).boundingBox();
+    assert.ok(box && box.y >= 0 && box.y + box.height <= 256, `the slider is at ${box?.y}`);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('what is typed into is as large as phones want it', async () => {
+    const { context, page } = await open(browser, site, { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true });
+    for (const name of await sections(page)) await page.getByRole('tab', { name, exact: true }).click();
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    const small = await page.evaluate(() =>
+      [...document.querySelectorAll('input:not([type=range], [type=checkbox], [type=radio], [type=file]), select')]
+        .map((field) => ({ name: field.id || field.className || field.outerHTML, size: parseFloat(getComputedStyle(field).fontSize) }))
+        .filter(({ size }) => size < 16),
+    );
+    assert.deepEqual(small, []);
+    await context.close();
+  });
+
   test('fits a screen of 3840 by 2160', async () => {
     // Half a device pixel a CSS pixel: the layout is the same, the software renderer has a quarter.
     const viewport = { width: 3840, height: 2160 };

@@ -5,7 +5,7 @@ import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 
 import { load } from '../../pkg/index.js';
-import { DIST, complaintsOf, decodePng, differing, siteAndBrowser } from './site.js';
+import { DIST, complaintsOf, decodePng, differing, fingerOn, siteAndBrowser } from './site.js';
 
 const { site, browser } = await siteAndBrowser();
 
@@ -21,7 +21,10 @@ function prepare() {
     made.style.cssText = 'width: 320px; height: 320px';
     window.all[name] = made;
     window.errors[name] = [];
-    made.addEventListener('error', (event) => window.errors[name].push(event.detail.message));
+    made.addEventListener('error', (event) => {
+      window.errors[name].push(event.detail.message);
+      event.preventDefault();
+    });
     document.querySelector('main').append(made);
   };
   /** @param {string} name @param {string} type */
@@ -33,9 +36,9 @@ function prepare() {
   window.define = () => import(new URL('../designer/phiz-designer.js', document.baseURI).href);
 }
 
-/** A page of few pixels; it stays for all tests of a suite. */
-async function visit() {
-  const context = await browser.newContext({ viewport: { width: 900, height: 620 }, reducedMotion: 'reduce', deviceScaleFactor: 0.25 });
+/** A page of few pixels; it stays for all tests of a suite. @param {import('playwright-core').BrowserContextOptions} [options] */
+async function visit(options) {
+  const context = await browser.newContext({ viewport: { width: 900, height: 620 }, reducedMotion: 'reduce', deviceScaleFactor: 0.25, ...options });
   const page = await context.newPage();
   page.setDefaultTimeout(60_000);
   await page.addInitScript(prepare);
@@ -289,6 +292,136 @@ describe('<phiz-designer> in any page', () => {
     assert.equal(found.before.sliders, 18, 'three of each of six features');
     assert.deepEqual([found.code, found.colours, found.sliders, found.errors], [code, { skin: 0.8 }, 1, 3]);
     assert.ok(shades(await look(page, 'wrong')) > 100);
+    // Sliders that were there are not those without the attribute.
+    const again = await page.evaluate(() => {
+      const { wrong } = window.all;
+      wrong.setAttribute('controls', 'nostril');
+      const sliders = wrong.shadowRoot.querySelectorAll('input').length;
+      wrong.setAttribute('controls', 'nose 1');
+      return { sliders, error: window.errors.wrong.at(-1) };
+    });
+    assert.equal(again.sliders, 18);
+    assert.match(again.error, /no feature "nostril"/);
+  });
+
+  test('what it has already is no change, however it is assigned', async () => {
+    const found = await page.evaluate((code) => {
+      const { wrong } = window.all;
+      let changes = 0;
+      const count = () => (changes += 1);
+      wrong.addEventListener('change', count);
+      /** @param {() => void} assign */
+      const after = (assign) => {
+        changes = 0;
+        assign();
+        return changes;
+      };
+      const found = {
+        same: after(() => {
+          wrong.code = wrong.code;
+          wrong.setAttribute('code', wrong.code);
+          wrong.colours = { ...wrong.colours };
+          wrong.setAttribute('colours', 'skin: 0.8');
+        }),
+        median: after(() => (wrong.code = '')),
+        again: after(() => (wrong.code = null)),
+        plain: after(() => (wrong.colours = null)),
+        still: after(() => (wrong.colours = '')),
+        back: after(() => Object.assign(wrong, { code, colours: 'skin: 0.8' })),
+      };
+      wrong.removeEventListener('change', count);
+      return found;
+    }, code);
+    assert.deepEqual(found, { same: 0, median: 1, again: 0, plain: 1, still: 0, back: 2 });
+  });
+
+  test('a key moves a slider by what it shows', async () => {
+    const slider = page.locator('phiz-designer').and(page.locator('[data-name=wrong]')).locator('input[type=range]');
+    await page.evaluate(() => {
+      window.heardOf = [];
+      for (const type of ['input', 'change']) window.all.wrong.addEventListener(type, () => window.heardOf.push(type));
+      window.all.wrong.set('nose 1', 0.5);
+      window.heardOf.length = 0;
+    });
+    await slider.focus();
+    const told = [];
+    for (const key of ['ArrowRight', 'Shift+ArrowUp', 'PageDown', 'ArrowLeft', 'Home', 'End']) {
+      await page.keyboard.press(key);
+      told.push(await slider.getAttribute('aria-valuetext'));
+    }
+    assert.deepEqual(told, ['51st', '61st', '51st', '50th', '0th', '100th']);
+    assert.deepEqual(await page.evaluate(() => window.heardOf), Array(6).fill(['input', 'change']).flat());
+    const at = await page.evaluate(() => [window.all.wrong.get('nose 1'), window.all.wrong.model.controls.find(({ name }) => name === 'nose 1').limits[1]]);
+    assert.ok(Math.abs(at[0] - at[1]) < 1e-3, at.join());
+  });
+
+  test('what no page hears of is said on the console, and a card that was lost in its place; a second copy stands back', async () => {
+    const known = complaints.length;
+    const found = await page.evaluate(async () => {
+      const { wrong } = window.all;
+      const unheard = document.createElement('phiz-designer');
+      unheard.colours = 'skin: 0.5';
+      document.querySelector('main').append(unheard);
+      unheard.setAttribute('src', 'nowhere.phiz');
+      await new Promise((done) => unheard.addEventListener('error', done, { once: true }));
+      unheard.remove();
+      const second = await import(new URL('../designer/phiz-designer.js?copy', document.baseURI).href).then(() => '', String);
+
+      const canvas = wrong.shadowRoot.querySelector('canvas');
+      const card = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
+      const alert = () => wrong.shadowRoot.querySelector('[role=alert]')?.textContent ?? null;
+      /** @param {string} type */
+      const come = (type) => new Promise((done) => canvas.addEventListener(type, () => setTimeout(done), { once: true }));
+      const lost = come('webglcontextlost');
+      card.loseContext();
+      await lost;
+      const said = [alert(), window.errors.wrong.at(-1)];
+      const back = come('webglcontextrestored');
+      card.restoreContext();
+      await back;
+      return { second, said, after: alert() };
+    });
+    const noCard = 'the graphics card is not available at the moment';
+    assert.deepEqual(found, { second: '', said: [noCard, noCard], after: null });
+    const own = complaints.splice(known).filter((line) => line.includes('<phiz-designer>'));
+    assert.equal(own.length, 2, own.join('\n'));
+    assert.match(own[0], /^<phiz-designer>: .*nowhere\.phiz: 404/);
+    assert.match(own[1], /is there already: .*\?copy is not used$/);
+  });
+
+  test('the page scrolls over it until it is taken up', async () => {
+    await page.evaluate(() => {
+      document.querySelector('main').style.paddingBottom = '3000px';
+      window.all.wrong.scrollIntoView();
+      document.activeElement?.blur();
+    });
+    const canvas = page.locator('phiz-designer').and(page.locator('[data-name=wrong]')).locator('canvas');
+    const top = () => page.evaluate(() => window.scrollY);
+    const wheel = async (/** @type {number} */ by) => {
+      const box = await canvas.boundingBox();
+      assert.ok(box);
+      await page.mouse.move(box.x + box.width / 2, box.y + 60);
+      await page.mouse.wheel(0, by);
+    };
+    const before = await look(page, 'wrong');
+    const start = await top();
+    await wheel(30);
+    await page.waitForFunction((start) => window.scrollY >= start + 30, start);
+    await page.evaluate((start) => window.scrollTo(0, start), start);
+    assert.equal(differing(before, await look(page, 'wrong')), 0, 'it is as near as before');
+    await page.keyboard.down('Control');
+    await wheel(-200);
+    await page.keyboard.up('Control');
+    const nearer = await look(page, 'wrong');
+    assert.ok(differing(before, nearer) > 100, 'with Ctrl it comes nearer');
+    await canvas.click();
+    await wheel(200);
+    assert.ok(differing(nearer, await look(page, 'wrong')) > 100, 'and once it was clicked');
+    assert.equal(await top(), start);
+    await page.evaluate(() => {
+      document.querySelector('main').style.paddingBottom = '';
+      window.all.wrong.view('front');
+    });
   });
 
   test('those that are gone are forgotten', async () => {
@@ -334,6 +467,23 @@ describe('<phiz-designer> in any page', () => {
       await ready;
     });
     assert.equal(await page.evaluate(() => window.all.alone.shadowRoot.querySelector('[role=alert]')), null);
+    // What is no address at all is no more than that.
+    const astray = await page.evaluate(async () => {
+      window.all.headless.remove();
+      window.add('astray', { src: 'http://[', head: 'http://[', controls: 'none' });
+      const { astray } = window.all;
+      while (!astray.shadowRoot.querySelector('[role=alert]')) await new Promise((done) => setTimeout(done, 20));
+      const errors = [...window.errors.astray];
+      astray.setAttribute('src', '../model.phiz');
+      await window.heard('astray', 'ready');
+      astray.remove();
+      return { errors, later: window.errors.astray.slice(2) };
+    });
+    assert.equal(astray.errors.length, 2);
+    assert.match(astray.errors[0], /^the head is left out: .*http:\/\/\[/);
+    assert.match(astray.errors[1], /http:\/\/\[/);
+    // The head is none still.
+    assert.equal(astray.later.length, 1);
     assert.deepEqual(complaints.filter((line) => !/Context Lost|404/i.test(line)), []);
   });
 
@@ -392,5 +542,48 @@ describe('<phiz-designer> in any page', () => {
     assert.match(found.errors[0], /cannot have a/);
     assert.ok(found.off < 0.001, `the slider is ${found.off} from the face`);
     assert.deepEqual(complaints.filter((line) => !/Context Lost|404/i.test(line)), []);
+  });
+});
+
+describe('<phiz-designer> under a finger', () => {
+  test('scrolls its page up and down, and turns sideways; a page may keep fingers for it', async () => {
+    const page = await visit({ hasTouch: true });
+    const context = page.context();
+    await page.evaluate(async () => {
+      await window.define();
+      window.add('touched', { src: '../model.phiz', controls: 'none' });
+      document.querySelector('main').style.paddingBottom = '3000px';
+      await window.heard('touched', 'ready');
+      window.all.touched.scrollIntoView();
+    });
+    const finger = await fingerOn(context, page);
+    // All of it has come.
+    await page.evaluate(() => window.all.touched.toPng({ width: 16 }));
+    const before = await look(page, 'touched');
+    const middle = async () => {
+      const box = await page.locator('phiz-designer canvas').boundingBox();
+      assert.ok(box);
+      return /** @type {const} */ ([box.x + box.width / 2, box.y + box.height / 2]);
+    };
+    const start = await page.evaluate(() => window.scrollY);
+    let [x, y] = await middle();
+    await finger([x, y], [x, y - 90]);
+    await page.waitForFunction((start) => window.scrollY > start + 40, start);
+    await page.evaluate((start) => window.scrollTo(0, start), start);
+    assert.equal(differing(before, await look(page, 'touched')), 0, 'it was not turned');
+    await finger([x, y], [x + 80, y]);
+    const turned = await look(page, 'touched');
+    assert.ok(differing(before, turned) > 200, 'it was turned');
+    assert.equal(await page.evaluate(() => window.scrollY), start);
+    // As the README has it.
+    await page.evaluate(() => {
+      const sheet = new CSSStyleSheet();
+      sheet.replaceSync('phiz-designer::part(canvas) { touch-action: none }');
+      document.adoptedStyleSheets = [sheet];
+    });
+    await finger([x, y], [x, y - 90]);
+    assert.ok(differing(turned, await look(page, 'touched')) > 200, 'it was tilted');
+    assert.equal(await page.evaluate(() => window.scrollY), start);
+    await context.close();
   });
 });

@@ -222,7 +222,11 @@ describe('<phiz-designer>', () => {
     const told = await designer.evaluate(
       (d) =>
         new Promise((done) => {
-          d.addEventListener('error', (event) => done(event.detail.message), { once: true });
+          const heed = (/** @type {any} */ event) => {
+            event.preventDefault();
+            done(event.detail.message);
+          };
+          d.addEventListener('error', heed, { once: true });
           d.setAttribute('colours', 'fur: 1');
         }),
     );

@@ -162,6 +162,193 @@ describe('nothing is lost', () => {
     await context.close();
   });
 
+  test('what was worked on last is not lost: an expression alone, a face of another version of the model, and beside another site', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await moveSlider(page, 'nose 2', 0.1);
+    const theirs = await codeOf(page);
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    await page.getByRole('tab', { name: 'Expressions' }).click();
+    await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor({ timeout: 60_000 });
+    await moveSlider(page, 'Smile mouthSmile', 0.8);
+    const key = await page.evaluate(() => Object.keys(localStorage).find((name) => name.startsWith('phiz-face-')) ?? '');
+    assert.ok(key.endsWith(new URL(site.url).pathname), `${key}: of this site, not of all of its origin`);
+    // Of a visit the other day.
+    await page.evaluate((key) => {
+      const kept = JSON.parse(localStorage.getItem(key));
+      if (Math.abs(kept.when - Date.now()) > 60_000) throw new Error(`kept at ${kept.when}`);
+      localStorage.setItem(key, JSON.stringify({ ...kept, when: new Date(2024, 1, 3, 12).getTime() }));
+    }, key);
+    await page.close();
+
+    const linked = await context.newPage();
+    await linked.goto(`${site.url}#${theirs}`);
+    await ready(linked);
+    assert.equal(await toast(linked), 'You see this link’s face. The one you were working on is among your faces.');
+    await linked.getByRole('tab', { name: 'Faces' }).click();
+    await linked.getByRole('button', { name: /^Open Last visit, 3 Feb 2024, 12:00/ }).click();
+    await linked.waitForFunction(() => window.designer.face.expression.mouthSmileLeft > 0.79);
+    // A model that was trained anew has other codes; what another site on the origin keeps is its own.
+    const strange = 'AAAAAAAA';
+    const elsewhere = JSON.stringify({ code: strange });
+    await linked.evaluate(
+      ([key, strange, elsewhere]) => {
+        localStorage.setItem(key, JSON.stringify({ code: strange, expression: '', colouring: '', shown: { jawOpen: 0.5 } }));
+        localStorage.setItem('phiz-face-people-/other/', elsewhere);
+      },
+      [key, strange, elsewhere],
+    );
+    await linked.close();
+    const after = await context.newPage();
+    await after.goto(site.url);
+    await ready(after);
+    assert.equal(await toast(after), 'The face you were working on is of another version of this model and cannot be shown here. The browser keeps it.');
+    await moveSlider(after, 'nose 1', 0.7);
+    const kept = await after.evaluate(() => JSON.parse(localStorage.getItem(Object.keys(localStorage).find((name) => name.startsWith('phiz-faces-')) ?? '') ?? '[]'));
+    assert.deepEqual(
+      kept.filter(({ code }) => code === strange).map(({ name, expression }) => ({ name, expression })),
+      [{ name: 'Last visit', expression: { jawOpen: 0.5 } }],
+    );
+    assert.equal(await after.evaluate(() => localStorage.getItem('phiz-face-people-/other/')), elsewhere);
+    // What an earlier version of the page kept is found.
+    const mine = await codeOf(after);
+    await after.evaluate(([key, mine]) => {
+      localStorage.removeItem(key);
+      localStorage.setItem('phiz-face-people', JSON.stringify({ code: mine, expression: '', colouring: '' }));
+    }, [key, mine]);
+    await after.goto('about:blank');
+    await after.goto(site.url);
+    await ready(after);
+    assert.equal(await codeOf(after), mine);
+    assert.equal(await toast(after), 'Your last face is back.');
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('a link gives what of it can be read: shape without strange looks, and tildes as some programs write them', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await moveSlider(page, 'nose 1', 0.93);
+    const mine = await codeOf(page);
+    const colours = () => page.evaluate(() => window.designer.colouring);
+    const encoded = (/** @type {number[]} */ ...bytes) => Buffer.from(bytes).toString('base64url');
+    const visit = async (/** @type {string} */ hash) => {
+      await page.goto('about:blank');
+      await page.goto(`${site.url}#${hash}`);
+      await ready(page);
+    };
+    // A newer version has more of them.
+    await visit(`${mine}~~${encoded(0, 80, 200, 50)}`);
+    assert.deepEqual([await codeOf(page), await colours()], [mine, { skin: 0.8 }]);
+    await page.evaluate((hash) => (location.hash = hash), `${mine}%7E%7e${encoded(0, 70)}`);
+    await page.waitForFunction(() => window.designer.colouring.skin === 0.7);
+    for (const way of ['opened', 'followed']) {
+      if (way === 'opened') await visit(`${mine}~~${encoded(0, 101)}`);
+      else await page.evaluate((hash) => (location.hash = hash), `${mine}~~*`);
+      await page.getByText('The link’s looks could not be read, so the face has the model’s own.').waitFor();
+      assert.deepEqual([await codeOf(page), await colours()], [mine, {}], way);
+      await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    }
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('where nothing can be stored it is said once; all faces go through one file; each that was deleted comes back to its place', async () => {
+    const { context, page, complaints } = await open(browser, site, {
+      prepare: (page) =>
+        page.addInitScript(() => {
+          window.persists = 0;
+          StorageManager.prototype.persist = async () => (window.persists += 1) > 0;
+          const { setItem } = Storage.prototype;
+          Storage.prototype.setItem = function (key, value) {
+            if (window.isFull) throw new DOMException('', 'QuotaExceededError');
+            setItem.call(this, key, value);
+          };
+        }),
+    });
+    const says = (/** @type {string} */ sentence) => page.waitForFunction((sentence) => document.querySelector('.toast')?.textContent === sentence, sentence);
+    const full = 'This browser does not let the page store anything, or its storage is full. Download the face or copy its link.';
+    await page.evaluate(() => (window.isFull = true));
+    await moveSlider(page, 'nose 1', 0.9);
+    await says(full);
+    await page.evaluate(() => (document.querySelector('.toast').textContent = ''));
+    await moveSlider(page, 'nose 2', 0.9);
+    assert.equal(await toast(page), '', 'it is said once');
+    await page.evaluate(() => (window.isFull = false));
+
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    const save = page.getByRole('button', { name: 'Save', exact: true });
+    assert.equal(await page.evaluate(() => window.persists), 0);
+    await save.click();
+    assert.equal(await page.evaluate(() => window.persists), 1, 'the browser was asked to keep it');
+    for (const value of [0.2, 0.4]) {
+      await page.evaluate((value) => void window.designer.face.set('chin 1', value), value);
+      await save.click();
+    }
+    assert.equal(await page.evaluate(() => window.persists), 1);
+    const names = () => page.locator('.saved .open').allTextContents();
+    assert.deepEqual(await names(), ['My face 3', 'My face 2', 'My face 1']);
+    for (const name of ['My face 2', 'My face 1']) await page.getByRole('button', { name: `Delete ${name}` }).click();
+    // A name that is taken is not given again, and what was deleted is not forgotten for a save.
+    await page.getByRole('button', { name: 'Rename My face 3' }).click();
+    await page.keyboard.type('My face 2');
+    await page.keyboard.press('Enter');
+    await save.click();
+    assert.deepEqual(await names(), ['My face 3', 'My face 2']);
+    const undo = page.locator('.restore').getByRole('button', { name: 'Undo' });
+    await page.getByText('Deleted “My face 1”.').waitFor();
+    await undo.click();
+    await page.getByText('Deleted “My face 2”.').waitFor();
+    await undo.click();
+    assert.equal(await undo.count(), 0);
+    assert.deepEqual(await names(), ['My face 3', 'My face 2', 'My face 2', 'My face 1']);
+
+    // What composes a word of several keys takes Enter and Escape for itself.
+    await page.getByRole('button', { name: 'Rename My face 3' }).click();
+    const box = page.locator('.saved input');
+    await box.fill('Tarō');
+    for (const key of ['Enter', 'Escape']) {
+      await box.evaluate((box, key) => box.dispatchEvent(new KeyboardEvent('keydown', { key, isComposing: true, bubbles: true })), key);
+      assert.equal(await box.inputValue(), 'Tarō');
+    }
+    await box.press('Enter');
+    assert.equal((await names())[0], 'Tarō');
+
+    const stranger = { id: 'own-stranger', name: 'Stranger', code: 'AAAAAAAA' };
+    await page.evaluate((stranger) => {
+      const key = Object.keys(localStorage).find((name) => name.startsWith('phiz-faces-'));
+      localStorage.setItem(key, JSON.stringify([...JSON.parse(localStorage.getItem(key)), stranger]));
+    }, stranger);
+    await page.reload();
+    await ready(page);
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Download all' }).click()]);
+    assert.equal(file.suggestedFilename(), 'faces.phiz.json');
+    const content = readFileSync(await file.path(), 'utf8');
+    assert.deepEqual(JSON.parse(content).map(({ name }) => name), [...(await names()), 'Stranger']);
+    const before = await codeOf(page);
+    const give = (/** @type {string} */ body) =>
+      page.locator('input[type=file]').first().setInputFiles({ name: 'faces.json', mimeType: 'application/json', buffer: Buffer.from(body) });
+    await page.getByRole('button', { name: 'Delete Tarō' }).click();
+    await give(content);
+    await says('One face was added to yours; 3 were there; 1 is of another model or damaged.');
+    assert.equal((await names())[0], 'Tarō');
+    await give(content);
+    await says('No face of it is new; 1 is of another model or damaged.');
+    assert.equal((await names()).length, 4);
+    assert.equal(await codeOf(page), before, 'who is worked on stays');
+    await give('[]');
+    await page.waitForFunction(() => /faces\.json is not a face from this page/.test(document.querySelector('.toast')?.textContent ?? ''));
+
+    // A picture of a kind that the browser does not know has no type.
+    await page.evaluate(() => {
+      const files = new DataTransfer();
+      files.items.add(new File(['nothing'], 'IMG_1.HEIC', { type: '' }));
+      window.dispatchEvent(new DragEvent('drop', { dataTransfer: files, bubbles: true, cancelable: true }));
+    });
+    await page.waitForFunction(() => document.querySelector('#mode-photo')?.getAttribute('aria-selected') === 'true');
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('faces are saved, renamed, deleted, brought back, and go through files', async () => {
     const { context, page, complaints } = await open(browser, site, { drawn: true });
     await moveSlider(page, 'nose 1', 0.93);
@@ -242,7 +429,7 @@ describe('nothing is lost', () => {
       ['cut.json', JSON.stringify({ ...content, code: content.code.slice(0, -3) }), /cut\.json is damaged: ./],
       ['new.json', JSON.stringify({ ...content, version: 9 }), /new\.json was written by a newer version of this page/],
       ['theirs.json', JSON.stringify({ ...content, model: 'Cats', code: 'AAAAAAAA' }), /face of another model, “Cats”/],
-      ['long.json', 'x'.repeat(200_000), /long\.json is not a face: it is far too big\. Faces saved here/],
+      ['long.json', 'x'.repeat(6_000_000), /long\.json is not a face: it is far too big\. Faces saved here/],
     ]) {
       await give(name, body);
       await other.page.waitForFunction(

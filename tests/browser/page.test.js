@@ -406,6 +406,105 @@ describe('one page after another of these', () => {
     assert.ok(Math.abs((await value()) - 0.5) < 0.005);
   });
 
+  test('Escape, and a pointer that is taken away, give up what is being dragged; another pointer moves nothing', async () => {
+    const { page } = visit;
+    const undo = page.getByRole('button', { name: 'Undo', exact: true });
+    const state = () => page.evaluate(() => JSON.stringify([window.designer.face.code, window.designer.face.expression, window.designer.colouring]));
+    const press = (/** @type {string} */ key) => page.keyboard.press(key);
+    const middle = async (/** @type {import('playwright-core').Locator} */ on) => {
+      await on.scrollIntoViewIfNeeded();
+      const box = await on.boundingBox();
+      assert.ok(box);
+      return { x: box.x + box.width / 2, y: box.y + box.height / 2, far: 0.3 * box.width };
+    };
+    /** Whatever is dragged, the face is the one of before, also when the pointer goes on. */
+    const givenUp = async (/** @type {string} */ what, /** @type {{ x: number, y: number, far: number }} */ { x, y, far }, give = () => press('Escape')) => {
+      const [before, steps] = [await state(), await undo.isEnabled()];
+      await page.mouse.move(x, y);
+      await page.mouse.down();
+      for (let i = 1; i <= 4; i++) await page.mouse.move(x + (i * far) / 4, y + (i * far) / 8);
+      await settled(page);
+      assert.notEqual(await state(), before, `${what} was dragged`);
+      await give();
+      assert.equal(await state(), before, `${what} is as it was`);
+      await page.mouse.move(x - far, y);
+      await settled(page);
+      await page.mouse.up();
+      assert.equal(await state(), before, `${what} stays so`);
+      assert.equal(await undo.isEnabled(), steps, `${what}: there is no step`);
+    };
+    /** As a browser does when it takes a gesture for its own. */
+    const takenAway = (/** @type {string} */ selector) => () =>
+      page.locator(selector).first().evaluate((on) => on.dispatchEvent(new PointerEvent('pointercancel', { pointerId: 1, bubbles: true })));
+
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await page.locator('.tab[data-group="nose"]').click();
+    const slider = page.getByRole('slider', { name: 'nose 1', exact: true });
+    await givenUp('a slider', await middle(slider));
+    await givenUp('a slider', await middle(slider), takenAway('#control-nose-1'));
+
+    // What composes a word of several keys takes Enter and Escape for itself.
+    await slider.focus();
+    await press('7');
+    const typed = page.getByRole('spinbutton', { name: 'Percentile of nose 1' });
+    for (const key of ['Enter', 'Escape']) {
+      await typed.evaluate((field, key) => field.dispatchEvent(new KeyboardEvent('keydown', { key, isComposing: true, bubbles: true })), key);
+      assert.ok(await typed.isVisible(), `${key} is not the field's`);
+    }
+    await press('Escape');
+    assert.ok(await typed.isHidden());
+
+    const nose = await landmarkOnScreen(page, 'ibug_30');
+    await page.mouse.click(nose.x, nose.y);
+    await page.getByText('Drag the nose to shape it').waitFor();
+    for (const give of [undefined, takenAway('canvas.view')]) {
+      await givenUp('the surface', { ...nose, far: 24 }, give);
+      assert.equal(await page.locator('.grip:visible').count(), 0);
+      assert.match((await page.locator('.hint').textContent()) ?? '', /^Drag the nose/, 'the nose stays chosen');
+    }
+    await page.locator('canvas.view').focus();
+    await press('Escape');
+    assert.equal(await page.locator('.hint').textContent(), 'Click a feature to shape it');
+
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    await givenUp('a colour', await middle(page.locator('#colour-skin')));
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    for (const face of ['Preset 1', 'Preset 2']) {
+      await page.locator('.tray').getByRole('button', { name: face, exact: true }).click();
+      await page.getByRole('button', { name: 'Add to the circle' }).click();
+    }
+    const puck = page.getByRole('slider', { name: 'Mixture' });
+    const shares = await puck.getAttribute('aria-valuetext');
+    await givenUp('the puck', { ...(await middle(page.locator('.ring'))), far: 30 });
+    assert.equal(await puck.getAttribute('aria-valuetext'), shares);
+    await givenUp('an amount', await middle(page.locator('#mix-amount')));
+    assert.equal(await page.locator('#mix-amount').inputValue(), '0');
+    await page.getByRole('tab', { name: 'Expressions' }).click();
+    await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor({ timeout: 60_000 });
+    await givenUp('the gaze', { ...(await middle(page.locator('.gaze'))), far: 20 });
+    await givenUp('an expression', await middle(page.locator('#expression-jawOpen')));
+
+    // A second pointer over what the first one holds.
+    for (const [tab, selector] of /** @type {const} */ ([['Expressions', '.gaze'], ['Mix', '.ring']])) {
+      await page.getByRole('tab', { name: tab }).click();
+      const { x, y } = await middle(page.locator(selector));
+      await page.mouse.move(x, y);
+      await page.mouse.down();
+      await page.mouse.move(x + 12, y);
+      const before = await state();
+      await page.locator(selector).evaluate((on, [x, y]) => {
+        for (const type of ['pointermove', 'pointerup']) on.dispatchEvent(new PointerEvent(type, { pointerId: 77, clientX: x, clientY: y, bubbles: true }));
+      }, [x - 20, y - 20]);
+      assert.equal(await state(), before, selector);
+      await page.mouse.move(x + 16, y + 10);
+      assert.notEqual(await state(), before, `${selector} is still held`);
+      await page.mouse.up();
+    }
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    await page.getByRole('tab', { name: 'Features' }).click();
+  });
+
   test('a locked feature stays as it is when the rest is random', async () => {
     const { page } = visit;
     await moveSlider(page, 'nose 1', 0.9);

@@ -38,6 +38,25 @@ describe('editing', () => {
     assert.equal(editor.canUndo, false);
   });
 
+  test('a gesture that is given up leaves the face, its colours and what is locked as they were, and no step', () => {
+    press(0.6);
+    editor.toggleLock('mouth');
+    const before = editor.state;
+    let told = 0;
+    editor.onStep(() => void (told += 1));
+    editor.cancel();
+    assert.equal(told, 0, 'there was nothing to give up');
+    editor.move('nose 1', 0.9);
+    editor.moveColours({ skin: 0.9 });
+    editor.moveExpression({ jawOpen: 0.5 });
+    editor.cancel();
+    assert.deepEqual(editor.state, before);
+    assert.equal(told, 1);
+    editor.finish('slide nose 1');
+    editor.undo();
+    assert.deepEqual(editor.face.locked, []);
+  });
+
   test('a reset of all leaves what is locked as it looks, and the photo that it is of', () => {
     const colouring = { skin: 0.9 };
     editor.take({ code: editor.face.code, colouring }, 7);

@@ -4,14 +4,17 @@ import { load } from 'phiz';
 import { layGroundwork } from '../src/groundwork/lay.js';
 import { backdropUniforms, paintBackdrop } from '../src/rendering/backdrop.js';
 import { COLOURS, readColouring } from '../src/head/colouring.js';
+import { sameWeights } from '../src/editing/history.js';
 import { part } from '../src/frame/download.js';
 import { element } from '../src/frame/element.js';
+import { steppedTo } from '../src/frame/keys.js';
 import { measureTurns } from '../src/head/eyeturns.js';
 import { portrait } from '../src/stage/portrait.js';
 import { measureShifts } from '../src/head/shifts.js';
 import { elementStage, ordinal, spoken, text } from '../src/text.js';
 import { createView } from '../src/stage/view.js';
 import { listenToKeys } from '../src/stage/viewpoint.js';
+import { shareGestures } from './gestures.js';
 import css from './phiz-designer.css?inline';
 
 // Sheets that are made here pass a content security policy that forbids inline styles.
@@ -20,6 +23,8 @@ sheet.replaceSync(css);
 
 /** How many sliders each feature shows when the page does not say. */
 const FIRST = 3;
+/** What a key adds, of the percentile that is shown in whole ones. */
+const STEP = 0.01;
 
 /** One download a model, however many elements show it: each reads a clone while it comes in. @type {Map<string, Promise<Response>>} */
 const downloads = new Map();
@@ -130,6 +135,7 @@ export class PhizDesigner extends HTMLElement {
   #expressive = false;
   #panel = element('div', { class: 'panel', part: 'panel' });
   #frame = element('div', { class: 'frame' });
+  #lost = element('p', { class: 'status', role: 'alert' });
   #dark = window.matchMedia('(prefers-color-scheme: dark)');
   #started = false;
   /** Counts starts: a start that is no longer the last one gives up. */
@@ -242,9 +248,12 @@ export class PhizDesigner extends HTMLElement {
     this.#asked.code = code ?? '';
     delete this.#kept.code;
     if (!this.#live) return;
+    const { face, median } = this.#live;
+    const before = face.code;
     // No code is the median face, whatever is locked, as with any other.
-    this.#live.face.code = code || this.#live.median;
-    this.refresh();
+    face.code = code || median;
+    // Elements that are kept alike, and frameworks, assign what is there: nobody is to answer that.
+    if (face.code !== before) this.refresh();
   }
 
   /** @param {unknown} colours */
@@ -252,8 +261,11 @@ export class PhizDesigner extends HTMLElement {
     this.#asked.colours = colours;
     delete this.#kept.colours;
     if (!this.#live) return;
-    this.#live.head.paint(coloursOf(colours));
-    this.#live.scene.shapeChanged();
+    const { head, scene } = this.#live;
+    const asked = coloursOf(colours);
+    if (sameWeights(asked, head.colouring)) return;
+    head.paint(asked);
+    scene.shapeChanged();
     this.#reframe();
     this.#tell('change');
   }
@@ -333,9 +345,11 @@ export class PhizDesigner extends HTMLElement {
     this.dispatchEvent(new CustomEvent(type, { bubbles: true, composed: true, detail: { code: this.code } }));
   }
 
-  /** @param {unknown} error */
+  /** To the page, and unless that heeds it, to whoever writes the page. @param {unknown} error */
   #complain(error) {
-    this.dispatchEvent(new CustomEvent('error', { detail: { message: sentence(error) } }));
+    const message = sentence(error);
+    const isOpen = this.dispatchEvent(new CustomEvent('error', { detail: { message }, cancelable: true }));
+    if (isOpen) console.warn(`<phiz-designer>: ${message}`);
   }
 
   /** There will be no model: what there is of a face stays. @param {unknown} error */
@@ -360,7 +374,8 @@ export class PhizDesigner extends HTMLElement {
     let model;
     /** Vertices of the head that shows before the model is there. */
     let early = 0;
-    const url = (/** @type {string} */ name) => new URL(name, document.baseURI).href;
+    // What is no address stays as it is: who asks for it says so.
+    const url = (/** @type {string} */ name) => (URL.canParse(name, document.baseURI) ? new URL(name, document.baseURI).href : name);
     const read = async (/** @type {string} */ name) => load((await download(url(name))).clone());
     /** Shows a model's median face, quickly and then wholly; the model is needed no longer. */
     const draw = async (/** @type {import('phiz').FaceModel} */ shown) => {
@@ -437,6 +452,13 @@ export class PhizDesigner extends HTMLElement {
     return canvas;
   }
 
+  /** The canvas is blank until the graphics card is back, which may be never where a page has too many of these. */
+  #lose() {
+    this.#lost.textContent = text.noCard;
+    this.#frame.append(this.#lost);
+    this.#complain(new Error(text.noCard));
+  }
+
   /** @param {View['scene']} scene */
   #furnish(scene) {
     const canvas = scene.renderer.domElement;
@@ -445,7 +467,16 @@ export class PhizDesigner extends HTMLElement {
     scene.beforeFrame.add(() => this.#ownBackdrop(scene));
     canvas.addEventListener('dblclick', () => scene.view('front'), { signal });
     listenToKeys(canvas, scene, { signal });
-    canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged(), { signal });
+    canvas.addEventListener('webglcontextlost', () => this.#lose(), { signal });
+    canvas.addEventListener(
+      'webglcontextrestored',
+      () => {
+        this.#lost.remove();
+        scene.shapeChanged();
+      },
+      { signal },
+    );
+    shareGestures(canvas, { isTaken: () => this.shadowRoot?.activeElement === canvas, signal });
   }
 
   /**
@@ -471,7 +502,6 @@ export class PhizDesigner extends HTMLElement {
     head.update(face);
     scene.shapeChanged();
     scene.refine(true);
-    this.#buildPanel(null);
     attempt(() => this.#buildPanel(this.getAttribute('controls')));
     this.#paint();
     return wrong;
@@ -505,10 +535,20 @@ export class PhizDesigner extends HTMLElement {
     scene.renderer.getDrawingBufferSize(backdropUniforms.backdropSize.value);
   }
 
-  /** @param {string | null} asked as the attribute has them */
+  /** @param {string | null} asked as the attribute has them @throws when it has what is none: then they are those without it */
   #buildPanel(asked) {
-    const { model, sliders } = this.#need();
-    const controls = chosenControls(model, asked);
+    const { model } = this.#need();
+    try {
+      this.#layPanel(chosenControls(model, asked));
+    } catch (error) {
+      this.#layPanel(chosenControls(model, null));
+      throw error;
+    }
+  }
+
+  /** @param {readonly import('phiz').Control[]} controls */
+  #layPanel(controls) {
+    const { sliders } = this.#need();
     sliders.clear();
     /** @type {HTMLElement[]} */
     const rows = [];
@@ -539,6 +579,14 @@ export class PhizDesigner extends HTMLElement {
         event.stopPropagation();
         this.#tell('change');
       });
+      input.addEventListener('keydown', (event) => {
+        if (event.ctrlKey || event.metaKey || event.altKey) return;
+        const to = steppedTo(event, input.valueAsNumber, STEP, control.limits);
+        if (to === null) return;
+        event.preventDefault();
+        input.valueAsNumber = to;
+        for (const type of ['input', 'change']) input.dispatchEvent(new Event(type));
+      });
       sliders.set(control.name, { input, output });
       rows.push(element('label', {}, element('span', {}, name), output, input));
     }
@@ -567,4 +615,6 @@ export class PhizDesigner extends HTMLElement {
   }
 }
 
-customElements.define('phiz-designer', PhizDesigner);
+// Of two copies of this file the first that came is the element, whatever their addresses.
+if (!customElements.get('phiz-designer')) customElements.define('phiz-designer', PhizDesigner);
+else console.warn(`<phiz-designer> is there already: ${import.meta.url} is not used`);

@@ -55,7 +55,7 @@ function firstFace(model, last, again) {
   let refused = false;
   if (code || expression || colouring || again) {
     try {
-      const colours = decodeColouring(colouring);
+      const colours = coloursOf(colouring);
       const face = code ? model.fromCode(code) : model.face();
       if (again) lockAgain(face, again);
       // A link to what was worked on last is the way back to it.
@@ -68,21 +68,21 @@ function firstFace(model, last, again) {
     try {
       const face = model.fromCode(last.code);
       lockAgain(face, last);
-      return { face, expression: last.expression, colours: lastColours(last), refused, restored: true };
+      return { face, expression: last.expression, colours: coloursOf(last.colouring), refused, restored: true };
     } catch {
-      // It is of an older model with the same name, and cannot come back.
+      // It is of an older model with the same name: it is put aside.
     }
   }
   return { face: model.face(), expression: '', colours: {}, refused, restored: false };
 }
 
-/** @param {Last} last */
-function lastColours({ colouring }) {
+/** @param {string} colouring encoded @returns {import('./head/colouring.js').Colouring | null} null when it cannot be read */
+function coloursOf(colouring) {
   try {
     return decodeColouring(colouring);
   } catch {
     // The shape is worth more than they are.
-    return {};
+    return null;
   }
 }
 
@@ -102,7 +102,8 @@ export async function createDesigner(model, stage, chosen) {
   const autosave = createAutosave(chosen.name);
   const last = autosave.last();
   const again = locksOfTab();
-  const { face, expression, colours, refused, restored } = firstFace(model, last, again);
+  const { face, expression, colours: read, refused, restored } = firstFace(model, last, again);
+  const colours = read ?? {};
   const editor = createEditor(model, face, colours);
   // Presses of a key may be one step together; what a pointer does is one by itself.
   document.addEventListener('pointerdown', editor.part, true);
@@ -304,8 +305,10 @@ export async function createDesigner(model, stage, chosen) {
   };
   // A link shows another face than the one that was being worked on: that one is not lost. What another tab works on is none of
   // this one's.
-  const other = last && !restored && !again && (last.code !== face.code || last.colouring !== encodeColouring(colours));
-  const left = other && (last.code !== medianCode || last.colouring) ? last.code : null;
+  const worked = last && (last.code !== medianCode || last.expression || last.colouring) ? last : null;
+  const differs = worked && joinHash(worked) !== joinHash({ code: face.code, expression, colouring: encodeColouring(colours) });
+  // One of another version of the model would be written over by whoever works here.
+  const left = worked && !restored && (!library.isFace(worked.code) || (differs && !again)) ? worked : null;
   let unexpressed = false;
   const expressed = expression ? editor.awaitExpression(expression) : null;
   if (restored) address.write();
@@ -320,21 +323,22 @@ export async function createDesigner(model, stage, chosen) {
     }
     toast.say('');
   }
-  /** @type {Record<string, number>} */
-  let leftExpression = {};
-  if (left !== null && last?.expression) {
+  let leftExpression = left?.shown ?? {};
+  if (left?.expression && !left.shown) {
     // What cannot be loaded now is not shown either; the shape is kept.
-    await file.load().then(() => (leftExpression = decodeExpression(model.expressions, last.expression))).catch(() => {});
+    await file.load().then(() => (leftExpression = decodeExpression(model.expressions, left.expression))).catch(() => {});
   }
-  const when = new Date().toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' });
-  const kept = last && left !== null && library.adopt(text.lastVisit(when), { code: left, expression: leftExpression, colouring: lastColours(last) });
+  const adopted = left && library.adopt(text.lastVisit(left.when), { code: left.code, expression: leftExpression, colouring: coloursOf(left.colouring) ?? {} });
   // Not before: what was worked on last is only there.
-  autosave.follow(editor);
+  autosave.follow(editor, toast.say);
   if (!chosen.known) toast.say(text.unknownModel);
+  else if (adopted === 'unread') toast.say(text.lastUnread);
+  else if (adopted === 'refused') toast.say(text.notKept);
   else if (refused) toast.say(text.badCode);
   else if (unexpressed) toast.say(text.badExpression);
-  else if (kept) toast.say(text.lastKept);
-  else if (restored && (last?.code !== medianCode || last.colouring)) toast.say(text.back);
+  else if (read === null) toast.say(text.badColours);
+  else if (adopted === 'added') toast.say(text.lastKept);
+  else if (restored && worked) toast.say(text.back);
   scene.refine(true);
   document.documentElement.dataset.ready = 'true';
   keepOffline();

@@ -128,6 +128,7 @@ export const text = {
   noExpressionHere: 'The expression of this link could not be loaded, so your face stays.',
   noSavedExpression: 'The face’s expression could not be loaded, so the face is at rest.',
   badExpression: 'The link’s expression could not be shown, so the face is at rest.',
+  badColours: 'The link’s looks could not be read, so the face has the model’s own.',
   groups: /** @type {Record<string, string>} */ ({
     head: 'Head',
     forehead: 'Forehead',
@@ -172,11 +173,13 @@ export const text = {
   rename: (/** @type {string} */ name) => `Rename ${name}`,
   remove: (/** @type {string} */ name) => `Delete ${name}`,
   removed: (/** @type {string} */ name) => `Deleted “${name}”.`,
-  lastVisit: (/** @type {string} */ when) => `Last visit, ${when}`,
+  lastVisit: (/** @type {number | null} */ when) =>
+    when === null ? 'Last visit' : `Last visit, ${new Date(when).toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' })}`,
+  lastUnread: 'The face you were working on is of another version of this model and cannot be shown here. The browser keeps it.',
   lastKept: 'You see this link’s face. The one you were working on is among your faces.',
   back: 'Your last face is back.',
   files: 'Files',
-  filesAbout: 'A file holds one face of this model. You can also drop one onto the page.',
+  filesAbout: 'A file holds one face of this model, or all of yours. You can also drop one onto the page.',
   downloadThis: 'Download',
   downloadFace: (/** @type {string} */ name) => `Download ${name}`,
   importFace: 'Open a file',
@@ -185,6 +188,15 @@ export const text = {
   sheetName: 'faces',
   sheetSaved: (/** @type {number} */ n, /** @type {string} */ file) => `Saved ${file}, ${n} ${n === 1 ? 'face' : 'faces'}.`,
   imported: (/** @type {string} */ name) => `Opened “${name}” and added it to your faces.`,
+  downloadAll: 'Download all',
+  downloadAllAbout: 'One file with all your faces, which opens here again',
+  importedAll: (/** @type {number} */ n, /** @type {number} */ known, /** @type {number} */ unread) =>
+    [
+      n === 0 ? 'No face of it is new' : `${n === 1 ? 'One face was' : `${n} faces were`} added to yours`,
+      known > 0 && n > 0 ? `; ${known} ${known === 1 ? 'was' : 'were'} there` : '',
+      unread > 0 ? `; ${unread} ${unread === 1 ? 'is' : 'are'} of another model or damaged` : '',
+      '.',
+    ].join(''),
   fileTooLong: (/** @type {string} */ file) => `${file} is not a face: it is far too big. ${text.filesTaken}`,
   fileForeign: (/** @type {string} */ file) => `${file} is not a face from this page. ${text.filesTaken}`,
   filesTaken: 'Faces saved here (.json) and photos can be opened.',
@@ -523,6 +535,7 @@ export const text = {
     noRoom: 'this browser has no room for a picture of that size',
   },
   needsConnection: 'this needs a connection once',
+  renewed: 'there is a newer version of this page; reload it to go on',
   refused: (/** @type {string} */ why) => `That cannot be done: ${why}.`,
   happening: 'What is happening?',
   closeHappening: 'Close the explanation',
@@ -636,7 +649,7 @@ export const text = {
 
 /** What `<phiz-designer>` says of its canvas, on which there is less to do than on the page's. */
 export const elementStage =
-  'The face. Drag to turn it, with Shift or two fingers to move it, scroll or pinch to come closer. The arrow keys turn it, with Shift they move it, plus and minus zoom.';
+  'The face. Drag to turn it, with Shift or two fingers to move it; pinch to come closer, or click it and scroll. The arrow keys turn it, with Shift they move it, plus and minus zoom.';
 
 /**
  * With one digit after the point, and a minus that is as wide as a plus.

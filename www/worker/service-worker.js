@@ -13,6 +13,10 @@ const worker = /** @type {ServiceWorkerGlobalScope} */ (/** @type {unknown} */ (
 const CACHE = `phiz ${worker.registration.scope}`;
 /** What was asked for of `LATER`, and the other model. */
 const MORE = `phiz more ${worker.registration.scope}`;
+/** What a new version does not have, for as long as a window shows an earlier one: what that asks for late is on the site no longer. */
+const EARLIER = `phiz earlier ${worker.registration.scope}`;
+/** In it, the ids of those windows. */
+const WINDOWS = new URL('windows', worker.registration.scope).href;
 
 /** A file is kept by its digest, so what a new version did not change is not loaded again. */
 const keyOf = (/** @type {string} */ path) => new URL(`${path}?sha256=${FILES[path] ?? LATER[path]}`, worker.registration.scope).href;
@@ -35,13 +39,44 @@ async function install() {
   }
 }
 
+/** The ids of the windows that show the page. */
+async function windows() {
+  const all = await worker.clients.matchAll({ type: 'window', includeUncontrolled: true });
+  return all.filter(({ url }) => url.startsWith(worker.registration.scope)).map(({ id }) => id);
+}
+
+/** The ids of those that showed an earlier version when this one took over. @returns {Promise<string[]>} */
+async function windowsOfEarlier() {
+  const kept = await caches.match(WINDOWS, { cacheName: EARLIER });
+  return kept ? kept.json() : [];
+}
+
+/** Once nobody is left who could ask for it. */
+async function forgetEarlier() {
+  const open = await windows();
+  if (!(await windowsOfEarlier()).some((id) => open.includes(id))) await caches.delete(EARLIER);
+}
+
+/** What an earlier version had under that address. @param {Request} request */
+const earlier = ({ url }) => caches.match(url, { cacheName: EARLIER, ignoreSearch: true });
+
 async function activate() {
-  const cache = await caches.open(CACHE);
-  const kept = new Set(Object.keys(FILES).map(keyOf));
-  for (const { url } of await cache.keys()) if (!kept.has(url)) await cache.delete(url);
-  const more = await caches.open(MORE);
-  const wanted = new Set(Object.keys(LATER).map(keyOf));
-  for (const { url } of await more.keys()) if (url.includes('?sha256=') && !wanted.has(url)) await more.delete(url);
+  await forgetEarlier();
+  const open = await windows();
+  for (const [name, wanted] of /** @type {const} */ ([[CACHE, FILES], [MORE, LATER]])) {
+    const cache = await caches.open(name);
+    const kept = new Set(Object.keys(wanted).map(keyOf));
+    for (const { url } of await cache.keys()) {
+      if (kept.has(url) || !url.includes('?sha256=')) continue;
+      const old = await cache.match(url);
+      if (old && open.length > 0) {
+        const aside = await caches.open(EARLIER);
+        // Where there is no room, who updates is not held up.
+        await aside.put(WINDOWS, new Response(JSON.stringify(open))).then(() => aside.put(url, old)).catch(() => {});
+      }
+      await cache.delete(url);
+    }
+  }
   // The first visit is served from now on too.
   await worker.clients.claim();
 }
@@ -58,6 +93,11 @@ function copied(event, response, keep) {
 /** @param {FetchEvent} event @param {string} path */
 async function answer(event, path) {
   const { request } = event;
+  // Names without a digest are in both: a window of an earlier version has that version's, until it goes to the page anew.
+  if (request.mode !== 'navigate' && (await windowsOfEarlier()).includes(event.clientId)) {
+    const own = await earlier(request);
+    if (own) return own;
+  }
   if (Object.hasOwn(FILES, path)) {
     const cached = await (await caches.open(CACHE)).match(keyOf(path));
     // A browser that is short of room may have thrown it away.
@@ -83,9 +123,11 @@ async function answer(event, path) {
 
 worker.addEventListener('install', (event) => event.waitUntil(install()));
 worker.addEventListener('activate', (event) => event.waitUntil(activate()));
-// A new version waits until the pages of the old one are closed, or a person asks for it.
-worker.addEventListener('message', ({ data }) => {
-  if (data === 'take over') worker.skipWaiting();
+worker.addEventListener('message', (event) => {
+  // A new version waits until the pages of the old one are closed, or a person asks for it.
+  if (event.data === 'take over') worker.skipWaiting();
+  // Of the new one, maybe in place of the last of an earlier one.
+  if (event.data === 'shown') event.waitUntil(forgetEarlier());
 });
 worker.addEventListener('fetch', (event) => {
   const { request } = event;
@@ -95,4 +137,5 @@ worker.addEventListener('fetch', (event) => {
   const path = pathname.slice(scope.pathname.length);
   const name = path === '' || path === 'index.html' ? './' : path;
   if (Object.hasOwn(FILES, name) || Object.hasOwn(LATER, name) || name.endsWith('.phiz')) event.respondWith(answer(event, name));
+  else if (request.mode !== 'navigate') event.respondWith(earlier(request).then((old) => old ?? fetch(request)));
 });

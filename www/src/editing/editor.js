@@ -214,6 +214,12 @@ export function createEditor(model, face, colouring) {
       shapeChanged();
     },
     finish,
+    /** A gesture ends without a step: the face is the one of before. */
+    cancel() {
+      if (!history.cancel()) return;
+      shapeChanged();
+      finish('');
+    },
     part: history.part,
     /** @param {string} control @param {number} value */
     set(control, value) {

@@ -124,6 +124,13 @@ export function createHistory(subject) {
       }
       done.push(step);
     },
+    /** The gesture is given up: what it was made from is back. @returns {boolean} whether there was one */
+    cancel() {
+      if (!before) return false;
+      restore(subject, before);
+      before = null;
+      return true;
+    },
     /** @returns {boolean} whether there was something to undo */
     undo() {
       const step = done.pop();

@@ -126,6 +126,7 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
         base: null,
       };
       controls.enableRotate = false;
+      document.addEventListener('keydown', escape, true);
       canvas.setPointerCapture(event.pointerId);
     },
     { capture: true },
@@ -142,23 +143,35 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
     }
     waiting = event;
   });
-  function end() {
-    if (waiting) pull(waiting);
+  /** @returns {boolean} whether it was dragged */
+  function letGo() {
     waiting = null;
     const moved = Boolean(grip?.base);
     grip = null;
     controls.enableRotate = true;
+    document.removeEventListener('keydown', escape, true);
     mark();
-    if (!moved) return;
+    return moved;
+  }
+  function end() {
+    if (waiting) pull(waiting);
+    if (!letGo()) return;
     editor.finish('surface');
     dragged();
   }
-  /** @param {PointerEvent} event */
-  function letGo(event) {
-    if (grip?.pointer === event.pointerId) end();
+  /** @returns {boolean} whether there was something to take back */
+  function cancel() {
+    const moved = letGo();
+    if (moved) editor.cancel();
+    return moved;
   }
-  canvas.addEventListener('pointerup', letGo);
-  canvas.addEventListener('pointercancel', letGo);
+  /** @param {KeyboardEvent} event */
+  function escape(event) {
+    // The feature stays chosen: only the drag is given up.
+    if (event.key === 'Escape' && cancel()) event.stopPropagation();
+  }
+  canvas.addEventListener('pointerup', (event) => grip?.pointer === event.pointerId && end());
+  canvas.addEventListener('pointercancel', (event) => grip?.pointer === event.pointerId && cancel());
 
   return {
     marks,

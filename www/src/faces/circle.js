@@ -48,6 +48,18 @@ export function createCircle(editor, { library, portraits, say }) {
     editor.finish('mixing circle');
     ownStep = false;
   }
+  /** The puck is where it was taken up, and so is what it counts from. */
+  function cancel() {
+    if (!held) return;
+    const { from, counted } = held;
+    held = null;
+    ownStep = true;
+    editor.cancel();
+    ownStep = false;
+    at = from;
+    base = counted;
+    refresh();
+  }
   /** @param {number} x @param {number} y */
   function moveTo(x, y) {
     const length = Math.max(1, Math.hypot(x, y));
@@ -92,6 +104,10 @@ export function createCircle(editor, { library, portraits, say }) {
         ArrowDown: [at[0], at[1] + step],
         Home: [0, 0],
       };
+      if (event.key === 'Escape' && held) {
+        event.stopPropagation();
+        cancel();
+      }
       if (!(event.key in to)) return;
       event.preventDefault();
       moveTo(...to[event.key]);
@@ -99,7 +115,8 @@ export function createCircle(editor, { library, portraits, say }) {
     },
   });
   const ring = element('div', { class: 'ring' });
-  let held = false;
+  /** @type {{ pointer: number, from: [number, number], counted: import('../editing/history.js').State | null } | null} */
+  let held = null;
   /** @param {PointerEvent} event */
   function follow(event) {
     const box = ring.getBoundingClientRect();
@@ -109,20 +126,20 @@ export function createCircle(editor, { library, portraits, say }) {
   ring.addEventListener('pointerdown', (event) => {
     // One face alone has nothing between it and another.
     if (members.length < 2) return;
-    if (event.button !== 0 || !(event.target instanceof Element) || event.target.closest('button')) return;
+    if (event.button !== 0 || held || !(event.target instanceof Element) || event.target.closest('button')) return;
     event.preventDefault();
     puck.focus({ preventScroll: true });
     ring.setPointerCapture(event.pointerId);
-    held = true;
+    held = { pointer: event.pointerId, from: at, counted: base };
     follow(event);
   });
-  ring.addEventListener('pointermove', (event) => held && follow(event));
-  for (const end of ['pointerup', 'pointercancel']) {
-    ring.addEventListener(end, () => {
-      if (held) finish();
-      held = false;
-    });
-  }
+  ring.addEventListener('pointermove', (event) => held?.pointer === event.pointerId && follow(event));
+  ring.addEventListener('pointerup', (event) => {
+    if (held?.pointer !== event.pointerId) return;
+    held = null;
+    finish();
+  });
+  ring.addEventListener('pointercancel', (event) => held?.pointer === event.pointerId && cancel());
 
   function build() {
     const on = places(members.length);

@@ -173,8 +173,8 @@ export function createMix(editor, { groups, limits, library, portraits, display,
             'aria-label': text.addThis,
             title: text.addThis,
             onclick: () => {
-              const name = text.ownFace(library.own.length + 1);
-              say(library.add(name, editor.likeness) ? text.saved(name) : text.notKept);
+              const name = library.freeName;
+              say(library.add({ name, ...editor.likeness }) ? text.saved(name) : text.notKept);
             },
           },
           icon('plus'),

@@ -56,6 +56,9 @@ export async function part(come) {
   } catch (error) {
     // Chromium and Firefox say which.
     const url = /https?:\S+\.js/.exec(error instanceof Error ? error.message : '')?.[0] ?? '';
+    // Where there is a connection, it is of a page that is there no longer: some servers answer with their first page.
+    const answer = url && (await fetch(url).catch(() => null));
+    if (answer && answer.status < 500 && !/javascript/.test(answer.headers.get('content-type') ?? '')) throw new Failure(text.renewed, { cause: error });
     const times = missed.get(url) ?? 0;
     if (url) missed.set(url, times + 1);
     if (times > 0) {

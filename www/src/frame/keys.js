@@ -1,4 +1,32 @@
 /**
+ * Whether a key is meant for what composes a word of several, as Japanese is typed. Safari says so by the code alone.
+ * @param {KeyboardEvent} event
+ */
+export const isComposing = (event) => event.isComposing || event.keyCode === 229;
+
+/**
+ * Where a key takes a slider: whole steps, which a browser's own are not where a slider is finer than what it says.
+ * @param {KeyboardEvent} event @param {number} present @param {number} step @param {readonly [number, number]} ends
+ * @returns {number | null} within its ends; null for other keys
+ */
+export function steppedTo({ key, shiftKey }, present, step, [min, max]) {
+  const far = 10 * step;
+  const near = shiftKey ? far : step;
+  /** @type {Record<string, number>} */
+  const to = {
+    ArrowLeft: present - near,
+    ArrowDown: present - near,
+    ArrowRight: present + near,
+    ArrowUp: present + near,
+    PageDown: present - far,
+    PageUp: present + far,
+    Home: min,
+    End: max,
+  };
+  return Object.hasOwn(to, key) ? Math.min(max, Math.max(min, to[key])) : null;
+}
+
+/**
  * The letter that a key is pressed for: its own, or where a keyboard has others, such as Greek or Cyrillic ones, the one that stands there
  * on a Latin keyboard.
  * @param {KeyboardEvent} event

@@ -63,12 +63,23 @@ export function createAddress(editor, expressions, say) {
       return isNewest() && refuse(text.noExpressionHere);
     }
     if (!isNewest()) return;
+    let unread = '';
+    /** What of a link can be read is taken. @template T @param {() => T} read @param {T} otherwise @param {string} sentence */
+    const attempt = (read, otherwise, sentence) => {
+      try {
+        return read();
+      } catch {
+        unread = sentence;
+        return otherwise;
+      }
+    };
     try {
       editor.take({
         code: asked.code,
-        expression: decodeExpression(model.expressions, asked.expression),
-        colouring: decodeColouring(asked.colouring),
+        expression: attempt(() => decodeExpression(model.expressions, asked.expression), {}, text.badExpression),
+        colouring: attempt(() => decodeColouring(asked.colouring), {}, text.badColours),
       });
+      if (unread) say(unread);
     } catch {
       refuse(text.badCodeHere);
     }

@@ -14,19 +14,19 @@ function encode(names, value) {
 }
 
 /**
- * @param {readonly string[]} names @param {string} code @param {string} what it has, in words
- * @returns {Record<string, number>}
+ * @param {readonly string[]} names @param {string} code
+ * @returns {Record<string, number>} without what a newer version of this page may have beside them
  * @throws when it is no such code
  */
-function decode(names, code, what) {
+function decode(names, code) {
   const bytes = atob(code.replaceAll('-', '+').replaceAll('_', '/'));
   if (bytes.length % 2) throw new Error('it is cut short');
   /** @type {Record<string, number>} */
   const values = {};
   for (let at = 0; at < bytes.length; at += 2) {
     const [i, percent] = [bytes.charCodeAt(at), bytes.charCodeAt(at + 1)];
-    if (i >= names.length || percent > 100) throw new Error(`it has ${what} that is not there`);
-    values[names[i]] = percent / 100;
+    if (percent > 100) throw new Error('it has more than all of something');
+    if (i < names.length) values[names[i]] = percent / 100;
   }
   return values;
 }
@@ -35,17 +35,17 @@ function decode(names, code, what) {
 export const encodeExpression = (names, expression) => encode(names, (name) => (expression[name] >= 0.005 ? expression[name] : undefined));
 
 /** @param {readonly string[]} names @param {string} code @throws when it is no expression */
-export const decodeExpression = (names, code) => decode(names, code, 'an expression');
+export const decodeExpression = (names, code) => decode(names, code);
 
 /** @param {import('../head/colouring.js').Colouring} colouring @returns {string} empty at rest */
 export const encodeColouring = (colouring) => encode(COLOURS, (name) => colouring[name]);
 
 /** @param {string} code @throws when it is no colouring */
-export const decodeColouring = (code) => readColouring(decode(COLOURS, code, 'a colour'));
+export const decodeColouring = (code) => readColouring(decode(COLOURS, code));
 
-/** @param {string} hash */
+/** @param {string} hash of which some programs write tildes as others write spaces */
 export function splitHash(hash) {
-  const [code, expression = '', colouring = ''] = hash.replace(/^#/, '').split('~');
+  const [code, expression = '', colouring = ''] = hash.replace(/^#/, '').replaceAll(/%7e/gi, '~').split('~');
   return { code, expression, colouring };
 }
 

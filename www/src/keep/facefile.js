@@ -4,25 +4,42 @@ import { readExpression } from '../head/expression.js';
 import { text } from '../text.js';
 
 // The file of a face: JSON with its code, its name, the model that it belongs to and, from version 2 on,
-// its expression and, where it was kept, its colouring.
+// its expression and, where it was kept, its colouring. A list of those is a file of several.
 
 const FORMAT = 'phiz-face';
 const VERSION = 2;
-/** A face takes less than a kilobyte. */
-const MOST = 100_000;
+/** A face takes less than a kilobyte, and there may be thousands. */
+const MOST = 5_000_000;
+
+/** @typedef {{ name: string } & import('./library.js').Likeness} Named */
+
+/** @param {string | undefined} model its title @param {Named} face */
+const contentOf = (model, { name, code, expression, colouring }) => ({
+  format: FORMAT,
+  version: VERSION,
+  name,
+  model,
+  code,
+  expression: readExpression(expression),
+  colouring,
+});
+
+/** @param {unknown} content */
+const written = (content) => new Blob([`${JSON.stringify(content, null, 2)}\n`], { type: 'application/json' });
+
+/** @param {import('phiz').FaceModel} model @param {Named} face */
+export const faceFile = (model, face) => written(contentOf(model.about.title, face));
 
 /**
- * @param {import('phiz').FaceModel} model @param {string} name
- * @param {import('./library.js').Likeness} face
+ * @param {import('phiz').FaceModel} model
+ * @param {readonly Named[]} faces @param {readonly unknown[]} unread what the browser keeps of other models, whose titles it does not know
  */
-export function faceFile(model, name, { code, expression, colouring }) {
-  const content = { format: FORMAT, version: VERSION, name, model: model.about.title, code, expression: readExpression(expression), colouring };
-  return new Blob([`${JSON.stringify(content, null, 2)}\n`], { type: 'application/json' });
-}
+export const facesFile = (model, faces, unread) =>
+  written([...faces.map((face) => contentOf(model.about.title, face)), ...unread.map((other) => contentOf(undefined, /** @type {Named} */ (Object(other))))]);
 
 /**
  * @param {import('phiz').FaceModel} model @param {File} file
- * @returns {Promise<{ name: string } & import('./library.js').Likeness>}
+ * @returns {Promise<Named | { faces: Named[], unread: number }>} one face, or of several those that are of this model
  * @throws Failure with a sentence that names the file and what is wrong with it
  */
 export async function readFaceFile(model, file) {
@@ -34,6 +51,24 @@ export async function readFaceFile(model, file) {
   } catch {
     throw new Failure(text.fileForeign(file.name));
   }
+  if (!Array.isArray(content)) return readFace(model, file, content);
+  const read = content.map((one) => {
+    try {
+      return readFace(model, file, one);
+    } catch {
+      return null;
+    }
+  });
+  if (!content.some((one) => one?.format === FORMAT)) throw new Failure(text.fileForeign(file.name));
+  const faces = read.filter((one) => one !== null);
+  return { faces, unread: read.length - faces.length };
+}
+
+/**
+ * @param {import('phiz').FaceModel} model @param {File} file @param {any} content
+ * @returns {Named}
+ */
+function readFace(model, file, content) {
   if (content?.format !== FORMAT || typeof content.code !== 'string') throw new Failure(text.fileForeign(file.name));
   if (content.version !== 1 && content.version !== VERSION) throw new Failure(text.fileVersion(file.name, String(content.version)));
   try {

@@ -65,6 +65,12 @@ export function createLibrary(model, modelName) {
       }));
   }
   let own = read();
+  /** Whether the browser was asked to keep them when it is short of room: before it throws away the rest, it asks nobody. */
+  let isAsked = false;
+  const newId = () => `own-${Date.now().toString(36)}-${Math.random().toString(36).slice(2, 7)}`;
+  /** @param {Likeness} face */
+  const looksLike = ({ code, expression, colouring }) => (/** @type {Likeness} */ other) =>
+    other.code === code && sameWeights(other.expression ?? {}, expression ?? {}) && sameWeights(other.colouring ?? {}, colouring ?? {});
   /** @type {Set<() => void>} */
   const listeners = new Set();
 
@@ -91,33 +97,54 @@ export function createLibrary(model, modelName) {
     get own() {
       return own;
     },
-    /** How many are kept that cannot be read. */
+    /** Those that are kept and cannot be read. */
     get unread() {
-      return unread.length;
+      return unread;
     },
     get all() {
       return [...own, ...presets];
     },
     presets,
+    /** A name that none of them has. */
+    get freeName() {
+      let n = own.length + 1;
+      while (own.some(({ name }) => name === text.ownFace(n))) n += 1;
+      return text.ownFace(n);
+    },
     /** What a face was saved as; '' when it was not, or has changed since. @param {string} code */
     nameOf: (code) => own.find((entry) => entry.code === code)?.name ?? '',
     /** @param {string} id */
     find: (id) => [...own, ...presets].find((entry) => entry.id === id),
     /**
-     * @param {string} name @param {Likeness} face @param {string} [id] of one that was deleted
-     * @returns {boolean} whether the browser keeps it
+     * @param {...({ name: string } & Likeness)} faces the first of them is first among all
+     * @returns {boolean} whether the browser keeps them
      */
-    add: (name, { code, expression, colouring }, id = `own-${Date.now().toString(36)}-${Math.random().toString(36).slice(2, 7)}`) =>
-      write([{ id, name, code, expression: readExpression(expression), colouring, own: true }, ...own]),
+    add(...faces) {
+      if (!isAsked) void navigator.storage?.persist?.().catch(() => {});
+      isAsked = true;
+      return write([...faces.map(({ name, code, expression, colouring }) => ({ id: newId(), name, code, expression: readExpression(expression), colouring, own: true })), ...own]);
+    },
+    /** Whether there is one like it under that name. @param {{ name: string } & Likeness} face */
+    has: (face) => own.filter(({ name }) => name === face.name).some(looksLike(face)),
     /**
-     * Adds a face that is not there yet, if it is one of this model.
+     * Adds a face that is not there yet; one of another model is kept unread.
      * @param {string} name @param {Likeness} face
-     * @returns {boolean} whether it was added
+     * @returns {'known' | 'added' | 'unread' | 'refused'} refused by the browser
      */
     adopt(name, { code, expression, colouring }) {
-      const known = [...own, ...presets].some((entry) => entry.code === code && sameWeights(entry.colouring ?? {}, colouring ?? {}));
-      if (known || !isFace(code)) return false;
-      return write([{ id: `own-${Date.now().toString(36)}`, name, code, expression, colouring, own: true }, ...own]);
+      const isRead = isFace(code);
+      const there = isRead ? [...own, ...presets] : unread.map((other) => /** @type {Likeness} */ (Object(other)));
+      if (there.some(looksLike({ code, expression, colouring }))) return 'known';
+      const entry = { id: newId(), name, code, expression, colouring };
+      if (!isRead) unread = [entry, ...unread];
+      if (!write(isRead ? [{ ...entry, own: true }, ...own] : own)) return 'refused';
+      return isRead ? 'added' : 'unread';
+    },
+    isFace,
+    /** One that was removed, where it was: new ones come before all. @param {Entry} entry @param {number} after how many stood after it */
+    putBack(entry, after) {
+      const at = Math.max(0, own.length - after);
+      return write([...own.slice(0, at), entry, ...own.slice(at)]);
     },
     /** @param {string} id @param {string} name */
     rename: (id, name) => write(own.map((entry) => (entry.id === id ? { ...entry, name } : entry))),

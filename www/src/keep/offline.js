@@ -37,6 +37,7 @@ export async function keepOffline() {
     console.info(`phiz is not kept for offline use: ${error instanceof Error ? error.message : error}`);
     return;
   }
+  serviceWorker.controller?.postMessage('shown');
   const offered = () => {
     if (registration.waiting && serviceWorker.controller) offer();
   };

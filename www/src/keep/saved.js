@@ -1,8 +1,10 @@
 import { part } from '../frame/download.js';
 import { element } from '../frame/element.js';
-import { faceFile, readFaceFile } from './facefile.js';
+import { faceFile, facesFile, readFaceFile } from './facefile.js';
 import { icon } from '../frame/icons.js';
+import { isComposing } from '../frame/keys.js';
 import { among, shows } from '../head/expression.js';
+import { mayBePicture } from '../photo/tab.js';
 import { fileName, save } from './save.js';
 import { text } from '../text.js';
 
@@ -27,8 +29,8 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
   let visible = false;
   /** Whether it was said that some faces cannot be shown. */
   let told = false;
-  /** @type {import('./library.js').Entry | null} */
-  let removed = null;
+  /** What was deleted since the page was opened, and how many stood after it. @type {{ entry: import('./library.js').Entry, after: number }[]} */
+  const removed = [];
   /** @type {string | null} */
   let renaming = null;
   /** Whether a pointer is down, and whether the list waits for what it does. */
@@ -41,9 +43,8 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
       class: 'save',
       onsubmit: (/** @type {SubmitEvent} */ event) => {
         event.preventDefault();
-        const chosen = name.value.trim() || text.ownFace(library.own.length + 1);
-        removed = null;
-        say(library.add(chosen, editor.likeness) ? text.saved(chosen) : text.notKept);
+        const chosen = name.value.trim() || library.freeName;
+        say(library.add({ name: chosen, ...editor.likeness }) ? text.saved(chosen) : text.notKept);
         name.value = '';
       },
     },
@@ -53,7 +54,18 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
   const list = element('ul', { class: 'saved', 'aria-label': text.ownFaces });
   const nothing = element('p', { class: 'note' }, text.noFaces);
   const sheet = element('button', { type: 'button', class: 'button', title: text.sheetAbout, onclick: saveSheet }, icon('download'), text.sheet);
-  const sheetRow = element('div', { class: 'row', hidden: true }, sheet);
+  const all = element(
+    'button',
+    {
+      type: 'button',
+      class: 'button',
+      title: text.downloadAllAbout,
+      onclick: () => save(facesFile(model, library.own, library.unread), fileName(text.sheetName, FACE)),
+    },
+    icon('download'),
+    text.downloadAll,
+  );
+  const ofAll = element('div', { class: 'row', hidden: true }, sheet, all);
   const restoreNote = element('p', { class: 'note restore', hidden: true });
   const picker = element('input', {
     type: 'file',
@@ -94,12 +106,23 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
     for (const file of files) {
       try {
         const found = await readFaceFile(model, file);
-        const kept = library.add(found.name, found);
+        if ('faces' in found) {
+          takeAll(found);
+          continue;
+        }
+        const kept = library.add(found);
         if (await become(found)) say(kept ? text.imported(found.name) : text.notKept);
       } catch (error) {
         say(error instanceof Error ? error.message : String(error));
       }
     }
+  }
+
+  /** What is kept is brought back: the face stays that is worked on. @param {{ faces: import('./facefile.js').Named[], unread: number }} found */
+  function takeAll({ faces, unread }) {
+    const fresh = faces.filter((face) => !library.has(face));
+    const isKept = fresh.length === 0 || library.add(...fresh);
+    say(isKept ? text.importedAll(fresh.length, faces.length - fresh.length, unread) : text.notKept);
   }
 
   async function saveSheet() {
@@ -131,11 +154,11 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
       const done = (keep) => {
         renaming = null;
         const chosen = box.value.trim();
-        if (keep && chosen && chosen !== entry.name) library.rename(id, chosen);
-        else build();
+        if (!keep || !chosen || chosen === entry.name) build();
+        else if (!library.rename(id, chosen)) say(text.notKept);
       };
       box.addEventListener('keydown', (event) => {
-        if (renaming !== id || (event.key !== 'Enter' && event.key !== 'Escape')) return;
+        if (renaming !== id || isComposing(event) || (event.key !== 'Enter' && event.key !== 'Escape')) return;
         done(event.key === 'Enter');
         /** @type {HTMLElement | null} */ (list.querySelector(`[data-id="${id}"] button`))?.focus();
       });
@@ -162,9 +185,9 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
         box?.focus();
         box?.select();
       }),
-      tool('download', text.downloadFace(entry.name), () => save(faceFile(model, entry.name, entry), fileName(entry.name, FACE))),
+      tool('download', text.downloadFace(entry.name), () => save(faceFile(model, entry), fileName(entry.name, FACE))),
       tool('bin', text.remove(entry.name), () => {
-        removed = entry;
+        removed.push({ entry, after: library.own.length - 1 - library.own.findIndex((one) => one.id === id) });
         library.remove(id);
         restoreNote.querySelector('button')?.focus();
       }),
@@ -198,11 +221,13 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
     list.replaceChildren(...library.own.map(row));
     if (there) rows().find((one) => one.dataset.id === there.dataset.id)?.querySelectorAll('button')[at]?.focus();
     nothing.hidden = library.own.length > 0;
-    sheetRow.hidden = !nothing.hidden;
-    restoreNote.hidden = removed === null;
+    sheet.hidden = !nothing.hidden;
+    ofAll.hidden = library.own.length + library.unread.length === 0;
+    const last = removed.at(-1);
+    restoreNote.hidden = last === undefined;
     restoreNote.replaceChildren();
-    if (removed) {
-      const entry = removed;
+    if (last) {
+      const { entry, after } = last;
       restoreNote.append(
         text.removed(entry.name),
         ' ',
@@ -212,8 +237,8 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
             type: 'button',
             class: 'link',
             onclick: () => {
-              removed = null;
-              library.add(entry.name, entry, entry.id);
+              removed.pop();
+              if (!library.putBack(entry, after)) say(text.notKept);
               /** @type {HTMLElement | null} */ (list.querySelector(`[data-id="${entry.id}"] button`))?.focus();
             },
           },
@@ -229,8 +254,8 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
     if (event.dataTransfer?.types.includes('Files')) event.preventDefault();
   });
   window.addEventListener('drop', (event) => {
-    // Pictures are the photo section's.
-    const files = [...(event.dataTransfer?.files ?? [])].filter(({ type }) => !type.startsWith('image/'));
+    // All else is the photo section's.
+    const files = [...(event.dataTransfer?.files ?? [])].filter((file) => !mayBePicture(file));
     if (files.length === 0) return;
     event.preventDefault();
     void take(files);
@@ -246,7 +271,7 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
       restoreNote,
       nothing,
       list,
-      sheetRow,
+      ofAll,
       element(
         'section',
         { class: 'part' },
@@ -262,7 +287,7 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
               class: 'button',
               onclick: () => {
                 const chosen = name.value.trim() || library.nameOf(editor.face.code) || text.thisFace;
-                save(faceFile(model, chosen, editor.likeness), fileName(chosen, FACE));
+                save(faceFile(model, { name: chosen, ...editor.likeness }), fileName(chosen, FACE));
               },
             },
             icon('download'),
@@ -280,9 +305,9 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
     shown(now) {
       visible = now;
       build();
-      if (!visible || told || library.unread === 0) return;
+      if (!visible || told || library.unread.length === 0) return;
       told = true;
-      say(text.unreadFaces(library.unread));
+      say(text.unreadFaces(library.unread.length));
     },
   };
 }

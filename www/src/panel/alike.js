@@ -99,9 +99,7 @@ export function createAlike(editor, { library, portraits, say, spread }) {
     for (const button of row.querySelectorAll('button')) button.setAttribute('aria-pressed', String(button.dataset.face === editor.face.code));
   }
   function keepAll() {
-    const named = faces.map((face, i) => ({ name: text.alike.name(of, i + 1), face }));
-    // Each is put before those that are there.
-    const kept = named.reverse().map(({ name, face }) => library.add(name, face)).every(Boolean);
+    const kept = library.add(...faces.map((face, i) => ({ ...face, name: text.alike.name(of, i + 1) })));
     keep.disabled = kept;
     say(kept ? text.alike.kept(FACES) : text.notKept);
   }

@@ -104,6 +104,7 @@ export function createColours(editor, paints) {
           take: (percent) => editor.paint({ ...editor.colouring, ...moved(name, percent / 100) }),
         },
         move: (value) => editor.moveColours(moved(name, value)),
+        cancel: editor.cancel,
         finish: () => editor.finish(`paint ${name}`),
       });
       return [name, slider];

@@ -76,6 +76,7 @@ export function createExpressions(editor, file, display) {
   );
   const gaze = createGaze({
     move: (weights) => editor.moveExpression(weights),
+    cancel: editor.cancel,
     finish: () => editor.finish('gaze'),
   });
   const together = element('input', {
@@ -141,6 +142,7 @@ export function createExpressions(editor, file, display) {
         take: (percent) => editor.express({ ...face.expression, ...weigh(percent / 100) }),
       },
       move: (weight) => editor.moveExpression(weigh(weight)),
+      cancel: editor.cancel,
       finish: () => editor.finish(`express ${name}`),
     });
     const weigh = (/** @type {number} */ weight) => Object.fromEntries(members.map((member) => [member, weight]));

@@ -168,6 +168,7 @@ export function createFeatures(editor, { distributions, limits, random, preview,
         legend: i === 0 && !limits.beyond ? text.percentile : '',
         move,
         hold,
+        cancel: editor.cancel,
         finish: done,
       });
       return { control, slider, distribution };
@@ -204,6 +205,7 @@ export function createFeatures(editor, { distributions, limits, random, preview,
       },
     },
     move: (mm) => editor.moveAlpha(mm),
+    cancel: editor.cancel,
     finish: () => editor.finish('move alpha'),
   });
 

@@ -34,9 +34,9 @@ function looks(x, y) {
 
 /**
  * A field with a dot: the eyes look where it is.
- * @param {{ move: (weights: Record<string, number>) => void, finish: () => void }} on
+ * @param {{ move: (weights: Record<string, number>) => void, cancel: () => void, finish: () => void }} on
  */
-export function createGaze({ move, finish }) {
+export function createGaze({ move, cancel, finish }) {
   /** @type {[number, number]} */
   let at = [0, 0];
   /** @param {number} x @param {number} y */
@@ -63,6 +63,11 @@ export function createGaze({ move, finish }) {
         Home: [0, 0],
         Delete: [0, 0],
       };
+      if (event.key === 'Escape' && held !== null) {
+        event.stopPropagation();
+        held = null;
+        cancel();
+      }
       if (!(event.key in to)) return;
       event.preventDefault();
       moveTo(...to[event.key]);
@@ -70,7 +75,8 @@ export function createGaze({ move, finish }) {
     },
   });
   const field = element('div', { class: 'gaze', title: tapping(text.gazeAbout) }, dot);
-  let held = false;
+  /** The pointer that has it. @type {number | null} */
+  let held = null;
   /** @param {PointerEvent} event */
   function follow(event) {
     const box = field.getBoundingClientRect();
@@ -81,18 +87,19 @@ export function createGaze({ move, finish }) {
     );
   }
   field.addEventListener('pointerdown', (event) => {
-    if (event.button !== 0) return;
+    if (event.button !== 0 || held !== null) return;
     event.preventDefault();
     dot.focus({ preventScroll: true });
     field.setPointerCapture(event.pointerId);
-    held = true;
+    held = event.pointerId;
     follow(event);
   });
-  field.addEventListener('pointermove', (event) => held && follow(event));
-  for (const end of ['pointerup', 'pointercancel']) {
-    field.addEventListener(end, () => {
-      if (held) finish();
-      held = false;
+  field.addEventListener('pointermove', (event) => held === event.pointerId && follow(event));
+  for (const [type, end] of /** @type {const} */ ([['pointerup', finish], ['pointercancel', cancel]])) {
+    field.addEventListener(type, (event) => {
+      if (held !== event.pointerId) return;
+      held = null;
+      end();
     });
   }
   field.addEventListener('dblclick', () => {

@@ -71,6 +71,7 @@ export function createMeanings(editor, { distributions, limits }) {
         before = rows.map((entry) => entry.distribution.of(face));
         hold?.();
       },
+      cancel: editor.cancel,
       finish: () => {
         before = null;
         editor.finish(`move ${name}`);

@@ -123,6 +123,10 @@ export function createPerson(editor, limits) {
       },
       move,
       hold,
+      cancel() {
+        last = null;
+        editor.cancel();
+      },
       finish: done,
     });
     return { name, placeOf, slider };

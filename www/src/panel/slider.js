@@ -1,5 +1,6 @@
 import { isBeyond } from './distribution.js';
 import { element } from '../frame/element.js';
+import { isComposing, steppedTo } from '../frame/keys.js';
 import { text } from '../text.js';
 import { changeIn, numberIn } from './typed.js';
 
@@ -42,11 +43,12 @@ function bell(density) {
  *   legend?: string,
  *   move: (value: number) => void,
  *   hold?: () => void,
+ *   cancel?: () => void,
  *   finish: () => void,
  *   extra?: Node[],
  * }} spec `limits` are the track's, `ends` where the thumb stops on it; `key` is what an arrow key adds; `typed` is the number that people see and type,
  *   `atRank` what it is at a percentile, `write` and `read` how it is typed where that is more than a number and its unit, `ended` what is said when it is
- *   beyond its end; `legend` stands after the value
+ *   beyond its end; `legend` stands after the value; `cancel` brings back what was there before, where moving there does not, and `finish` follows
  */
 export function createSlider(spec) {
   const [min, max] = spec.ends ?? spec.limits;
@@ -62,6 +64,8 @@ export function createSlider(spec) {
   /** @type {{ pointer: number, grip: number, x: number, moving: boolean } | null} */
   let drag = null;
   let held = false;
+  /** The value when it was taken up. */
+  let began = NaN;
   // What is shown, the nearest to it that the input takes, and its words.
   let shown = NaN;
   let rounded = NaN;
@@ -85,6 +89,7 @@ export function createSlider(spec) {
   function hold() {
     if (held) return;
     held = true;
+    began = shown;
     closeTyped(false);
     root.classList.add('is-held');
     spec.hold?.();
@@ -127,21 +132,12 @@ export function createSlider(spec) {
     onkeyup: () => !drag && release(),
     onkeydown: (/** @type {KeyboardEvent} */ event) => {
       if (event.ctrlKey || event.metaKey || event.altKey) return;
-      const present = input.valueAsNumber;
-      const step = event.shiftKey ? spec.key * 10 : spec.key;
-      /** @type {Record<string, number>} */
-      const to = {
-        ArrowLeft: present - step,
-        ArrowDown: present - step,
-        ArrowRight: present + step,
-        ArrowUp: present + step,
-        PageDown: present - spec.key * 10,
-        PageUp: present + spec.key * 10,
-        Home: min,
-        End: max,
-      };
-      if (event.key in to) move(to[event.key]);
-      else if (event.key === 'Delete' || event.key === 'Backspace') toNeutral();
+      const to = steppedTo(event, input.valueAsNumber, spec.key, [min, max]);
+      if (to !== null) move(to);
+      else if (event.key === 'Escape' && drag) {
+        cancel();
+        event.stopPropagation();
+      } else if (event.key === 'Delete' || event.key === 'Backspace') toNeutral();
       else if (/^[0-9.,+-]$/.test(event.key)) openTyped(event.key);
       else if (event.key === 'Enter') openTyped();
       else return;
@@ -183,13 +179,24 @@ export function createSlider(spec) {
     drag.moving = true;
     follow(event);
   });
+  function drop() {
+    for (const over of /** @type {const} */ (['pointerup', 'pointercancel'])) window.removeEventListener(over, letGo, true);
+    drag = null;
+  }
   /** @param {PointerEvent} event */
   function letGo(event) {
     if (drag?.pointer !== event.pointerId) return;
-    for (const over of /** @type {const} */ (['pointerup', 'pointercancel'])) window.removeEventListener(over, letGo, true);
+    if (event.type === 'pointercancel') return cancel();
     // A tap of a finger puts the thumb there.
-    if (event.type === 'pointerup' && !drag.moving && drag.grip === 0 && input.isConnected) follow(event);
-    drag = null;
+    if (!drag.moving && drag.grip === 0 && input.isConnected) follow(event);
+    drop();
+    release();
+  }
+  function cancel() {
+    drop();
+    if (!held) return;
+    if (spec.cancel) spec.cancel();
+    else spec.move(began);
     release();
   }
 
@@ -212,6 +219,7 @@ export function createSlider(spec) {
       tell();
     },
     onkeydown: (/** @type {KeyboardEvent} */ event) => {
+      if (isComposing(event)) return;
       if (event.key === 'Enter') closeTyped(true);
       else if (event.key === 'Escape') closeTyped(false);
       else if (event.key === 'ArrowUp') stepTyped(1);

@@ -138,6 +138,7 @@ export function createSymmetry(editor, limits) {
       },
       move,
       hold,
+      cancel: editor.cancel,
       finish,
     });
     function flip() {

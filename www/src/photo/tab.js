@@ -5,6 +5,12 @@ import { element } from '../frame/element.js';
 import { text } from '../text.js';
 
 /**
+ * Whether a file is a picture as far as the browser knows, which says nothing of kinds that are strange to it, as HEIC is to most.
+ * @param {File} file
+ */
+export const mayBePicture = ({ name, type }) => type.startsWith('image/') || (type === '' && !/\.json$/i.test(name));
+
+/**
  * The panel's section for photos. What it takes comes when it is first wanted: who designs faces only
  * loads none of it.
  *
@@ -44,7 +50,7 @@ export function createPhotoTab(editor, parts) {
   }
   /** @param {Iterable<File> | undefined} files */
   function pictureAmong(files) {
-    return [...(files ?? [])].find(({ type }) => type.startsWith('image/'));
+    return [...(files ?? [])].find(mayBePicture);
   }
   /** @param {File} file */
   async function open(file) {

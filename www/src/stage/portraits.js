@@ -1,11 +1,14 @@
 import { element } from '../frame/element.js';
 import { among, shows } from '../head/expression.js';
+import { createRemembered } from './remembered.js';
 
 /** The pictures' size, pixels; shown at half of it. */
 const WIDTH = 144;
 const HEIGHT = 176;
 /** How many are taken between two frames: the stage is drawn again after each batch. */
 const BATCH = 4;
+/** How many are remembered, of some 40 kB each: each face that was ever listed has one. */
+const MOST = 200;
 /** How long to wait for a graphics card that was lost, ms. */
 const PATIENCE = 1000;
 
@@ -17,8 +20,8 @@ const PATIENCE = 1000;
 export function createPortraits(model, display) {
   const sitter = model.face();
   const sheet = element('canvas', { width: WIDTH, height: HEIGHT });
-  /** @type {Map<string, string>} picture by face */
-  const taken = new Map();
+  /** Picture by face. @type {ReturnType<typeof createRemembered<string>>} */
+  const taken = createRemembered(MOST);
   /** @type {Map<string, HTMLImageElement[]>} */
   const waiting = new Map();
   let scheduled = false;
