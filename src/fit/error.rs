@@ -14,6 +14,14 @@ pub enum FitError {
         /// What is wrong with it, with the line or record where that is known.
         cause: String,
     },
+    /// A file that is meant to be there could not be opened or read: what it holds is not known.
+    #[error("{}: {source}", path.display())]
+    Unread {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
     /// The inputs do not allow the step (too few faces, another topology, a bad setting).
     #[error("{0}")]
     Input(String),
@@ -31,11 +39,35 @@ impl FitError {
         }
     }
 
+    /// A [`FitError::Unread`].
+    pub fn unread(path: &Path, source: std::io::Error) -> Self {
+        FitError::Unread {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    /// The same with more words behind it.
+    #[must_use]
+    pub fn and(self, more: &str) -> Self {
+        match self {
+            FitError::File { path, cause } => FitError::File {
+                path,
+                cause: format!("{cause}; {more}"),
+            },
+            FitError::Unread { path, source } => FitError::Unread {
+                path,
+                source: std::io::Error::new(source.kind(), format!("{source}; {more}")),
+            },
+            FitError::Input(_) | FitError::Core(_) => FitError::Input(format!("{self}; {more}")),
+        }
+    }
+
     /// The same of a file or folder, if it names none.
     #[must_use]
     pub fn of(self, path: &Path) -> Self {
         match self {
-            FitError::File { .. } => self,
+            FitError::File { .. } | FitError::Unread { .. } => self,
             FitError::Input(_) | FitError::Core(_) => Self::file(path, self),
         }
     }
@@ -53,5 +85,7 @@ mod tests {
         let of = |error: FitError| error.of(Path::new("faces")).to_string();
         assert_eq!(of(FitError::Input("too few".into())), "faces: too few");
         assert_eq!(of(FitError::file(Path::new("a.ply"), "bad")), "a.ply: bad");
+        let gone = FitError::unread(Path::new("a.ply"), std::io::Error::other("gone"));
+        assert_eq!(of(gone.and("it stays")), "a.ply: gone; it stays");
     }
 }

@@ -4,7 +4,7 @@
 //! - [`head`] makes the generic head;
 //! - [`scan`] reads scans, and [`register`] fits the head to them; where nobody marked them [`detect`] finds the landmarks;
 //! - [`learn`](mod@learn) goes from faces to a model; [`sparse`] learns a basis of local components for it;
-//! - [`sample`] draws people from a model, as files;
+//! - [`sample`] draws people from a model, as files, and [`export`](mod@export) writes a model as arrays;
 //! - [`truth`] has people whose shape is known, [`evaluate`](mod@evaluate) measures registrations against them, and
 //!   [`validate`](mod@validate) writes the report on a population and its model.
 //!
@@ -12,6 +12,7 @@
 
 pub mod detect;
 pub mod evaluate;
+pub mod export;
 pub mod format;
 pub mod head;
 pub mod learn;

@@ -73,6 +73,8 @@ pub use block::{Block, FALLOFF_REACH, falloff};
 pub use control::Control;
 pub use header::{About, Blending, Licence};
 #[cfg(feature = "fit")]
+pub(crate) use read::MAX_COEFFICIENTS;
+#[cfg(feature = "fit")]
 pub(crate) use surround::Nearest;
 pub use surround::{Rigid, SOURCES, Surround};
 

@@ -22,7 +22,7 @@ use crate::{Error, Result};
 
 const LARGEST_COORDINATE: f32 = 1e4;
 const MAX_VERTICES: u32 = 1 << 20;
-const MAX_COEFFICIENTS: usize = 1024;
+pub(crate) const MAX_COEFFICIENTS: usize = 1024;
 /// What is locked is told by a bit each.
 const MAX_BLOCKS: usize = 63;
 /// Blending farther than a head is high means nothing, and up to here a whole micrometre survives

@@ -10,8 +10,9 @@ use phiz::fit::format::ply::write_mesh;
 use phiz::fit::head::cage::Cage;
 use phiz::fit::head::prior::ShapePrior;
 use phiz::fit::head::template::Template;
+use phiz::fit::learn::attributes::{self, Labels};
 use phiz::fit::learn::crease::{Seam, seams};
-use phiz::fit::learn::{Learned, Settings, doubled, learn};
+use phiz::fit::learn::{Learned, Settings, doubled, far_beyond, learn};
 use phiz::fit::truth::population;
 use phiz::fit::validate::rounding;
 use phiz::quantise::BLOCK_ERROR;
@@ -328,4 +329,228 @@ fn doubled_faces_are_told_and_too_few_are_refused_in_words() {
     let err = String::from_utf8(done.stderr).unwrap();
     let copied = "anna.ply is the same face as anna again.ply: counted once\n";
     assert!(out.starts_with(copied), "{out}{err}");
+}
+
+/// One label that nobody can learn costs the others nothing.
+#[test]
+fn labels_are_learned_each_by_itself() {
+    let (Some(folder), Some(template)) = (base_mesh::folder(), heads::plain()) else {
+        return;
+    };
+    let people = population::sample(template, &folder, 40, 7).unwrap();
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/synthetic.phiz");
+    let model = FaceModel::parse(&std::fs::read(path).unwrap()).unwrap();
+    let column = |of: &dyn Fn(usize) -> Option<f64>| (0..40).map(of).collect::<Vec<_>>();
+    let sex = |f: usize| people.labels[f].sex;
+    let labels = |told: Vec<(&str, Vec<Option<f64>>)>| Labels {
+        together: (0..told.len()).map(|i| i..i + 1).collect(),
+        told: told
+            .into_iter()
+            .map(|(name, values)| (name.into(), values))
+            .collect(),
+        besides: Vec::new(),
+    };
+    let learn =
+        |labels: &Labels| attributes::learn(template, &model, &people.faces, labels, "they");
+    let all = learn(&labels(vec![
+        ("sex", column(&|f| Some(sex(f)))),
+        ("sex of most", column(&|f| (f >= 5).then(|| sex(f)))),
+        ("same", column(&|_| Some(0.1))),
+        ("rare", column(&|f| Some(f64::from(u8::from(f == 12))))),
+        ("hardly known", column(&|f| (f < 9).then(|| sex(f)))),
+    ]))
+    .unwrap();
+    let told: Vec<(&str, usize)> = (all.told.iter())
+        .map(|told| (&*told.attribute.name, told.people))
+        .collect();
+    assert_eq!(told, [("sex", 40), ("sex of most", 35)]);
+    // The same label of fewer people is told by nearly the same change of faces: a fifth of a sigma at most.
+    let [sex_of_all, sex_of_most] = &all.told[..] else {
+        panic!("two")
+    };
+    assert!((sex_of_all.length - sex_of_most.length).abs() < 0.2 * sex_of_all.length);
+    let skipped: Vec<(&str, &str)> = (all.skipped.iter())
+        .map(|(names, why)| (&*names[0], &**why))
+        .collect();
+    for ((name, why), (wanted, cause)) in skipped.iter().zip([
+        ("same", "the same for all 40 people"),
+        ("rare", "so few people differ in it"),
+        ("hardly known", "known of 9 people, where 10 are the fewest"),
+    ]) {
+        assert!(*name == wanted && why.starts_with(cause), "{name}: {why}");
+    }
+    assert_eq!(skipped.len(), 3);
+    // Who is crooked by chance is not told older by it: what is unlike on two sides has no part in it.
+    let odd = model.parts().odd();
+    assert!(odd.iter().any(|odd| *odd));
+    for told in &all.told {
+        let reading = told.attribute.reading.iter().zip(&odd);
+        // The model's correlations of even and odd modes are nothing but rounding on a grid.
+        let (mut even_most, mut odd_most) = (0.0_f32, 0.0_f32);
+        for (w, &odd) in reading {
+            let most = if odd { &mut odd_most } else { &mut even_most };
+            *most = most.max(w.abs());
+        }
+        assert!(odd_most < 1e-3 * even_most, "{odd_most} {even_most}");
+    }
+    let none = learn(&labels(vec![("same", column(&|_| Some(0.1)))])).unwrap_err();
+    let said = "no label can be learned; same: the same for all 40 people";
+    assert!(none.to_string().starts_with(said), "{none}");
+    learn(&Labels::default()).unwrap_err();
+}
+
+/// Where people differ on one side only, so do their controls; elsewhere what is of one eye is the image of the other's.
+/// And the tables of few people have no stairs.
+#[test]
+fn sides_are_alike_where_mirror_images_count() {
+    let Some(Trained {
+        template, learned, ..
+    }) = &*TRAINED
+    else {
+        return;
+    };
+    // Faces whose right halves differ by a tenth alone.
+    let faces: Vec<Vec<DVec3>> = (learned.aligned[..20].iter())
+        .map(|face| {
+            let left = |p: DVec3| ((p.x + 5.0) / 10.0).clamp(0.0, 1.0);
+            let each = face.iter().zip(&learned.mean);
+            each.map(|(p, rest)| rest.lerp(*p, 0.1 + 0.9 * left(*rest)))
+                .collect()
+        })
+        .collect();
+    for both_sides in [true, false] {
+        let settings = Settings {
+            both_sides,
+            ..Settings::default()
+        };
+        let one = learn(template, faces.clone(), population::about(), &settings).unwrap();
+        let how = if both_sides {
+            " (tau 0.95)"
+        } else {
+            " (tau 0.95, one-sided)"
+        };
+        assert!(
+            one.parts.about.made_by.ends_with(how),
+            "{}",
+            one.parts.about.made_by
+        );
+        let table = |name: &str| {
+            let control = one.parts.controls.iter().find(|c| c.name == name);
+            &control.expect("a control").quantiles
+        };
+        let (left, right) = (table("left eye width"), table("right eye width"));
+        let width = |table: &[f32]| table[48] - table[16];
+        match both_sides {
+            // In f32 of some 30 mm.
+            true => assert!(left.iter().zip(right).all(|(a, b)| (a - b).abs() < 1e-4)),
+            // A tenth of the left's, but for what sampling makes of twenty people.
+            false => assert!(width(right) < 0.4 * width(left), "{left:?} {right:?}"),
+        }
+        // Neighbours in a table of twenty people differ by more than the least gap, but where two people are alike.
+        let (mut level, mut all) = (0, 0);
+        for control in one.parts.controls.iter().filter(|c| c.measure.is_none()) {
+            for pair in control.quantiles[4..61].windows(2) {
+                all += 1;
+                level += usize::from(pair[1] - pair[0] < 1.5e-4);
+            }
+        }
+        assert!(level < all / 20, "{level} of {all}");
+    }
+}
+
+/// Who is far from all others is named, and what a model says of how it was made is what was asked for.
+#[test]
+fn training_names_a_face_that_is_far_beyond_the_others() {
+    let (Some(folder), Some(template)) = (base_mesh::folder(), heads::plain()) else {
+        return;
+    };
+    let mut faces = population::sample(template, &folder, 10, SEED)
+        .unwrap()
+        .faces;
+    let root = tempfile::tempdir().unwrap();
+    let (file, people) = (root.path().join("t.phiz"), root.path().join("people"));
+    std::fs::write(&file, template.to_bytes().unwrap()).unwrap();
+    std::fs::create_dir(&people).unwrap();
+    // In another unit.
+    faces[4].iter_mut().for_each(|p| *p *= 1.3);
+    for (i, face) in faces.iter().enumerate() {
+        let path = people.join(format!("person {i}.ply"));
+        write_mesh(&path, face, &template.triangles()).unwrap();
+    }
+    let run = |arguments: &[&std::ffi::OsStr]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+        let done = command.args(arguments).output().unwrap();
+        let said = [done.stdout, done.stderr].map(|said| String::from_utf8(said).unwrap());
+        (done.status.code(), said)
+    };
+    let model = root.path().join("m.phiz");
+    let train = [
+        "train".as_ref(),
+        "--template".as_ref(),
+        file.as_os_str(),
+        "--faces".as_ref(),
+    ];
+    let rest = [
+        people.as_os_str(),
+        "--one-sided".as_ref(),
+        "-o".as_ref(),
+        model.as_os_str(),
+    ];
+    let (code, [out, err]) = run(&[&train[..], &rest].concat());
+    assert_eq!(code, Some(0), "{err}");
+    for line in err.lines() {
+        assert!(
+            line.starts_with("phiz-fit: warning: person 4.ply: far beyond the others in"),
+            "{err}"
+        );
+    }
+    assert!(err.contains(" in size, by "), "{err}");
+    assert!(out.contains("(person 4.ply)"), "{out}");
+    let (_, [out, _]) = run(&["inspect".as_ref(), model.as_os_str()]);
+    assert!(out.contains("learned from 10 faces by phiz-fit "), "{out}");
+    assert!(out.contains("(tau 0.95, one-sided);"), "{out}");
+    // Another mesh's vertices are no face's, though they are as many.
+    let mut turned = template.triangles();
+    turned.iter_mut().for_each(|corners| corners.swap(0, 1));
+    write_mesh(&people.join("person 7.ply"), &faces[7], &turned).unwrap();
+    let (code, [_, err]) = run(&[&train[..], &rest].concat());
+    assert_eq!(code, Some(1), "{err}");
+    let said = format!(
+        "phiz-fit: {}: its triangles are not the template's",
+        people.join("person 7.ply").display()
+    );
+    assert!(err.starts_with(&said) && err.lines().count() == 1, "{err}");
+    let usual = &TRAINED.as_ref().expect("made of the same").learned.faces;
+    assert!(far_beyond(usual).is_empty(), "{:?}", far_beyond(usual));
+}
+
+/// The file of a basis is the same of each run.
+#[test]
+fn a_basis_is_the_same_file_each_time() {
+    let (Some(folder), Some(template)) = (base_mesh::folder(), heads::plain()) else {
+        return;
+    };
+    let root = tempfile::tempdir().unwrap();
+    let (file, people) = (root.path().join("t.phiz"), root.path().join("people"));
+    std::fs::write(&file, template.to_bytes().unwrap()).unwrap();
+    let some = population::sample(template, &folder, 6, SEED).unwrap();
+    population::write(&some, template, &people).unwrap();
+    let written = ["a.json", "b.json"].map(|name| {
+        let path = root.path().join(name);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+        command
+            .args(["basis", "--template"])
+            .arg(&file)
+            .arg("--faces")
+            .arg(&people);
+        command
+            .args(["--components", "5", "--iterations", "2", "-o"])
+            .arg(&path);
+        let done = command.output().unwrap();
+        // How long it took is said, and not written.
+        let out = String::from_utf8(done.stdout).unwrap();
+        assert!(out.contains(" s for the start, "), "{out}");
+        std::fs::read(&path).unwrap()
+    });
+    assert!(written[0] == written[1]);
 }

@@ -15,6 +15,7 @@ mod ict;
 #[path = "../common/james.rs"]
 mod james;
 
+mod arrays;
 mod bad_scans;
 mod detect;
 mod evaluate;

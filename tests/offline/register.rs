@@ -738,3 +738,71 @@ fn people_are_registered_as_well_as_promised() {
     assert!(drift < 0.8, "{drift}");
     assert_eq!(noisy.folds, 0);
 }
+
+/// What a fit takes for a trace of an expression on people who show none is how they differ from the prior: it is not taken
+/// off them, who would all be made more alike.
+#[test]
+fn from_people_at_rest_nothing_is_taken_off() {
+    let (Some(given), Some(ict)) = (given(), ict::ict()) else {
+        return;
+    };
+    let template = given.template;
+    let simulator = Simulator::new(ict);
+    let ibug: Vec<usize> = (0..68)
+        .map(|i| {
+            let name = format!("ibug_{i:02}");
+            let mut landmarks = template.landmarks.iter();
+            landmarks.position(|l| l.name == name).expect("a point")
+        })
+        .collect();
+    let (mut traces, mut told) = (0, 0);
+    for seed in 9000..9010 {
+        let settings = simulate::Settings {
+            noise: 0.2,
+            jitter: 0.5,
+            holes: false,
+        };
+        let person = simulator.scan(seed, &settings);
+        let points: Pulls = ibug.iter().copied().zip(person.landmarks).collect();
+        let registered = given
+            .registrar
+            .register(&person.scan, &points, &Settings::default());
+        let registered = registered.expect("registers");
+        // As all that a fit found would move the face: on the mean over the features, mm.
+        let mut moves = vec![DVec3::ZERO; template.positions.len()];
+        for (name, strength) in &registered.expressions {
+            let own = template.expressions.iter().find(|e| e.name == *name);
+            let own = &own.expect("one of the template's").displacements;
+            moves
+                .iter_mut()
+                .zip(own)
+                .for_each(|(m, d)| *m += *d * *strength);
+        }
+        let count = features(template).count() as f64;
+        let all = features(template).map(|v| moves[v].length()).sum::<f64>() / count;
+        let farthest = features(template)
+            .map(|v| moves[v].length())
+            .fold(0.0, f64::max);
+        let neutral = registered.neutral();
+        let taken = features(template).map(|v| neutral[v].distance(registered.positions[v]));
+        let taken = taken.sum::<f64>() / count;
+        println!(
+            "{seed}: {:.2?}; all of it {all:.3} mm, at most {farthest:.2}; taken off {taken:.3} mm",
+            registered
+                .expressions
+                .iter()
+                .map(|e| e.1)
+                .collect::<Vec<_>>()
+        );
+        match registered.summary().contains("the face shows") {
+            true => told += 1,
+            false => {
+                traces += usize::from(!registered.expressions.is_empty());
+                assert_eq!(neutral, registered.positions, "{seed}");
+            }
+        }
+    }
+    println!("{told} are told an expression, {traces} have traces of some");
+    // Without such people this would say nothing.
+    assert!(traces > 0);
+}

@@ -318,6 +318,80 @@ fn a_scan_that_a_link_has_among_the_faces_is_not_written_over() {
     }
 }
 
+/// A face is all that there is of a person whose scan cannot be seen, or read, and stays; whose scan is seen to be another
+/// that is none has no face.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_scan_that_cannot_be_seen_or_read_costs_no_face() {
+    use std::os::unix::fs::symlink;
+    let Some(registrar) = heads::registrar() else {
+        return;
+    };
+    let root = tempfile::tempdir().expect("a folder");
+    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
+    for folder in [&scans, &faces] {
+        fs::create_dir(folder).expect("makes");
+    }
+    write(&scans, "anna", 11);
+    let run = || {
+        let Jobs { jobs, .. } = batch::jobs(&scans, &faces).expect("a scan");
+        let also = |_: &Job, _: &_, _: &_| Ok(());
+        let settings = Settings::default();
+        let failed = batch::run(registrar, &jobs, None, &settings, also, |_, _| {});
+        (
+            failed.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            jobs[0].is_done(),
+        )
+    };
+    assert_eq!(run(), (Vec::new(), true));
+    let made = files(&faces);
+    let (scan, away) = (scans.join("anna.ply"), root.path().join("away.ply"));
+    fs::rename(&scan, &away).expect("goes");
+    let in_its_place = |target: &Path| {
+        let _ = fs::remove_file(&scan);
+        symlink(target, &scan).expect("links");
+    };
+    // A disk that is not connected; a file whose bytes cannot be had, which begins with an error of input.
+    for target in ["/nowhere/anna.ply", "/proc/self/mem"] {
+        in_its_place(Path::new(target));
+        let (failed, is_done) = run();
+        let [error] = &failed[..] else {
+            panic!("{target}: {failed:?}")
+        };
+        assert!(!is_done && error.contains("anna.ply: "), "{error}");
+        assert!(error.ends_with("; its former face stays"), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+        assert_eq!(files(&faces), made, "{target}");
+    }
+    // Nor do landmarks that cannot be seen; nor where nobody kept what the face was made of.
+    let points = scans.join("anna.json");
+    let bytes = fs::read(&points).expect("landmarks");
+    in_its_place(&away);
+    fs::remove_file(&points).expect("goes");
+    symlink("/nowhere/anna.json", &points).expect("links");
+    let (failed, _) = run();
+    assert!(failed[0].contains("anna.json: "), "{failed:?}");
+    assert_eq!(files(&faces), made);
+    in_its_place(Path::new("/nowhere/anna.ply"));
+    fs::rename(faces.join(".anna.made"), root.path().join("made")).expect("goes");
+    let (failed, _) = run();
+    assert!(failed[0].ends_with("; its former face stays"), "{failed:?}");
+    fs::rename(root.path().join("made"), faces.join(".anna.made")).expect("comes");
+    assert_eq!(files(&faces), made);
+
+    // It is there again, as it was.
+    fs::remove_file(&points).expect("goes");
+    fs::write(&points, bytes).expect("writes");
+    fs::remove_file(&scan).expect("goes");
+    fs::rename(&away, &scan).expect("comes");
+    // What is no scan any more has no face.
+    fs::write(&scan, "").expect("writes");
+    let (failed, _) = run();
+    let gone = "the face of what it was before is taken away";
+    assert!(failed[0].ends_with(gone), "{failed:?}");
+    assert!(names(&faces).is_empty(), "{:?}", names(&faces));
+}
+
 #[test]
 fn a_folder_has_faces_of_one_kind_whoever_they_are() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -326,6 +400,7 @@ fn a_folder_has_faces_of_one_kind_whoever_they_are() {
         prior: true,
         neutral: false,
         unit: None,
+        made_by: "phiz-fit 9".into(),
     };
     recipe(1).keep(folder.path()).expect("written");
     // Where no face came of it, another may begin.
@@ -334,6 +409,21 @@ fn a_folder_has_faces_of_one_kind_whoever_they_are() {
     recipe(2).keep(folder.path()).expect("the same");
     let error = recipe(3).keep(folder.path()).expect_err("no").to_string();
     assert!(error.contains("with another template"), "{error}");
+    // Another version of the program is told, where one was kept.
+    let newer = Recipe {
+        made_by: "phiz-fit 10".into(),
+        ..recipe(2)
+    };
+    let other = newer.keep(folder.path()).expect("the same but for that");
+    assert_eq!(other.as_deref(), Some("phiz-fit 9"));
+    let path = folder.path().join("recipe.json");
+    let text = fs::read_to_string(&path).expect("reads");
+    let old: String = text
+        .lines()
+        .filter(|line| !line.contains("made_by"))
+        .collect();
+    fs::write(&path, old).expect("writes");
+    assert_eq!(newer.keep(folder.path()).expect("the same"), None);
 }
 
 #[test]
@@ -488,6 +578,8 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
     write(&scans, "emil", 12);
     fs::write(scans.join("bad.glb"), "glTF?").expect("writes");
     fs::write(scans.join("about.json"), "{}").expect("writes");
+    let labels = r#"{"anna": {"age": 40}, "emil": {"age": null}}"#;
+    fs::write(scans.join("labels.json"), labels).expect("writes");
     fs::write(scans.join("nobody.pts"), "").expect("writes");
 
     let folder = ["--scans".as_ref(), scans.as_path(), "-o".as_ref(), &faces];
@@ -524,9 +616,17 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         "anna.png",
         "emil.json",
         "emil.ply",
+        "labels.json",
         "recipe.json",
     ];
     assert_eq!(names(&faces), there);
+    // Whose scans they are and what is known of them is so of the faces.
+    let copied = fs::read_to_string(faces.join("labels.json")).expect("labels");
+    assert_eq!(copied, labels);
+    // Of faces that were there no texture is baked, which is said.
+    let again = said(&register(&template_file, &textures).stdout);
+    let none = "1 of the faces that were there have no PNG, and get none";
+    assert!(again.contains(none), "{again}");
     // The texture has the colour that the scan has all over; the skin takes a quarter of the layout.
     let image = image::open(faces.join("anna.png"))
         .expect("a picture")
@@ -609,6 +709,15 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         "{err}"
     );
     fs::remove_file(scans.join("about.json")).expect("goes");
+    fs::write(scans.join("labels.json"), r#"{"anna": {"age": "old"}}"#).expect("writes");
+    let refused = register(&template_file, &folder);
+    let err = said(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        err.contains("labels.json: anna: its age is no number") && err.lines().count() == 1,
+        "{err}"
+    );
+    fs::remove_file(scans.join("labels.json")).expect("goes");
     assert_eq!(files(&faces), after);
 
     // Where no face is left, nothing is mixed.

@@ -30,6 +30,7 @@ fn what_is_not_meant_is_a_usage_error() {
         ),
         ("register --template t --scan s -o face.obj", "face.obj: "),
         ("sample m -o faces.stl", "faces.stl: "),
+        ("export m -o model.npy", "model.npy: "),
         (&format!("{train} 0"), "--tau"),
         (&format!("{train} 1.01"), "--tau"),
         (&format!("{basis} --compare 2"), "--compare"),
@@ -134,6 +135,7 @@ fn what_is_read_is_not_written_over() {
             "m: is the model",
         ),
         ("head m -o m".into(), "m: is the model"),
+        ("export m.npz -o m.npz".into(), "m.npz: is the model"),
     ] {
         let (code, error) = called(&arguments);
         assert_eq!(code, Some(1), "{arguments}: {error}");
@@ -224,6 +226,43 @@ fn a_short_report_takes_no_readme_but_its_own() {
     std::fs::copy(own, &readme).expect("copies");
     let (_, error) = called(&validate);
     assert!(error.starts_with("phiz-fit: t: "), "{error}");
+}
+
+#[test]
+fn a_report_takes_no_page_but_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let validate = format!(
+        "validate --template t --faces f -o {}",
+        folder.path().display()
+    );
+    let refused = |name: &str| {
+        let (code, error) = called(&validate);
+        assert_eq!(code, Some(1), "{error}");
+        let said = format!("phiz-fit: {}: is no report of before", at(name).display());
+        assert!(
+            error.starts_with(&said) && error.lines().count() == 1,
+            "{error}"
+        );
+    };
+    // Somebody's page, or numbers of somebody's beside none.
+    std::fs::write(at("index.html"), "<!doctype html><title>Our lab</title>").expect("writes");
+    refused("index.html");
+    std::fs::remove_file(at("index.html")).expect("goes");
+    std::fs::write(at("report.json"), "{}").expect("writes");
+    refused("report.json");
+    let own = "<!doctype html><meta name=\"generator\" content=\"phiz-fit validate\"><title>";
+    std::fs::write(at("index.html"), own).expect("writes");
+    let (_, error) = called(&validate);
+    assert!(error.starts_with("phiz-fit: t: "), "{error}");
+    // Among the faces, the numbers would be a face's landmarks.
+    let faces = folder.path().display();
+    let (code, error) = called(&format!("validate --template t --faces {faces} -o {faces}"));
+    assert_eq!(code, Some(1), "{error}");
+    assert!(
+        error.contains("report.json: is one of the files of the faces"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -9,11 +9,12 @@ use phiz::FaceModel;
 use phiz::fit::head::template::Template;
 use phiz::fit::mesh::align::{Rigid, vertex_areas};
 use phiz::fit::register::Settings as Registration;
+use phiz::fit::sparse::compare::BASES;
 use phiz::fit::statistics::subspace::Subspace;
 use phiz::fit::truth::population::{self, Labels};
-use phiz::fit::truth::simulate::{Settings, Simulator};
+use phiz::fit::truth::simulate::{self, Settings, Simulator};
 use phiz::fit::validate::areas::{Areas, FEATURES};
-use phiz::fit::validate::{Population, Report, STEPS, page, validate};
+use phiz::fit::validate::{Population, Report, STEPS, bases, page, validate};
 use rayon::prelude::*;
 
 use crate::{base_mesh, heads, ict};
@@ -39,6 +40,8 @@ fn dozen() -> Option<&'static Labelled> {
 fn report_of(template: &Template, faces: Vec<Vec<Vec3>>) -> Result<Report, String> {
     let population = Population {
         template,
+        names: Vec::new(),
+        both_sides: true,
         faces,
         labels: Vec::new(),
         about: population::about(),
@@ -55,15 +58,18 @@ fn a_small_population_gets_a_whole_report() {
     let Some((template, faces, labels)) = dozen() else {
         return;
     };
+    let names = (1..=12).map(|i| format!("person {i}"));
     let population = Population {
         template,
+        names: names.collect(),
+        both_sides: true,
         faces: faces.clone(),
         labels: labels.clone(),
         about: population::about(),
         drift: None,
     };
     let mut steps = 0;
-    let validated = validate(population, |_| steps += 1).unwrap();
+    let mut validated = validate(population, |_| steps += 1).unwrap();
     assert_eq!(steps, STEPS);
     let report = &validated.report;
     let labelled = report.labels.as_ref().unwrap();
@@ -82,8 +88,45 @@ fn a_small_population_gets_a_whole_report() {
         assert!((part.cumulative.last().unwrap() - 1.0).abs() < 1e-9);
     }
 
+    // Each face is told of by its name.
+    assert_eq!(report.people[3].name, "person 4");
+    for (person, alignment) in report.people.iter().zip(&report.alignment) {
+        assert_eq!(person.face.alignment, *alignment);
+        // Root mean square over a head some 200 mm wide and 250 high.
+        assert!((50.0..150.0).contains(&person.face.size));
+        assert!(person.held_out > 0.0, "{person:?}");
+    }
+    let mean = report.people.iter().map(|p| p.held_out).sum::<f64>() / 12.0;
+    let all = report.held_out[0].regions.last().unwrap();
+    // A mean of the same numbers, in another order.
+    assert!((mean - all.rms.mean).abs() < 1e-12);
+
+    // As if bases had been compared, of these people, who are of no linear model of a hundred dimensions.
+    let errors = BASES.iter().map(|basis| bases::Errors {
+        basis: (*basis).into(),
+        training: vec![1.0],
+        test: vec![1.0],
+        range: vec![[1.0, 1.0]],
+    });
+    validated.report.bases = vec![bases::Bases {
+        training: 25,
+        test: 100,
+        splits: 1,
+        components: vec![5],
+        errors: errors.collect(),
+    }];
     let folder = tempfile::tempdir().unwrap();
     let (out, short) = (folder.path().join("report"), folder.path().join("short"));
+    page::write(&validated, &out, Some(&short)).unwrap();
+    page::check_report(&out).unwrap();
+    page::check_short(&short).unwrap();
+    let text = std::fs::read_to_string(short.join("README.md")).unwrap();
+    assert!(!text.contains("linear model"), "{text}");
+    // Half of a dozen was held out, and no ten of them.
+    assert!(text.contains("6 faces drawn at random and held out together:"));
+    assert!(text.contains("the worst of 6."));
+    assert!(!text.contains("Ten faces") && !text.contains("of ten"));
+    validated.report.about = simulate::about();
     page::write(&validated, &out, Some(&short)).unwrap();
     let html = std::fs::read_to_string(out.join("index.html")).unwrap();
     // Self-contained: nothing is fetched.
@@ -97,7 +140,10 @@ fn a_small_population_gets_a_whole_report() {
     let json = std::fs::read(out.join("report.json")).unwrap();
     let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
     assert_eq!(json["faces"], 12);
+    assert_eq!(json["people"][3]["name"], "person 4");
+    assert!(html.contains("person 4"));
     let text = std::fs::read_to_string(short.join("README.md")).unwrap();
+    assert!(text.contains("a linear model of 100 dimensions, as these are"));
     for picture in text.split("](").skip(1) {
         let name = picture.split(')').next().unwrap();
         assert!(short.join(name).is_file(), "{name}");
@@ -161,11 +207,25 @@ fn the_readme_quotes_the_report() {
     let count = |block: &serde_json::Value| block["modes"].as_u64().unwrap();
     let modes: u64 = report["blocks"].as_array().unwrap().iter().map(count).sum();
     let rounding = 1000.0 * report["rounding"]["rms"].as_f64().unwrap();
+    // Learned from few, the basis of regions with most components, beside the best of each PCA.
+    let few = report["bases"][0]["errors"].as_array().unwrap();
+    let errors = |basis: &str| -> Vec<f64> {
+        let own = few.iter().find(|own| own["basis"] == basis).unwrap();
+        let test = own["test"].as_array().unwrap();
+        test.iter().map(|e| e.as_f64().unwrap()).collect()
+    };
+    let sparse = *errors("regions").last().unwrap();
+    let less_than = |basis: &str| {
+        let best = errors(basis).into_iter().fold(f64::INFINITY, f64::min);
+        100.0 * (1.0 - sparse / best)
+    };
     for said in [
         format!("{} adults", report["faces"]),
         format!("{modes} *modes*"),
         format!("{:.2} mm", committed_error()),
         format!("{rounding:.0} micrometres RMS"),
+        format!("{:.0} % less error", less_than("PCA, mirrored")),
+        format!("({:.0} % less than", less_than("PCA")),
     ] {
         assert!(words.contains(&said), "README does not say {said:?}");
     }

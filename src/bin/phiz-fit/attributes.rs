@@ -9,10 +9,11 @@ use phiz::blob::pack;
 use phiz::fit::FitResult;
 use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
 use phiz::fit::learn::about;
-use phiz::fit::learn::attributes::{Labels, learn};
+use phiz::fit::learn::attributes::{FORMAT, Labels, learn};
 use phiz::model::Attribute;
 
 #[derive(Args)]
+#[command(after_help = FORMAT)]
 pub struct AttributesArgs {
     /// The generic head.
     #[arg(long, value_name = "FILE")]
@@ -49,6 +50,9 @@ pub fn run(args: &AttributesArgs) -> FitResult<()> {
     );
     let mut parts = model.parts().clone();
     parts.attributes = learned.attributes().cloned().collect();
+    for (names, why) in &learned.skipped {
+        println!("{:10} skipped: {why}", names.join(", "));
+    }
     for told in &learned.told {
         let Attribute {
             name,
@@ -58,10 +62,14 @@ pub fn run(args: &AttributesArgs) -> FitResult<()> {
         } = &told.attribute;
         println!(
             "{name:10} {:4.1} % of the variance explained, {:.2} {unit} off in {least:.2} to \
-             {most:.2}; a standard deviation is {:.2} sigmas{}",
+             {most:.2}; a standard deviation is {:.2} sigmas{}{}",
             100.0 * told.attribute.explained,
             told.error,
             told.length,
+            match told.people == faces.len() {
+                true => String::new(),
+                false => format!("; known of {}", told.people),
+            },
             match parts.attributes.contains(&told.attribute) {
                 true => "",
                 false => "; not told by these faces, left out",

@@ -4,6 +4,7 @@ mod attributes;
 mod basis;
 mod describe;
 mod evaluate;
+mod export;
 mod expressions;
 mod head;
 mod landmarks;
@@ -31,7 +32,7 @@ use phiz::fit::head::people::People;
 use phiz::fit::head::template::Template;
 use phiz::fit::learn::about;
 use phiz::fit::learn::semantic::{Method, Table};
-use phiz::fit::learn::{Learned, Settings, doubled, learn};
+use phiz::fit::learn::{FaceReport, Learned, Settings, doubled, far_beyond, learn};
 use phiz::fit::picture::pictures;
 use phiz::fit::register::batch;
 use phiz::fit::truth::ict::Ict;
@@ -79,6 +80,8 @@ enum Verb {
     Head(head::HeadArgs),
     /// Draw people from a model, as files.
     Sample(sample::SampleArgs),
+    /// Write a model as arrays for numpy.
+    Export(export::ExportArgs),
     /// Say what is in a model.
     Inspect(InspectArgs),
     /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
@@ -133,7 +136,15 @@ struct PopulationArgs {
     output: PathBuf,
 }
 
+/// What is read beside faces, for `--help`.
+const BESIDE: &str = r#"about.json beside the faces, if it is there, says who they are, and goes into the model:
+  {"title": "...", "population": "...", "caveat": "...",
+   "licences": [{"source": "...", "by": "...", "licence": "..."}]}
+labels.json, what is known of each, is for `phiz-fit attributes`, which puts it into the model; its --help says how it
+is written."#;
+
 #[derive(Args)]
+#[command(after_help = BESIDE)]
 struct TrainArgs {
     /// The generic head.
     #[arg(long, value_name = "FILE")]
@@ -232,6 +243,7 @@ fn main() -> ExitCode {
         Verb::Expressions(args) => expressions::run(&args),
         Verb::Head(args) => head::run(&args),
         Verb::Sample(args) => sample::run(&args),
+        Verb::Export(args) => export::run(&args),
         Verb::Inspect(args) => inspect(&args),
         Verb::Pictures(args) => draw(&args),
     };
@@ -306,7 +318,7 @@ fn check_varies(path: &Path, model: &FaceModel) -> FitResult<()> {
 /// count twice, and be held out from themselves.
 fn read_faces(folder: &Path, template: &Template) -> FitResult<(Vec<String>, Vec<Vec<DVec3>>)> {
     let read = step("reading faces", || {
-        ply::read_faces(folder, template.positions.len())
+        ply::read_faces(folder, template.positions.len(), &template.triangles())
     })?;
     Ok(once(read, |face| face).into_iter().unzip())
 }
@@ -430,7 +442,7 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     check_apart_from(&args.faces, &[&args.output])?;
     check_writable(&args.output)?;
     let template = read_template(&args.template)?;
-    let (_, faces) = read_faces(&args.faces, &template)?;
+    let (names, faces) = read_faces(&args.faces, &template)?;
     let about = about::read(&args.faces)?;
     let settings = Settings {
         tau: args.tau,
@@ -444,13 +456,27 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     // What is written is read once before it replaces anything.
     FaceModel::parse(&bytes)?;
     write_atomically(&args.output, &bytes)?;
-    print!("{}", summary(&learned));
+    for (face, far, what) in far_beyond(&learned.faces) {
+        let FaceReport { alignment, size } = learned.faces[face];
+        eprintln!(
+            "phiz-fit: warning: {}.ply: far beyond the others in {what}, by {far:.1} robust standard deviations \
+             ({alignment:.2} mm RMS from the mean, {size:.1} mm RMS in size): was it registered well, in the right unit?",
+            names[face]
+        );
+    }
+    print!("{}", summary(&learned, &names));
     println!("{}: {} bytes", args.output.display(), bytes.len());
     Ok(())
 }
 
-fn summary(learned: &Learned) -> String {
-    let mut text = format!("alignment left {:.2} mm RMS\n", learned.alignment);
+fn summary(learned: &Learned, names: &[String]) -> String {
+    let mut text = format!("alignment left {:.2} mm RMS", learned.alignment);
+    let worst = learned.faces.iter().zip(names);
+    let worst = worst.max_by(|(a, _), (b, _)| a.alignment.total_cmp(&b.alignment));
+    if let Some((face, name)) = worst {
+        text += &format!(", at most {:.2} ({name}.ply)", face.alignment);
+    }
+    text.push('\n');
     for block in &learned.blocks {
         text += &format!(
             "{:10} {:3} modes, {:4.1} % of the variance; smoothing kept {:.0} % of the motion\n",

@@ -11,7 +11,7 @@ use phiz::blob::{Blob, Kind};
 use phiz::fit::format::files;
 use phiz::fit::format::ply;
 use phiz::fit::head::template::Template;
-use phiz::fit::learn::about;
+use phiz::fit::learn::{about, attributes};
 use phiz::fit::picture::pictures;
 use phiz::fit::register::batch::{self, Job, Jobs, Prepared, Recipe, Tally};
 use phiz::fit::register::texture;
@@ -33,7 +33,7 @@ pub struct RegisterArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     landmarks: Option<PathBuf>,
     /// Every scan of a folder, with landmarks in NAME.json (or .txt, .pts, .ljson) beside NAME.ply. Faces that are
-    /// there already, of both as they are, stay.
+    /// there already, of both as they are, stay. about.json and labels.json go beside the faces.
     #[arg(long, value_name = "DIR")]
     scans: Option<PathBuf>,
     /// The scans' unit: mm, cm, m, inch, or how many mm it has; without it, it is guessed and said.
@@ -51,7 +51,8 @@ pub struct RegisterArgs {
     /// Draw the scan, the registered head and the distance between them: the PNG to write.
     #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     picture: Option<PathBuf>,
-    /// Bake NAME.png beside each face registered now, where the scan has colours; otherwise a former one goes.
+    /// Bake NAME.png beside each face registered now, where the scan has colours; otherwise a former one goes. Faces that
+    /// are there already get none, which is said.
     #[arg(long, conflicts_with = "scan")]
     textures: bool,
     /// The PLY to write, or the folder of them.
@@ -180,14 +181,15 @@ fn many(
     let output = &args.output;
     let found = batch::jobs(folder, output)?;
     // Whose scans they are is whose faces they become: what is no use then is told before the work.
-    let about = folder.join("about.json");
-    let about = match about.is_file() {
-        true => {
-            about::read(folder)?;
-            Some(super::read(&about)?)
-        }
-        false => None,
-    };
+    about::read(folder)?;
+    let labels = folder.join("labels.json");
+    if labels.is_file() {
+        attributes::read(&labels)?;
+    }
+    let told = ["about.json", "labels.json"].into_iter();
+    let told = told.filter(|name| folder.join(name).is_file());
+    let told = told.map(|name| Ok((name, super::read(&folder.join(name))?)));
+    let told = told.collect::<FitResult<Vec<_>>>()?;
     std::fs::create_dir_all(output).map_err(|e| FitError::file(output, e))?;
     let Jobs {
         jobs,
@@ -201,12 +203,27 @@ fn many(
         prior: settings.prior,
         neutral: settings.neutral,
         unit: args.unit.map(|unit| unit.to_string()),
+        made_by: about::PROGRAM.into(),
     };
-    recipe.keep(output)?;
+    if let Some(other) = recipe.keep(output)? {
+        println!(
+            "{}: the faces there were made by {other}, others will be by {}",
+            output.display(),
+            recipe.made_by
+        );
+    }
     for path in unclaimed {
         println!("{}: belongs to no scan there", path.display());
     }
-    let there = jobs.iter().filter(|job| job.is_done()).count();
+    let there: Vec<&Job> = jobs.iter().filter(|job| job.is_done()).collect();
+    let bare_before = there.iter();
+    let bare_before = bare_before.filter(|job| !job.output.with_extension("png").is_file());
+    let bare_before = if args.textures {
+        bare_before.count()
+    } else {
+        0
+    };
+    let there = there.len();
     let bar = ProgressBar::new((jobs.len() - there) as u64);
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} scans, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
@@ -245,8 +262,14 @@ fn many(
             scan.display()
         );
     }
-    if let Some(bytes) = about {
-        files::write_atomically(&output.join("about.json"), &bytes)?;
+    if bare_before > 0 {
+        println!(
+            "{bare_before} of the faces that were there have no PNG, and get none: what is taken away is made again \
+             with --textures"
+        );
+    }
+    for (name, bytes) in told {
+        files::write_atomically(&output.join(name), &bytes)?;
     }
     let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
     if let Some(said) = tally.summary(settings.neutral) {

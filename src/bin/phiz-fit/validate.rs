@@ -34,20 +34,31 @@ pub struct ValidateArgs {
     /// some minutes.
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
     splits: u64,
+    /// Learn from the faces as they are, without the mirror image of each, as `train --one-sided` does. (Sparse bases
+    /// are compared in both ways anyway.)
+    #[arg(long)]
+    one_sided: bool,
     /// Write a short copy, README.md with its pictures, into this folder; a README.md that is no former copy is not
     /// written over.
     #[arg(long, value_name = "DIR")]
     short: Option<PathBuf>,
-    /// The folder to write: `index.html` and `report.json`.
+    /// The folder to write: `index.html` and `report.json`; an index.html that is no former report is not written over.
     #[arg(short, value_name = "DIR")]
     output: PathBuf,
 }
 
 pub fn run(args: &ValidateArgs) -> FitResult<()> {
     one_arena();
+    page::check_report(&args.output)?;
     if let Some(short) = &args.short {
         page::check_short(short)?;
     }
+    let written = [Some(&args.output), args.short.as_ref()]
+        .into_iter()
+        .flatten();
+    let written: Vec<PathBuf> = written.map(|folder| folder.join("report.json")).collect();
+    let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
+    super::check_apart_from(&args.faces, &written)?;
     let template = super::read_template(&args.template)?;
     let (names, faces) = super::read_faces(&args.faces, &template)?;
     let named: Vec<_> = names.into_iter().zip(faces).collect();
@@ -84,11 +95,14 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     drop(faces);
     let bar = ProgressBar::new(STEPS + 1);
     bar.set_style(style);
+    let (names, faces): (Vec<String>, Vec<_>) = (named.into_iter())
+        .map(|(name, face)| (name, face.iter().map(|p| p.as_vec3()).collect()))
+        .unzip();
     let population = Population {
         template: &template,
-        faces: (named.into_iter())
-            .map(|(_, face)| face.iter().map(|p| p.as_vec3()).collect())
-            .collect(),
+        names,
+        both_sides: !args.one_sided,
+        faces,
         labels,
         about,
         drift,
@@ -114,6 +128,12 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
                 own.area, own.rms.mean, whole.rms.mean
             );
         }
+    }
+    for person in validated.report.people.iter().filter(|p| p.far.is_some()) {
+        println!(
+            "{}: far beyond the others, {:.2} mm RMS from the mean, {:.1} mm RMS in size",
+            person.name, person.face.alignment, person.face.size
+        );
     }
     println!("{}", args.output.join("index.html").display());
     Ok(())

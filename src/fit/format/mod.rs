@@ -3,6 +3,7 @@
 pub mod colours;
 pub mod files;
 pub mod glb;
+pub mod npz;
 pub mod obj;
 pub mod ply;
 pub mod stl;

@@ -92,7 +92,7 @@ impl Obj {
     /// # Errors
     /// With the line: numbers that are none or not finite, corners that refer to nothing.
     pub fn read(path: &Path) -> FitResult<Obj> {
-        let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+        let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
         Self::parse(&bytes).map_err(|cause| FitError::file(path, cause))
     }
 
@@ -296,7 +296,7 @@ fn shown(word: &[u8]) -> String {
 /// # Errors
 /// When the file cannot be read.
 pub fn read_images(path: &Path) -> FitResult<Vec<(String, PathBuf)>> {
-    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut material = String::new();
     let mut images = Vec::new();

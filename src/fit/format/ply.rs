@@ -31,13 +31,17 @@ pub fn write_mesh(path: &Path, positions: &[DVec3], triangles: &[[u32; 3]]) -> F
             bytes.extend(value.to_le_bytes());
         }
     }
-    for triangle in triangles {
-        bytes.push(3);
-        for vertex in triangle {
-            bytes.extend(vertex.to_le_bytes());
-        }
-    }
+    bytes.extend(records(triangles));
     write_atomically(path, &bytes)
+}
+
+/// Triangles as [`write_mesh`] writes them, at the end of a file.
+fn records(triangles: &[[u32; 3]]) -> Vec<u8> {
+    let one = |triangle: &[u32; 3]| {
+        let corners = triangle.map(u32::to_le_bytes);
+        std::iter::once(3).chain(corners.into_iter().flatten())
+    };
+    triangles.iter().flat_map(one).collect()
 }
 
 /// What a PLY file says of a mesh; other elements and properties are passed over.
@@ -84,7 +88,7 @@ pub fn read_positions(path: &Path) -> FitResult<Vec<DVec3>> {
 }
 
 fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
-    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
     let bytes = plain(&bytes).map_err(|cause| FitError::file(path, cause))?;
     if !bytes.starts_with(b"ply") {
         return Err(FitError::file(
@@ -207,11 +211,22 @@ fn image(comment: &str) -> Option<String> {
         .then(|| name.trim().to_owned())
 }
 
-/// Reads every `.ply` of a folder as a face registered to a template with so many vertices, sorted by name.
+/// Reads every `.ply` of a folder as a face registered to a template with so many vertices and these triangles, sorted
+/// by name. The name is the file's without its ending.
 ///
-/// The name is the file's without its ending. A file with another number of vertices is an error,
-/// and so is a folder without faces.
-pub fn read_faces(dir: &Path, vertices: usize) -> FitResult<Vec<(String, Vec<DVec3>)>> {
+/// Which triangles come first, and which corner of each, does not matter. A file without any, of vertices alone, is
+/// taken for one of the template's.
+///
+/// # Errors
+/// When a file cannot be read, has another number of vertices or other triangles, whose vertices then are in another
+/// order, and when there are no faces.
+pub fn read_faces(
+    dir: &Path,
+    vertices: usize,
+    triangles: &[[u32; 3]],
+) -> FitResult<Vec<(String, Vec<DVec3>)>> {
+    let ends = records(triangles);
+    let wanted = in_order(triangles.iter().copied());
     let mut paths = faces(dir)?;
     if paths.is_empty() {
         return Err(FitError::file(dir, "no .ply files"));
@@ -228,10 +243,36 @@ pub fn read_faces(dir: &Path, vertices: usize) -> FitResult<Vec<(String, Vec<DVe
                 );
                 return Err(FitError::file(path, cause));
             }
+            // Most are as they were written. To read triangles takes ten times as long as vertices.
+            let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
+            if !bytes.ends_with(&ends) {
+                let faces = read_mesh(path)?.faces;
+                let corners = |face: &Face| <[u32; 3]>::try_from(&face.vertices[..]).ok();
+                let there: Option<Vec<[u32; 3]>> = faces.iter().map(corners).collect();
+                let same = there.is_some_and(|there| in_order(there) == wanted);
+                if !faces.is_empty() && !same {
+                    let cause = "its triangles are not the template's, so its vertices may be in another order: not \
+                                 registered to this template, or changed by another program";
+                    return Err(FitError::file(path, cause));
+                }
+            }
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             Ok((name.into_owned(), positions))
         })
         .collect()
+}
+
+/// Triangles in an order that does not depend on which comes first, nor which corner of each; their sense is kept.
+fn in_order(triangles: impl IntoIterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
+    let mut all: Vec<[u32; 3]> = (triangles.into_iter())
+        .map(|mut corners| {
+            let least = (0..3).min_by_key(|&i| corners[i]).unwrap_or_default();
+            corners.rotate_left(least);
+            corners
+        })
+        .collect();
+    all.sort_unstable();
+    all
 }
 
 /// Whether there is any `.ply` in a folder.
@@ -377,6 +418,34 @@ fn scalar(property: &Property) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn faces_of_other_triangles_are_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let own = [[0, 1, 2], [0, 2, 3]];
+        let write = |triangles: &[[u32; 3]]| {
+            let path = folder.path().join("anna.ply");
+            write_mesh(&path, &positions, triangles).unwrap();
+            read_faces(folder.path(), 4, &own)
+        };
+        // In any order, from any corner, or none.
+        let same: [&[[u32; 3]]; 3] = [&own, &[[2, 3, 0], [1, 2, 0]], &[]];
+        for triangles in same {
+            assert_eq!(write(triangles).unwrap()[0].1, positions);
+        }
+        let others: [&[[u32; 3]]; 4] = [
+            &[[0, 1, 3], [1, 2, 3]],
+            &[[0, 2, 1], [0, 3, 2]],
+            &[[0, 1, 2]],
+            &[[0, 1, 2], [0, 2, 3], [0, 1, 3]],
+        ];
+        for triangles in others {
+            let error = write(triangles).unwrap_err().to_string();
+            let said = "anna.ply: its triangles are not the template's";
+            assert!(error.contains(said), "{error}");
+        }
+    }
 
     #[test]
     fn a_header_may_have_empty_lines() {

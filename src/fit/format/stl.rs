@@ -17,7 +17,7 @@ const RECORD: usize = 50;
 /// # Errors
 /// When the file is neither kind of STL, ends early, or has numbers that are none, with the line.
 pub fn read(path: &Path) -> FitResult<Vec<[DVec3; 3]>> {
-    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
     parse(&bytes).map_err(|cause| FitError::file(path, cause))
 }
 

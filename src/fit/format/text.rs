@@ -37,7 +37,7 @@ pub fn plain(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
 /// # Errors
 /// When it cannot be read, or is not what is meant: with the file and the place in it.
 pub fn json<T: DeserializeOwned>(path: &Path) -> FitResult<T> {
-    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
     let bytes = plain(&bytes).map_err(|cause| FitError::file(path, cause))?;
     serde_json::from_slice(&bytes).map_err(|e| FitError::file(path, e))
 }

@@ -8,6 +8,9 @@ use crate::fit::format::text::json;
 use crate::fit::{FitError, FitResult};
 use crate::model::About;
 
+/// The program and its version, as what it makes names it.
+pub const PROGRAM: &str = concat!("phiz-fit ", env!("CARGO_PKG_VERSION"));
+
 /// What `about.json` in a folder says of its faces. All of it may be missing, or any part.
 ///
 /// # Errors
@@ -29,7 +32,7 @@ pub fn read(faces: &Path) -> FitResult<About> {
         about[name] = value;
     }
     let mut about: About = serde_json::from_value(about).map_err(fail)?;
-    about.made_by = format!("phiz-fit {}", env!("CARGO_PKG_VERSION"));
+    about.made_by = PROGRAM.into();
     Ok(about)
 }
 

@@ -12,7 +12,7 @@
 //! artist's heads and scans differ by would be taken for a label. So the read-out is counted from the
 //! mean face, which stands for the mean of the labels.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
 
@@ -42,64 +42,119 @@ const INDEPENDENT: f64 = 300.0;
 /// are correlated by less than a half.
 const LEAST_EXPLAINED: f32 = 0.25;
 
-/// The labels of a population, one value a face.
+/// The format of `labels.json`, for `--help`.
+pub const FORMAT: &str = r#"labels.json holds an object for each person, by the name of the face's file without its ending:
+  {"anna": {"age": 34, "sex": 0, "ethnicity": [0, 0.5, 0.5], "scanner": {"height": 1.2}},
+   "emil": {"age": null, "sex": 1}}
+A number is a label. "ethnicity" is three shares, African, Asian and Caucasian, which sum to 1. The numbers of an
+object in it are what else is known of a person: their part of the faces is taken out before labels are learned.
+Who has no value of a label (null, or nothing), or is not there at all, is left out for that label alone."#;
+
+/// What `labels.json` says of the people it knows, by their names.
+pub type Told = BTreeMap<String, BTreeMap<String, Value>>;
+
+/// Reads a `labels.json` ([`FORMAT`]).
+///
+/// # Errors
+/// When the file cannot be read, or says of somebody what is no label: with the person and the label.
+pub fn read(path: &Path) -> FitResult<Told> {
+    let all: Told = json(path)?;
+    for (person, labels) in &all {
+        let bad = |label: &str, is: &str| {
+            Err(FitError::file(
+                path,
+                format!("{person}: its {label} is {is}"),
+            ))
+        };
+        for (label, value) in labels {
+            match value {
+                Value::Null | Value::Number(_) => {}
+                Value::Array(shares) if label == SHARES => {
+                    if shares.len() != ETHNICITIES.len() || !shares.iter().all(Value::is_number) {
+                        return bad(label, "not three numbers");
+                    }
+                }
+                Value::Object(more) => {
+                    for (name, value) in more {
+                        if !value.is_number() && !value.is_null() {
+                            return bad(&format!("{label}, {name}"), "no number");
+                        }
+                    }
+                }
+                _ => return bad(label, "no number"),
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// The label that is three shares.
+const SHARES: &str = "ethnicity";
+
+/// The labels of a population, one value a face, where it is known.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Labels {
     /// What is learned, by name.
-    pub told: Vec<(String, Vec<f64>)>,
+    pub told: Vec<(String, Vec<Option<f64>>)>,
     /// Which of these are learned together: shares, which sum to 1, as one, all else alone.
     pub together: Vec<Range<usize>>,
     /// What else is known of each face. Its part of the faces is taken out of them first, so that
-    /// it is not taken for that of a label.
+    /// it is not taken for that of a label. Who has no value counts as the mean.
     pub besides: Vec<Vec<f64>>,
 }
 
 impl Labels {
-    /// Reads `labels.json`: an object, which holds an object for each of the named faces. Its
-    /// numbers are labels, and so are the three shares of `ethnicity`; the numbers of an object in
-    /// it are what else is known.
+    /// Reads `labels.json` ([`FORMAT`]), of the named faces. Who else is in it does not count.
     ///
     /// # Errors
-    /// When the file cannot be read, a face is missing in it, or has other labels than the first.
+    /// As [`read`].
     pub fn read(path: &Path, names: &[String]) -> FitResult<Self> {
-        let all: BTreeMap<String, BTreeMap<String, Value>> = json(path)?;
-        let mut labels = Labels::default();
-        for (f, name) in names.iter().enumerate() {
-            let bad = |why: &str| FitError::file(path, format!("{name}: {why}"));
-            let face = all.get(name).ok_or_else(|| bad("it is not there"))?;
-            let (mut told, mut together) = (Vec::new(), Vec::new());
-            let mut besides = Vec::new();
-            for (label, value) in face {
-                match value {
-                    Value::Number(number) => {
-                        together.push(told.len()..told.len() + 1);
-                        told.push((label.clone(), number.as_f64()));
-                    }
-                    Value::Array(shares) if label == "ethnicity" && shares.len() == 3 => {
-                        together.push(told.len()..told.len() + 3);
-                        let named = ETHNICITIES.map(str::to_owned).into_iter().zip(shares);
-                        told.extend(named.map(|(name, share)| (name, share.as_f64())));
-                    }
-                    Value::Object(more) => besides.extend(more.values().map(Value::as_f64)),
-                    _ => return Err(bad(&format!("its {label} is no number"))),
+        let all = read(path)?;
+        let people: Vec<_> = names.iter().map(|name| all.get(name)).collect();
+        // Of all that anybody has, by name: shares apart from a number of that name.
+        let (mut told, mut besides) = (BTreeSet::new(), BTreeSet::new());
+        for (label, value) in people.iter().copied().flatten().flatten() {
+            match value {
+                Value::Object(more) => besides.extend(more.keys().map(|name| (label, name))),
+                Value::Null => {}
+                value => {
+                    told.insert((label, value.is_array()));
                 }
             }
-            if f == 0 {
-                labels.told = told.iter().map(|t| (t.0.clone(), Vec::new())).collect();
-                labels.besides = vec![Vec::new(); besides.len()];
-                labels.together = together;
+        }
+        let of = |person: &Option<&BTreeMap<String, Value>>, label: &str| -> Option<Value> {
+            person.and_then(|labels| labels.get(label)).cloned()
+        };
+        let mut labels = Labels::default();
+        for (label, is_shares) in told {
+            let first = labels.told.len();
+            let values = || people.iter().map(|person| of(person, label));
+            match is_shares {
+                true => {
+                    for (i, name) in ETHNICITIES.into_iter().enumerate() {
+                        let share = |value: Option<Value>| value?.get(i)?.as_f64();
+                        labels
+                            .told
+                            .push((name.into(), values().map(share).collect()));
+                    }
+                }
+                false => {
+                    let number = |value: Option<Value>| value?.as_f64();
+                    labels
+                        .told
+                        .push((label.clone(), values().map(number).collect()));
+                }
             }
-            let same = told.len() == labels.told.len()
-                && besides.len() == labels.besides.len()
-                && told.iter().zip(&labels.told).all(|(a, b)| a.0 == b.0);
-            let numbers = told.into_iter().map(|t| t.1).chain(besides);
-            let numbers: Option<Vec<f64>> = numbers.collect();
-            let Some(numbers) = numbers.filter(|_| same) else {
-                return Err(bad("it has not the labels of the first face, as numbers"));
-            };
-            let columns = labels.told.iter_mut().map(|t| &mut t.1);
-            let columns = columns.chain(&mut labels.besides);
-            columns.zip(numbers).for_each(|(c, x)| c.push(x));
+            labels.together.push(first..labels.told.len());
+        }
+        for (label, name) in besides {
+            let number = |person| of(person, label)?.get(name)?.as_f64();
+            let column: Vec<Option<f64>> = people.iter().map(number).collect();
+            let known: Vec<f64> = column.iter().copied().flatten().collect();
+            let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
+            labels
+                .besides
+                .push(column.iter().map(|x| x.unwrap_or(mean)).collect());
         }
         Ok(labels)
     }
@@ -120,17 +175,21 @@ fn meaning(name: &str) -> (&'static str, &'static str) {
 /// Attributes and how well they tell the labels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Learned {
-    /// One a label.
-    pub told: Vec<Told>,
+    /// One a label that could be learned.
+    pub told: Vec<Outcome>,
+    /// The others: labels that are learned together, and why they are not.
+    pub skipped: Vec<(Vec<String>, String)>,
     /// What the model leaves of the labelled faces' skin, mm RMS.
     pub left: f64,
 }
 
 /// What came of a label.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Told {
+pub struct Outcome {
     /// The attribute.
     pub attribute: Attribute,
+    /// Of how many people the label is known.
+    pub people: usize,
     /// The root mean square by which read-outs of held-out people, counted from the mean of all
     /// labelled people, miss their labels, in the label's unit.
     pub error: f64,
@@ -147,10 +206,15 @@ impl Learned {
 }
 
 /// Learns the attributes of a model from labelled faces in the template's topology (mm, any pose),
-/// who are called `source`.
+/// who are called `source`. A label that cannot be learned, for too few have it or differ in it, is skipped.
+///
+/// A label is taken to be the same for a person and the mirror image: where each mode of the model is one or the
+/// opposite of it ([`crate::model::ModelParts::odd`]), the part of the faces that is unlike on their two sides tells
+/// nothing of it, and how some people happen to be crooked is not read as their age.
 ///
 /// # Errors
-/// With fewer faces than what else is known of each would need, or a label or a model that does not vary.
+/// With fewer faces than what else is known of each would need, without labels, when none of them can be learned, or
+/// with a model that does not vary.
 pub fn learn(
     template: &Template,
     model: &FaceModel,
@@ -168,8 +232,14 @@ pub fn learn(
             "{people} faces are too few to tell labels by"
         )));
     }
+    if labels.told.is_empty() {
+        return Err(FitError::Input(
+            "labels.json has no label of these faces".into(),
+        ));
+    }
     let (coefficients, left) = coefficients(template, model, faces)?;
-    let without = residual(&coefficients, &labels.besides)?;
+    let mut without = residual(&coefficients, &labels.besides)?;
+    symmetrise(&mut without, &model.parts().odd());
     let correlation = correlation(model);
     let prior = correlation
         .llt(Side::Lower)
@@ -179,17 +249,44 @@ pub fn learn(
         coefficients: &coefficients,
         prior: &prior,
     };
-    let one = |own: &Range<usize>| {
+    let one = |own: &Range<usize>| -> Result<Vec<Outcome>, (Vec<String>, String)> {
         let labels = &labels.told[own.clone()];
-        let values: Vec<&[f64]> = labels.iter().map(|label| &label.1[..]).collect();
-        let still = || FitError::Input(format!("label {} hardly varies", labels[0].0));
-        let all: Vec<usize> = (0..people).collect();
-        let readouts = data.learn(&values, &all).ok_or_else(still)?;
+        let skipped = |why: String| (labels.iter().map(|label| label.0.clone()).collect(), why);
+        let has = |f: &usize| labels.iter().all(|label| label.1[*f].is_some());
+        let all: Vec<usize> = (0..people).filter(has).collect();
+        let count = all.len();
+        if count < 2 * FOLDS {
+            let why = format!(
+                "known of {count} people, where {} are the fewest",
+                2 * FOLDS
+            );
+            return Err(skipped(why));
+        }
+        // Of whom it is not known nothing is read.
+        let values: Vec<Vec<f64>> = (labels.iter())
+            .map(|label| label.1.iter().map(|x| x.unwrap_or(f64::NAN)).collect())
+            .collect();
+        let is_still = |values: &Vec<f64>| all.iter().all(|&f| values[f] == values[all[0]]);
+        if values.iter().all(is_still) {
+            return Err(skipped(format!(
+                "the same for all {count} people of whom it is known"
+            )));
+        }
+        let values: Vec<&[f64]> = values.iter().map(|values| &values[..]).collect();
+        let one_way = || skipped("one of its shares does not vary by itself".into());
+        let readouts = data.learn(&values, &all).ok_or_else(one_way)?;
         let mut sums = vec![[0.0; 3]; labels.len()];
         for part in 0..FOLDS {
-            let (held, known): (Vec<usize>, Vec<usize>) =
-                (0..people).partition(|f| f % FOLDS == part);
-            let learned = data.learn(&values, &known).ok_or_else(still)?;
+            let held = all.iter().copied().skip(part).step_by(FOLDS);
+            let held: Vec<usize> = held.collect();
+            let known = all.iter().copied().filter(|f| !held.contains(f));
+            let known: Vec<usize> = known.collect();
+            let rare = || {
+                let why = "so few people differ in it that, without a fifth of all, none do: it cannot be tried on \
+                           others";
+                skipped(why.into())
+            };
+            let learned = data.learn(&values, &known).ok_or_else(rare)?;
             for ((readout, values), sums) in learned.iter().zip(&values).zip(&mut sums) {
                 for &f in &held {
                     let reads = readout.read(&coefficients[f]);
@@ -204,7 +301,8 @@ pub fn learn(
         let told = readouts.into_iter().zip(labels).zip(sums);
         let told = told.map(|((readout, (name, values)), [missed, guessed, total])| {
             let (unit, means) = meaning(name);
-            let limits = round_limits(values);
+            let values: Vec<f64> = all.iter().filter_map(|&f| values[f]).collect();
+            let limits = round_limits(&values);
             let attribute = Attribute {
                 name: name.clone(),
                 description: format!("{means}, as {source} have it"),
@@ -214,19 +312,45 @@ pub fn learn(
                 explained: (1.0 - guessed / total).clamp(0.0, 1.0) as f32,
                 reading: readout.weights.iter().map(|&w| w as f32).collect(),
             };
-            Told {
+            Outcome {
                 attribute,
-                error: (missed / people as f64).sqrt(),
+                people: count,
+                error: (missed / count as f64).sqrt(),
                 length: readout.length,
             }
         });
-        Ok(told.collect::<Vec<_>>())
+        Ok(told.collect())
     };
-    let told: Vec<Vec<Told>> = (labels.together.par_iter())
-        .map(one)
-        .collect::<FitResult<_>>()?;
-    let told = told.concat();
-    Ok(Learned { told, left })
+    let each: Vec<_> = labels.together.par_iter().map(one).collect();
+    let (mut told, mut skipped) = (Vec::new(), Vec::new());
+    for outcome in each {
+        match outcome {
+            Ok(some) => told.extend(some),
+            Err(why) => skipped.push(why),
+        }
+    }
+    if told.is_empty() {
+        let why = skipped
+            .iter()
+            .map(|(names, why)| format!("{}: {why}", names.join(", ")));
+        let why: Vec<String> = why.collect();
+        let cause = format!("no label can be learned; {}", why.join("; "));
+        return Err(FitError::Input(cause));
+    }
+    Ok(Learned {
+        told,
+        skipped,
+        left,
+    })
+}
+
+/// What a person and the mirror image have in common: with each label once of both, sums over all of them have nothing
+/// of `odd` modes.
+fn symmetrise(coefficients: &mut [Vec<f64>], odd: &[bool]) {
+    for row in coefficients {
+        let own = row.iter_mut().zip(odd);
+        own.filter(|(_, odd)| **odd).for_each(|(c, _)| *c = 0.0);
+    }
 }
 
 /// What read-outs are learned from.
@@ -260,6 +384,12 @@ impl Data<'_> {
         let mean = |values: &[f64]| some.iter().map(|&f| values[f]).sum::<f64>() / count;
         let centres: Vec<f64> = labels.iter().map(|values| mean(values)).collect();
         let y = Mat::from_fn(some.len(), g, |f, l| labels[l][some[f]] - centres[l]);
+        // What is left of equal numbers about their mean is rounding.
+        let largest = |l: usize| some.iter().map(|&f| labels[l][f].abs()).fold(0.0, f64::max);
+        let varies = |l: usize| (0..some.len()).any(|f| y[(f, l)].abs() > 1e-12 * largest(l));
+        if !(0..g).any(varies) {
+            return None;
+        }
         let c = Mat::from_fn(some.len(), k, |f, i| self.without[some[f]][i]);
         let directions = c.transpose() * &y * inverse(y.transpose() * &y)?;
         let pulled = self.prior.solve(&directions);
@@ -479,6 +609,40 @@ mod tests {
     }
 
     #[test]
+    fn what_is_unlike_on_two_sides_tells_no_label() {
+        let mut random = Random::new(9);
+        let labels: Vec<f64> = (0..40).map(|_| random.normal()).collect();
+        // The second mode is odd, and by chance these people lean to one side with the label.
+        let rows = labels
+            .iter()
+            .map(|y| vec![y + 0.1 * random.normal(), 0.5 * y]);
+        let coefficients: Vec<Vec<f64>> = rows.collect();
+        let images = coefficients.iter().map(|row| vec![row[0], -row[1]]);
+        let both: Vec<Vec<f64>> = coefficients.iter().cloned().chain(images).collect();
+        let prior = Mat::<f64>::identity(2, 2).llt(Side::Lower).unwrap();
+        let weights = |coefficients: &[Vec<f64>], without: &[Vec<f64>], labels: &[f64]| {
+            let data = Data {
+                coefficients,
+                without,
+                prior: &prior,
+            };
+            let all: Vec<usize> = (0..labels.len()).collect();
+            data.learn(&[labels], &all).unwrap()[0].weights.clone()
+        };
+        let mut without = coefficients.clone();
+        symmetrise(&mut without, &[false, true]);
+        let own = weights(&coefficients, &without, &labels);
+        assert_eq!(own[1], 0.0);
+        // As if mirror images were people with the same labels.
+        let all = weights(&both, &both, &[&labels[..], &labels].concat());
+        assert!(
+            all.iter().zip(&own).all(|(a, b)| (a - b).abs() < 1e-9),
+            "{all:?} {own:?}"
+        );
+        assert!(weights(&coefficients, &coefficients, &labels)[1].abs() > 0.1);
+    }
+
+    #[test]
     fn labels_are_read_or_refused_with_the_face_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("labels.json");
@@ -489,22 +653,53 @@ mod tests {
         };
         let labels = read(
             r#"{"a": {"age": 20, "ethnicity": [0.2, 0.3, 0.5], "local": {"nose": 1}},
-                "b": {"age": 30, "ethnicity": [1, 0, 0], "local": {"nose": -1}}}"#,
+                "b": {"age": 30, "ethnicity": [1, 0, 0], "local": {"nose": -1}},
+                "of no face": {"height": 170}}"#,
         )
         .unwrap();
         let told: Vec<&str> = labels.told.iter().map(|t| t.0.as_str()).collect();
         assert_eq!(told, ["age", "african", "asian", "caucasian"]);
-        assert_eq!(labels.told[0].1, [20.0, 30.0]);
-        assert_eq!(labels.told[3].1, [0.5, 0.0]);
+        assert_eq!(labels.told[0].1, [20.0, 30.0].map(Some));
+        assert_eq!(labels.told[3].1, [0.5, 0.0].map(Some));
         assert_eq!(labels.together, [0..1, 1..4]);
         assert_eq!(labels.besides, [[1.0, -1.0]]);
         // As Windows writes text.
         let text = "\u{feff}{\"a\": {\"age\": 20}, \"b\": {\"age\": 30}}";
-        assert_eq!(read(text).unwrap().told[0].1, [20.0, 30.0]);
+        assert_eq!(read(text).unwrap().told[0].1, [20.0, 30.0].map(Some));
+        // Who has no value, or is not there, is known less of; what else is known of others counts as its mean.
+        let text = r#"{"a": {"age": 20, "sex": null, "ethnicity": null, "local": {"nose": 1}}}"#;
+        let labels = read(text).unwrap();
+        assert_eq!(labels.told, [("age".into(), vec![Some(20.0), None])]);
+        assert_eq!(labels.besides, [[1.0, 1.0]]);
+        let labels = read(r#"{"b": {"sex": 1}, "a": {"age": 20}}"#).unwrap();
+        let sparse = [
+            ("age".into(), vec![Some(20.0), None]),
+            ("sex".into(), vec![None, Some(1.0)]),
+        ];
+        assert_eq!(labels.told, sparse);
+        // The example of the help is one.
+        let example = FORMAT.split_once("ending:").unwrap().1;
+        let example = example.split_once("\nA number").unwrap().0;
+        std::fs::write(&path, example).unwrap();
+        assert_eq!(super::read(&path).unwrap().len(), 2);
         for (text, why) in [
-            (r#"{"a": {"age": 20}}"#, "b: it is not there"),
-            (r#"{"a": {"age": 20}, "b": {"age": "x"}}"#, "b: its age"),
-            (r#"{"a": {"age": 20}, "b": {"sex": 1}}"#, "b: it has not"),
+            (
+                r#"{"a": {"age": 20}, "b": {"age": "x"}}"#,
+                "b: its age is no number",
+            ),
+            (r#"{"a": {"sex": true}}"#, "a: its sex is no number"),
+            (
+                r#"{"a": {"ethnicity": [1, 0]}}"#,
+                "a: its ethnicity is not three numbers",
+            ),
+            (
+                r#"{"a": {"ethnicity": [1, 0, "x"]}}"#,
+                "a: its ethnicity is not three numbers",
+            ),
+            (
+                r#"{"a": {"local": {"nose": "x"}}}"#,
+                "a: its local, nose is no number",
+            ),
             ("[]", "labels.json"),
         ] {
             let error = read(text).unwrap_err().to_string();

@@ -9,8 +9,17 @@ const QUANTILES: usize = 65;
 /// inverted.
 const QUANTILE_GAP: f64 = 1e-4;
 
-/// One control a mode, called after its block and number, with the population's distribution.
-pub(super) fn controls(blocks: &[Block], coefficients: &[Vec<f64>]) -> Vec<Control> {
+/// One control a mode, called after its block and number, with the distribution of the faces' `coefficients` (a row
+/// each): of `odd` modes with those of their mirror images. Of the others an image has the same, which once more would
+/// make stairs of the table of few faces.
+pub(super) fn controls(blocks: &[Block], coefficients: &[Vec<f64>], odd: &[bool]) -> Vec<Control> {
+    let values = |i: usize| -> Vec<f64> {
+        let own = coefficients.iter().map(|row| row[i]);
+        match odd[i] {
+            true => own.clone().chain(own.map(|c| -c)).collect(),
+            false => own.collect(),
+        }
+    };
     let of_block = |block: &Block| {
         let name = block.name.clone();
         block
@@ -28,7 +37,7 @@ pub(super) fn controls(blocks: &[Block], coefficients: &[Vec<f64>]) -> Vec<Contr
             direction: vec![(i as u32, 1.0)],
             reading: vec![(i as u32, 1.0)],
             measure: None,
-            quantiles: quantiles(coefficients.iter().map(|row| row[i]).collect()),
+            quantiles: quantiles(values(i)),
             limits: [0.0, 1.0],
             group,
         })
@@ -100,4 +109,37 @@ pub(super) fn correlation(coefficients: &[Vec<f64>]) -> Vec<f32> {
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Modes;
+    use crate::quantise::Quantised;
+
+    #[test]
+    fn the_table_of_few_faces_has_no_stairs() {
+        let block = Block {
+            name: "nose".into(),
+            regions: Vec::new(),
+            support: Vec::new(),
+            modes: Modes::of(&Quantised::new(&[], 1.0), 0),
+            sigmas: vec![1.0; 2],
+            first_coefficient: 0,
+            surround: None,
+            local_to: None,
+        };
+        let rows: Vec<Vec<f64>> = [-1.5, -0.4, 0.1, 0.5, 1.3].map(|c| vec![c, c]).to_vec();
+        let [even, odd] = &controls(&[block], &rows, &[false, true])[..] else {
+            panic!("two modes");
+        };
+        // Five faces: sixteen steps from each to the next, of which the least is 0.4 sigmas wide.
+        let steps = even.quantiles.windows(2).map(|q| q[1] - q[0]);
+        let least = steps.fold(f32::INFINITY, f32::min);
+        assert!(least > 0.4 / 16.0 - 1e-5, "{least}");
+        assert_eq!(even.quantiles[32], 0.1);
+        // What one person has on the left another has on the right.
+        let reversed: Vec<f32> = odd.quantiles.iter().rev().map(|q| -q).collect();
+        assert_eq!(odd.quantiles, reversed);
+    }
 }

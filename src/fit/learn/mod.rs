@@ -20,7 +20,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use self::describe::describe;
-use self::measures::measures;
+use self::measures::{SEMANTIC, measures};
 use self::semantic::{Method, Table};
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::{Rigid, procrustes, vertex_areas, without_proportions};
@@ -28,7 +28,7 @@ use crate::fit::mesh::geodesic::Geodesic;
 use crate::fit::statistics::gram::sums;
 use crate::fit::statistics::pca::Spectrum;
 use crate::fit::{FitError, FitResult};
-use crate::model::{About, Blending, Block, Control, ModelParts, Modes};
+use crate::model::{About, Blending, Block, Control, MAX_COEFFICIENTS, ModelParts, Modes};
 use crate::quantise::{BLOCK_ERROR, COORDINATES, Quantised};
 pub(crate) use distribution::quantiles;
 use distribution::{controls, correlation};
@@ -52,7 +52,8 @@ pub struct Settings {
     /// Blending distance and its limits.
     pub blending: Blending,
     /// The mirror image of each face counts as one more: what one person has on the left another has on the right.
-    /// Each mode is then the same on both sides or the opposite. (A sparse basis of them does so anyway.)
+    /// Each mode is then the same on both sides or the opposite, and semantic controls of the left and of the right are
+    /// each other's images.
     pub both_sides: bool,
     /// How semantic controls are found.
     pub semantic: Method,
@@ -79,7 +80,9 @@ pub struct Learned {
     pub parts: ModelParts,
     /// A line a block.
     pub blocks: Vec<BlockReport>,
-    /// Root mean square distance that alignment left, mm.
+    /// How each face stands to the others.
+    pub faces: Vec<FaceReport>,
+    /// Root mean square distance that alignment left, of all faces, mm.
     pub alignment: f64,
     /// Their mean before it was rounded, mm.
     pub mean: Vec<DVec3>,
@@ -92,6 +95,54 @@ pub struct Learned {
     /// The population's modes before they were rounded, one a coefficient: displacements of all vertices, those
     /// of the surround at the model's blending distance, mm a sigma.
     pub modes: Vec<Vec<DVec3>>,
+}
+
+/// How a face stands to the others that are learned from.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct FaceReport {
+    /// What alignment left: the root mean square distance of its skin's vertices from the mean's, mm.
+    pub alignment: f64,
+    /// The root mean square distance of its skin's vertices from their middle, mm.
+    pub size: f64,
+}
+
+/// So many robust standard deviations from the median a face is far beyond the others. Of the 300 registered people that the
+/// default model is learned from the farthest from the mean is 2.6 of them away, and of normal ones 1 in 30,000 is.
+const FAR: f64 = 4.0;
+
+/// Of fewer faces nobody knows what is usual.
+const FEWEST_USUAL: usize = 8;
+
+/// Faces that are far beyond the others in what alignment leaves or in size, as a failed registration or another unit
+/// makes them: which, by how many robust standard deviations of the logarithm (1.4826 times the median distance from
+/// the median), and in what (`"distance from the mean"` or `"size"`), the farthest first.
+pub fn far_beyond(faces: &[FaceReport]) -> Vec<(usize, f64, &'static str)> {
+    if faces.len() < FEWEST_USUAL {
+        return Vec::new();
+    }
+    let off = |values: Vec<f64>| -> Vec<f64> {
+        let middle = median(values.clone());
+        let off: Vec<f64> = values.iter().map(|x| x - middle).collect();
+        let sigma = 1.4826 * median(off.iter().map(|x| x.abs()).collect());
+        off.iter().map(|x| x / sigma).collect()
+    };
+    let distances = off(faces.iter().map(|face| face.alignment.ln()).collect());
+    let sizes = off(faces.iter().map(|face| face.size.ln()).collect());
+    let away = (distances.iter().enumerate()).map(|(i, &off)| (i, off, "distance from the mean"));
+    // Nobody is too near to the mean, and everybody may be too large or too small.
+    let sized = sizes
+        .iter()
+        .enumerate()
+        .map(|(i, off)| (i, off.abs(), "size"));
+    let mut found: Vec<_> = away.chain(sized).filter(|face| face.1 > FAR).collect();
+    found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    found
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    (values[(n - 1) / 2] + values[n / 2]) / 2.0
 }
 
 /// What learning a block came to.
@@ -114,11 +165,12 @@ pub struct BlockReport {
 /// the proportions of the whole head are taken out, a second rigid alignment on its own region (a
 /// nose is not where it sits), PCA of the faces and their mirror images, smoothing folded into the modes
 /// (section 6.1) and spreading to the surround (6.2); then PCA of what all features together leave
-/// of each face, over the whole head. `about` is put into the model as it is.
+/// of each face, over the whole head. `about` is put into the model, with tau and whether mirror images counted added to
+/// what it says it is made by.
 ///
 /// # Errors
 /// With fewer than 3 faces, faces of another topology, a region that does not vary, or a tau
-/// outside (0, 1].
+/// outside (0, 1] or one that keeps more modes than a model file holds.
 pub fn learn(
     template: &Template,
     faces: Vec<Vec<DVec3>>,
@@ -127,8 +179,20 @@ pub fn learn(
 ) -> FitResult<Learned> {
     let learner = Learner::new(template, faces, settings)?;
     let bases = learner.bases(settings.tau)?;
+    let bases = learner.that_fit(bases, settings.tau, MOST_MODES)?;
+    let how = match settings.both_sides {
+        true => format!("tau {}", settings.tau),
+        false => format!("tau {}, one-sided", settings.tau),
+    };
+    let about = About {
+        made_by: format!("{} ({how})", about.made_by),
+        ..about
+    };
     learner.model(bases, about, settings.semantic)
 }
+
+/// Modes that a model file holds beside those of its semantic controls.
+const MOST_MODES: usize = MAX_COEFFICIENTS - SEMANTIC;
 
 /// Vertices nearer to each other than this are at the same place, mm: a file's rounding.
 const SAME: f64 = 1e-3;
@@ -336,6 +400,33 @@ impl<'a> Learner<'a> {
         })
     }
 
+    /// The bases of a tau, where these are at most as many modes as a model file holds.
+    ///
+    /// # Errors
+    /// When they are more, with the largest tau in thousandths that keeps no more.
+    fn that_fit(&self, bases: Bases, tau: f64, most: usize) -> FitResult<Bases> {
+        let count = bases.modes.len();
+        if count <= most {
+            return Ok(bases);
+        }
+        // Its modes may be a gigabyte.
+        drop(bases);
+        let (mut fits, mut exceeds) = (0, (1000.0 * tau).ceil() as u32);
+        while exceeds - fits > 1 {
+            let middle = fits.midpoint(exceeds);
+            let kept = self.bases(f64::from(middle) / 1000.0)?.modes.len();
+            match kept <= most {
+                true => fits = middle,
+                false => exceeds = middle,
+            }
+        }
+        let tau_that_fits = f64::from(fits) / 1000.0;
+        Err(FitError::Input(format!(
+            "tau {tau} keeps {count} modes, where a model holds {most} beside its named controls: at most tau \
+             {tau_that_fits} does"
+        )))
+    }
+
     /// What modes with these coefficients leave of each face's displacement from the mean, x, y, z a
     /// vertex, mm.
     fn residual(&self, modes: &[Vec<DVec3>], coefficients: &[Vec<f64>]) -> Vec<Vec<f64>> {
@@ -360,7 +451,9 @@ impl<'a> Learner<'a> {
     /// When the template lacks a landmark that a measure needs, when the faces hardly differ in one, and
     /// as [`semantic::learn`].
     pub fn model(self, bases: Bases, about: About, method: Method) -> FitResult<Learned> {
-        let alignment = rms(self.alignment().into_iter());
+        let faces = self.faces();
+        let alignment = rms(faces.iter().map(|face| face.alignment));
+        let both_sides = self.mirror.is_some();
         let Bases {
             reports,
             modes,
@@ -384,7 +477,7 @@ impl<'a> Learner<'a> {
             },
             mean: self.stored,
             topology: self.template.topology.clone(),
-            controls: controls(&blocks, &population),
+            controls: controls(&blocks, &coefficients, &odd),
             blocks,
             correlation: correlation(&population),
             attributes: Vec::new(),
@@ -395,7 +488,7 @@ impl<'a> Learner<'a> {
         describe(&mut parts)?;
         // How features vary is a third of all that is kept of the faces.
         drop(self.features);
-        let found = semantic::learn(self.template, &self.aligned, &parts, method)?;
+        let found = semantic::learn(self.template, &self.aligned, &parts, both_sides, method)?;
         parts.blocks.extend(found.blocks);
         parts.controls.extend(found.controls);
         let even = |c: &&Control| {
@@ -411,6 +504,7 @@ impl<'a> Learner<'a> {
         Ok(Learned {
             parts,
             blocks: reports,
+            faces,
             alignment,
             mean: self.exact,
             aligned: self.aligned,
@@ -420,13 +514,19 @@ impl<'a> Learner<'a> {
         })
     }
 
-    /// What alignment left of each face: the root mean square distance of its skin from the mean,
-    /// mm.
-    pub fn alignment(&self) -> Vec<f64> {
-        let far = |face: &Vec<DVec3>, v: u32| face[v as usize].distance(self.mean[v as usize]);
-        (self.aligned.iter())
-            .map(|face| rms(self.skin.iter().map(|&v| far(face, v))))
-            .collect()
+    /// How each face stands to the others, in their order.
+    pub fn faces(&self) -> Vec<FaceReport> {
+        let one = |face: &Vec<DVec3>| {
+            let at = |v: u32| face[v as usize];
+            let skin = || self.skin.iter().copied();
+            let far = |v: u32| at(v).distance(self.mean[v as usize]);
+            let centre = skin().map(at).sum::<DVec3>() / self.skin.len().max(1) as f64;
+            FaceReport {
+                alignment: rms(skin().map(far)),
+                size: rms(skin().map(|v| at(v).distance(centre))),
+            }
+        };
+        self.aligned.par_iter().map(one).collect()
     }
 
     /// A face (all vertices, mm) moved rigidly to where the population's faces are.
@@ -502,4 +602,49 @@ fn region_numbers(template: &Template, names: &[&str]) -> FitResult<Vec<u8>> {
             })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::truth::population;
+    use crate::fit::{base_mesh_dir, test_head};
+
+    #[test]
+    fn a_tau_of_too_many_modes_is_refused_with_the_largest_that_is_not() {
+        let Some(head) = test_head() else { return };
+        let people = population::sample(head, &base_mesh_dir().unwrap(), 6, 3).unwrap();
+        let learner = Learner::new(head, people.faces, &Settings::default()).unwrap();
+        let count = |tau: f64| learner.bases(tau).unwrap().modes.len();
+        let all = count(1.0);
+        let most = all - 9;
+        let bases = learner.bases(1.0).unwrap();
+        let error = learner.that_fit(bases, 1.0, most).unwrap_err().to_string();
+        let said = format!("tau 1 keeps {all} modes, where a model holds {most} beside");
+        assert!(error.starts_with(&said), "{error}");
+        let word = error.strip_suffix(" does").unwrap().rsplit(' ').next();
+        let tau: f64 = word.unwrap().parse().unwrap();
+        assert!(count(tau) <= most && count(tau + 0.001) > most, "{error}");
+        let bases = learner.bases(tau).unwrap();
+        assert!(learner.that_fit(bases, tau, most).is_ok());
+    }
+
+    #[test]
+    fn a_face_far_beyond_the_others_is_told_by_what_it_is() {
+        let mut random = crate::Random::new(3);
+        let mut usual = || FaceReport {
+            alignment: 3.0 * (0.2 * random.normal()).exp(),
+            size: 90.0 * (0.04 * random.normal()).exp(),
+        };
+        let mut faces: Vec<FaceReport> = (0..50).map(|_| usual()).collect();
+        // Nobody among fifty normal ones.
+        assert!(far_beyond(&faces).is_empty());
+        // Near the mean is no fault.
+        faces[3].alignment = 0.1;
+        faces[7].alignment = 30.0;
+        faces[9].size = 9.0;
+        let found: Vec<_> = far_beyond(&faces).into_iter().map(|f| (f.0, f.2)).collect();
+        assert_eq!(found, [(9, "size"), (7, "distance from the mean")]);
+        assert!(far_beyond(&faces[3..10]).is_empty());
+    }
 }

@@ -9,7 +9,8 @@
 //!
 //! Both eyes move together in some controls and alone in others: components are learned from people
 //! and their mirror images, a direction of one eye is faded out across the midline, and that of the
-//! other is its mirror image.
+//! other is its mirror image. Where people differ on one side only, images do not count, and each eye has a direction of
+//! its own; what moves both sides moves them alike all the same.
 
 use std::collections::BTreeMap;
 
@@ -103,7 +104,7 @@ enum Symmetry {
     Odd,
     /// It is of the left side alone.
     Left,
-    /// It is the mirror image of a control of the left side.
+    /// It is of the right side alone: the mirror image of a control of the left side, where images count.
     Right,
 }
 
@@ -206,8 +207,10 @@ struct Population<'a> {
     landmarks: &'a [Landmark],
     /// Those of the controls, then those that are guarded.
     measures: Vec<Measure>,
-    /// F rows of what each face measures, mm; mirror images included.
+    /// Rows of what each face measures, mm; then those of the mirror images, where these count.
     lengths: Vec<Vec<f64>>,
+    /// How many faces there are, without images.
+    faces: usize,
     means: Vec<f64>,
     sigmas: Vec<f64>,
     /// The vertices beside each vertex.
@@ -217,7 +220,7 @@ struct Population<'a> {
 }
 
 /// Learns semantic controls from faces in the pose of `parts` (all vertices, mm), whose blocks and
-/// measures are there already.
+/// measures are there already; from their mirror images too, if `both_sides` count.
 ///
 /// A control that nothing in its part can move, because there are too few faces, is left out.
 ///
@@ -227,6 +230,7 @@ pub fn learn(
     template: &Template,
     faces: &[Vec<DVec3>],
     parts: &ModelParts,
+    both_sides: bool,
     method: Method,
 ) -> FitResult<Semantics> {
     let mean: Vec<DVec3> = parts.mean.iter().map(|p| p.as_dvec3()).collect();
@@ -240,11 +244,12 @@ pub fn learn(
     let smooth: Vec<Smooth> = (features.par_iter())
         .map(|feature| Smooth::new(&mean, &surface, &feature.vertices, &areas))
         .collect::<FitResult<_>>()?;
-    let population = Population::new(template, &mean, parts, faces)?;
-    // The faces, then their mirror images. Of all of them at once only how the modelled vertices
+    let population = Population::new(template, &mean, parts, faces, both_sides)?;
+    let images = if both_sides { 2 } else { 1 };
+    // The faces, then their mirror images where they count. Of all of them at once only how the modelled vertices
     // are off the mean is kept, in f32 (a part of ten million of a few mm).
     let modelled: Vec<u32> = features.iter().flat_map(|f| &f.vertices).copied().collect();
-    let (off, amounts): (Vec<Vec<Vec3>>, Vec<_>) = (0..2 * faces.len())
+    let (off, amounts): (Vec<Vec<Vec3>>, Vec<_>) = (0..images * faces.len())
         .into_par_iter()
         .map(|i| {
             let (placed, amounts) = match i.checked_sub(faces.len()) {
@@ -263,7 +268,7 @@ pub fn learn(
         face
     };
     let settings = sparse::Settings {
-        components: COMPONENTS.min(2 * (faces.len() - 1)),
+        components: COMPONENTS.min(images * (faces.len() - 1)),
         // Controls are combinations of them: how sparse exactly they are is not seen.
         tolerance: 5e-3,
         residual: 1e-2,
@@ -589,6 +594,7 @@ impl<'a> Population<'a> {
         mean: &'a [DVec3],
         parts: &'a ModelParts,
         faces: &[Vec<DVec3>],
+        both_sides: bool,
     ) -> FitResult<Self> {
         let landmarks = &parts.landmarks[..];
         let mut measures = measures::on(landmarks, &MEASURES[..SEMANTIC])?;
@@ -597,8 +603,9 @@ impl<'a> Population<'a> {
         let mut lengths: Vec<Vec<f64>> = (faces.par_iter())
             .map(|face| measure(face, landmarks, &measures))
             .collect();
+        let images = if both_sides { faces } else { &[] };
         lengths.par_extend(
-            (faces.par_iter()).map(|face| measure(&mirrored(face, mirror), landmarks, &measures)),
+            (images.par_iter()).map(|face| measure(&mirrored(face, mirror), landmarks, &measures)),
         );
         let count = lengths.len() as f64;
         let column = |m: usize| lengths.iter().map(move |row| row[m]);
@@ -617,6 +624,7 @@ impl<'a> Population<'a> {
             landmarks,
             measures,
             lengths,
+            faces: faces.len(),
             means,
             sigmas,
             neighbours: edge_neighbours(mean.len(), &template.triangles()),
@@ -641,6 +649,11 @@ impl<'a> Population<'a> {
         self.measures.iter().zip(&self.sigmas).map(rate).collect()
     }
 
+    /// Whether mirror images count.
+    fn both_sides(&self) -> bool {
+        self.lengths.len() > self.faces
+    }
+
     fn mirror_image(&self, field: &[DVec3]) -> Field {
         mirrored(field, &self.template.topology.mirror)
     }
@@ -658,7 +671,12 @@ impl<'a> Population<'a> {
                 .iter()
                 .zip(self.mean)
                 .map(|(f, p)| {
-                    let t = ((p.x + MIDLINE) / (2.0 * MIDLINE)).clamp(0.0, 1.0);
+                    let x = if symmetry == Symmetry::Left {
+                        p.x
+                    } else {
+                        -p.x
+                    };
+                    let t = ((x + MIDLINE) / (2.0 * MIDLINE)).clamp(0.0, 1.0);
                     *f * (t * t * (3.0 - 2.0 * t))
                 })
                 .collect(),
@@ -686,7 +704,7 @@ impl<'a> Population<'a> {
             };
             for &control in &controls {
                 let symmetry = Symmetry::of(MEASURES[control].name);
-                if symmetry == Symmetry::Right {
+                if symmetry == Symmetry::Right && self.both_sides() {
                     continue;
                 }
                 let fields: Vec<Field> = (own.fields.par_iter())
@@ -719,7 +737,7 @@ impl<'a> Population<'a> {
                     Some(factor) => direction.dot(&factor.solve(&direction)).sqrt(),
                     None => return Err(FitError::Input("the faces hardly vary".into())),
                 };
-                if symmetry == Symmetry::Left {
+                if symmetry == Symmetry::Left && self.both_sides() {
                     let name = MEASURES[control].name.replace("left", "right");
                     let twin = MEASURES.iter().position(|m| m.name == name);
                     found.extend(twin.map(|twin| (twin, self.mirror_image(&field), length)));
@@ -963,7 +981,12 @@ impl<'a> Population<'a> {
     /// The distribution of a measure in mm, with the limits of a control at its ends.
     fn quantiles(&self, measure: usize) -> Vec<f32> {
         let (mean, sigma) = (self.means[measure], self.sigmas[measure]);
-        let normal = self.lengths.iter().map(|row| (row[measure] - mean) / sigma);
+        // An image measures the same of what is the same on both sides: once more it would make stairs of the table.
+        let rows = match Symmetry::of(MEASURES[measure].name) {
+            Symmetry::Even => &self.lengths[..self.faces],
+            _ => &self.lengths[..],
+        };
+        let normal = rows.iter().map(|row| (row[measure] - mean) / sigma);
         let table = quantiles(normal.collect());
         debug_assert_eq!(table[0], -LIMIT);
         table

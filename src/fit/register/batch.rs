@@ -59,18 +59,50 @@ impl Job {
     /// Whether its face is there, and made of the scan and the landmarks as they are. Where nobody kept what it was
     /// made of: whether it is not older than they.
     pub fn is_done(&self) -> bool {
+        self.standing() == Standing::Done
+    }
+
+    fn standing(&self) -> Standing {
+        if !self.output.is_file() {
+            return Standing::Missing;
+        }
+        let Some(now) = Made::of(self) else {
+            return Standing::Unknown;
+        };
         if let Ok(bytes) = std::fs::read(self.made()) {
             // Dates are not put in order: what is copied keeps its own, and clocks are wrong.
-            let made = serde_json::from_slice::<Made>(&bytes);
-            return self.output.is_file() && made.is_ok_and(|made| Made::of(self) == Some(made));
+            return match serde_json::from_slice::<Made>(&bytes) {
+                Ok(made) if made == now => Standing::Done,
+                Ok(_) => Standing::Changed,
+                Err(_) => Standing::Unknown,
+            };
         }
         let written = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
         let newest = [Some(&self.scan), self.landmarks.as_ref()]
             .into_iter()
             .flatten();
         let newest = newest.filter_map(|path| written(path)).max();
-        written(&self.output).is_some_and(|at| newest.is_none_or(|newest| newest <= at))
+        let is_current =
+            written(&self.output).is_some_and(|at| newest.is_none_or(|newest| newest <= at));
+        match is_current {
+            true => Standing::Done,
+            false => Standing::Changed,
+        }
     }
+}
+
+/// How a job's face stands to the files that it is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Standing {
+    /// There is none.
+    Missing,
+    /// It is there, made of these.
+    Done,
+    /// It is there, made of others: one of them was changed, put there or taken away.
+    Changed,
+    /// It is there, and what it was made of, or what is there now, cannot be seen: a link that leads nowhere, a disk
+    /// that is not connected.
+    Unknown,
 }
 
 /// What a face was made of.
@@ -126,6 +158,9 @@ fn nanoseconds(time: SystemTime) -> i64 {
 /// How the faces of a folder were made: what would make other faces of the same scans.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Recipe {
+    /// The program that made them, with its version; empty where that was not kept.
+    #[serde(default)]
+    pub made_by: String,
     /// The template's identity ([`Blob::fingerprint`](crate::blob::Blob::fingerprint)).
     pub template: u32,
     /// As in [`Settings`].
@@ -143,12 +178,14 @@ const RECIPE: &str = "recipe.json";
 const OF_ALL: [&str; 3] = ["about", "labels", "recipe"];
 
 impl Recipe {
-    /// Writes it beside the faces in `folder`, where it is not yet, or where there are no faces.
+    /// Writes it beside the faces in `folder`, where it is not yet, or where there are no faces. Another version of the
+    /// program may make other faces of the same scans, or the same: which made those that are there is returned, where
+    /// it is known and not this one.
     ///
     /// # Errors
     /// When the faces there were made in another way, which would mix two kinds, with what differs;
     /// when what is there cannot be read, and when nothing can be written.
-    pub fn keep(&self, folder: &Path) -> FitResult<()> {
+    pub fn keep(&self, folder: &Path) -> FitResult<Option<String>> {
         let path = folder.join(RECIPE);
         let bytes = match std::fs::read(&path) {
             Ok(bytes) if ply::has_faces(folder)? => bytes,
@@ -158,7 +195,8 @@ impl Recipe {
             _ => {
                 let bytes =
                     serde_json::to_vec_pretty(self).map_err(|e| FitError::file(&path, e))?;
-                return write_atomically(&path, &bytes);
+                write_atomically(&path, &bytes)?;
+                return Ok(None);
             }
         };
         let there: Self = serde_json::from_slice(&bytes).map_err(|e| FitError::file(&path, e))?;
@@ -174,7 +212,8 @@ impl Recipe {
         } else if there.unit != self.unit {
             "in another unit"
         } else {
-            return Ok(());
+            let other = !there.made_by.is_empty() && there.made_by != self.made_by;
+            return Ok(other.then_some(there.made_by));
         };
         let cause =
             format!("the faces there were registered {was}: others go to a folder of their own");
@@ -204,7 +243,7 @@ impl Jobs {
         // Of scans that are refused, former faces may be there: what is wrong is said of the scan.
         let is_refused = |face: &Path| {
             let scans = self.refused.iter().filter_map(|error| match error {
-                FitError::File { path, .. } => path.file_stem(),
+                FitError::File { path, .. } | FitError::Unread { path, .. } => path.file_stem(),
                 _ => None,
             });
             scans.into_iter().any(|name| Some(name) == face.file_stem())
@@ -536,7 +575,7 @@ pub fn read_registered(
     dir: &Path,
     template: &Template,
 ) -> FitResult<Vec<(String, RegisteredFace)>> {
-    ply::read_faces(dir, template.positions.len())?
+    ply::read_faces(dir, template.positions.len(), &template.triangles())?
         .into_iter()
         .map(|(name, positions)| {
             let path = dir.join(format!("{name}.json"));
@@ -550,8 +589,15 @@ pub fn read_registered(
 }
 
 /// Takes away the face that was made of a scan before it changed, where the scan now fails: a model would be
-/// trained on it. The error says so.
-fn without_former(job: &Job, error: FitError) -> FitError {
+/// trained on it. Where the scan is not known to have changed, or cannot be read, the face is all that there is of the
+/// person, and stays. The error says which.
+fn without_former(job: &Job, standing: Standing, error: FitError) -> FitError {
+    let is_unread = matches!(error, FitError::Unread { .. });
+    match standing {
+        Standing::Missing | Standing::Done => return error,
+        Standing::Changed if !is_unread => {}
+        _ => return error.of(&job.scan).and("its former face stays"),
+    }
     if std::fs::remove_file(&job.output).is_err() {
         return error;
     }
@@ -559,19 +605,14 @@ fn without_former(job: &Job, error: FitError) -> FitError {
     let _ = std::fs::remove_file(job.output.with_extension("json"));
     let _ = job.remove_picture();
     let _ = std::fs::remove_file(job.made());
-    match error.of(&job.scan) {
-        FitError::File { path, cause } => {
-            let cause = format!("{cause}; the face of what it was before is taken away");
-            FitError::File { path, cause }
-        }
-        error => error,
-    }
+    let gone = "the face of what it was before is taken away";
+    error.of(&job.scan).and(gone)
 }
 
 /// Registers the jobs that are not done, on all cores, each with its landmarks in mm
 /// beside it; `also` may write more of each, `done` is told of each. Returns what failed, in the
-/// order of the jobs. Where a scan cannot be read or registered, its former face goes; where something cannot be written
-/// that stays, for the next time.
+/// order of the jobs. Where a scan that has changed cannot be understood or registered, its former face goes; where a file
+/// cannot be read or written that stays, for the next time.
 pub fn run(
     registrar: &Registrar<'_>,
     jobs: &[Job],
@@ -583,10 +624,11 @@ pub fn run(
     jobs.par_iter()
         // A core takes the next scan when it is free: they take unequal time.
         .with_max_len(1)
-        .filter(|job| !job.is_done())
-        .filter_map(|job| {
+        .map(|job| (job, job.standing()))
+        .filter(|(_, standing)| *standing != Standing::Done)
+        .filter_map(|(job, standing)| {
             let work = || -> FitResult<()> {
-                let without_former = |error| without_former(job, error);
+                let without_former = |error| without_former(job, standing, error);
                 // Before they are read: what takes their place meanwhile is another.
                 let made = Made::of(job);
                 let scan = Scan::read(&job.scan, unit).map_err(without_former)?;

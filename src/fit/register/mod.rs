@@ -93,16 +93,29 @@ pub struct Registered {
     pub covered: Vec<bool>,
     /// The template's expressions that the face shows, and how strongly; none without a prior.
     pub expressions: Vec<(String, f64)>,
-    /// How far these moved each vertex, mm, in the scan's pose.
+    /// How far those that are told moved each vertex, mm, in the scan's pose.
     moved: Vec<DVec3>,
 }
 
-/// Weaker expressions are not told: they are how a face without any differs from the prior.
+/// Weaker expressions are not told, and not taken off: they are how a face without any differs from the prior.
 const TOLD: f64 = 0.2;
 
+/// Which of a face's expressions it shows: those that are told, and the weaker halves of them, without which what is
+/// taken off would be more on one side than on the other.
+fn shown(expressions: &[(String, f64)]) -> impl Iterator<Item = &(String, f64)> {
+    let whole = |name: &str| {
+        let half = name.strip_suffix("Left").or(name.strip_suffix("Right"));
+        half.unwrap_or(name).to_owned()
+    };
+    let told = expressions.iter().filter(|e| e.1 >= TOLD);
+    let told: Vec<String> = told.map(|e| whole(&e.0)).collect();
+    let is_shown = move |e: &&(String, f64)| told.contains(&whole(&e.0));
+    expressions.iter().filter(is_shown)
+}
+
 impl Registered {
-    /// All vertices of the face without the expression that it shows, mm. Where lids were shut or lips
-    /// apart it is a guess.
+    /// All vertices of the face without the expression that it shows, mm; a face that is told to show none is as it is.
+    /// Where lids were shut or lips apart it is a guess.
     pub fn neutral(&self) -> Vec<DVec3> {
         let moves = self.positions.iter().zip(&self.moved);
         moves.map(|(p, m)| *p - *m).collect()
@@ -374,10 +387,14 @@ impl<'a> Registrar<'a> {
                 for (expression, &strength) in template.expressions.iter().zip(&fit.strengths) {
                     if strength > 0.0 {
                         expressions.push((expression.name.clone(), strength));
-                        let turned = fit.pose.rotation * strength;
-                        let moves = moved.iter_mut().zip(&expression.displacements);
-                        moves.for_each(|(m, d)| *m += turned * *d);
                     }
+                }
+                for (name, strength) in shown(&expressions) {
+                    let own = template.expressions.iter().find(|e| e.name == *name);
+                    let turned = fit.pose.rotation * *strength;
+                    let moves = own.into_iter().flat_map(|e| &e.displacements);
+                    let moves = moved.iter_mut().zip(moves);
+                    moves.for_each(|(m, d)| *m += turned * *d);
                 }
                 face.iter().map(|&p| fit.pose.apply(p)).collect()
             }
@@ -604,4 +621,23 @@ fn off_surface(points: &[(usize, DVec3)], positions: &[DVec3], normals: &[DVec3]
         normals[nearest].dot(p - positions[nearest]).powi(2)
     });
     (squares.sum::<f64>() / points.len() as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_halves_of_what_is_told_are_shown_and_nothing_weak_else() {
+        let all = [
+            ("jawOpen", 0.1),
+            ("mouthSmileLeft", 0.25),
+            ("mouthSmileRight", 0.15),
+            ("browDownLeft", 0.19),
+        ];
+        let all = all.map(|(name, strength)| (name.to_owned(), strength));
+        let names: Vec<&str> = shown(&all).map(|e| &*e.0).collect();
+        assert_eq!(names, ["mouthSmileLeft", "mouthSmileRight"]);
+        assert_eq!(shown(&all[3..]).count(), 0);
+    }
 }

@@ -19,7 +19,7 @@ use crate::srgb;
 /// Reads the triangles of all meshes of the default scene, moved by their nodes.
 pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
     let fail = |cause: String| FitError::file(path, cause);
-    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
     let (json, blob) = chunks(&bytes, path).map_err(fail)?;
     let mut root = parse(&json).map_err(fail)?;
     mend(&mut root).map_err(fail)?;
@@ -33,7 +33,7 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
                 .ok_or_else(|| fail(format!("buffer {}: no binary chunk", buffer.index()))),
             gltf::buffer::Source::Uri(uri) => load(folder, uri)
                 .map(Cow::Owned)
-                .map_err(|cause| fail(format!("buffer {}: {cause}", buffer.index()))),
+                .map_err(|why| why.of_buffer(path, buffer.index())),
         })
         .collect::<FitResult<Vec<_>>>()?;
     let scene = gltf.default_scene().or_else(|| gltf.scenes().next());
@@ -90,20 +90,47 @@ fn chunks<'a>(bytes: &'a [u8], path: &Path) -> Result<Chunks<'a>, String> {
     Ok((glb.json, glb.bin))
 }
 
+/// Why a URI stands for nothing: it is none, or the file cannot be read.
+enum Unloaded {
+    Bad(String),
+    Unread(String, std::io::Error),
+}
+
+impl Unloaded {
+    fn of_buffer(self, gltf: &Path, index: usize) -> FitError {
+        match self {
+            Unloaded::Bad(cause) => FitError::file(gltf, format!("buffer {index}: {cause}")),
+            Unloaded::Unread(uri, e) => {
+                let cause = format!("buffer {index}: {uri}: {e}");
+                FitError::unread(gltf, std::io::Error::new(e.kind(), cause))
+            }
+        }
+    }
+}
+
+impl std::fmt::Display for Unloaded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Unloaded::Bad(cause) => f.write_str(cause),
+            Unloaded::Unread(uri, e) => write!(f, "{uri}: {e}"),
+        }
+    }
+}
+
 /// What a URI of a buffer or an image stands for: data in it, or a file seen from the folder.
-fn load(folder: &Path, uri: &str) -> Result<Vec<u8>, String> {
+fn load(folder: &Path, uri: &str) -> Result<Vec<u8>, Unloaded> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (_, base64) = data
             .split_once(";base64,")
-            .ok_or("a data URI that is not in base64")?;
+            .ok_or_else(|| Unloaded::Bad("a data URI that is not in base64".into()))?;
         // Not all who write it pad it.
         return Base64Unpadded::decode_vec(base64.trim_end_matches('='))
-            .map_err(|e| format!("a data URI: {e}"));
+            .map_err(|e| Unloaded::Bad(format!("a data URI: {e}")));
     }
     if uri.contains("://") {
-        return Err(format!("{uri:.60}: no file beside it"));
+        return Err(Unloaded::Bad(format!("{uri:.60}: no file beside it")));
     }
-    std::fs::read(file(folder, uri)).map_err(|e| format!("{uri}: {e}"))
+    std::fs::read(file(folder, uri)).map_err(|e| Unloaded::Unread(uri.to_owned(), e))
 }
 
 /// The file that a URI names.

@@ -82,7 +82,7 @@ pub fn write(
 
 /// The same in the file's units.
 pub(in crate::fit) fn read_file(path: &Path, template: &Template) -> FitResult<Landmarks> {
-    let bytes = std::fs::read(path).map_err(|e| FitError::file(path, e))?;
+    let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
     let fail = |cause: String| FitError::file(path, cause);
     let bytes = plain(&bytes).map_err(fail)?;
     let is = |ending: &str| {

@@ -102,7 +102,7 @@ impl Scan {
     /// with an area, or is too small or large for a head.
     pub fn read(path: &Path, unit: Option<Unit>) -> FitResult<Scan> {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        let about = std::fs::metadata(path).map_err(|e| FitError::file(path, e))?;
+        let about = std::fs::metadata(path).map_err(|e| FitError::unread(path, e))?;
         if about.is_dir() {
             return Err(FitError::file(path, "a folder, not a scan"));
         }

@@ -177,7 +177,8 @@ pub struct Report {
     /// Whether the objective stood still before the limit was reached. A basis of which this is
     /// not so is as good as its objective, but could be better.
     pub converged: bool,
-    /// How long the start took, and the iterations, seconds.
+    /// How long the start took, and the iterations, seconds: no part of what is written, which is the same of each run.
+    #[serde(skip)]
     pub seconds: [f64; 2],
 }
 

@@ -38,20 +38,19 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Reads `labels.json` as [`write()`] leaves it, of the named faces; nothing where it has other labels, of who made it.
+    /// Reads `labels.json` as [`write()`] leaves it, of those of the named faces that are in it; nothing where it has other
+    /// labels, of who made it.
     ///
     /// # Errors
-    /// When the file cannot be read or is no JSON, or a face is missing in it.
+    /// When the file cannot be read or is no JSON.
     pub fn read(path: &Path, names: &[&str]) -> FitResult<Option<Vec<Self>>> {
         let all: serde_json::Value = json(path)?;
         let Ok(mut all) = serde_json::from_value::<BTreeMap<String, Self>>(all) else {
             return Ok(None);
         };
-        let of = |name: &&str| {
-            let found = all.remove(*name);
-            found.ok_or_else(|| FitError::file(path, format!("no labels of the face {name}")))
-        };
-        names.iter().map(of).collect::<FitResult<_>>().map(Some)
+        Ok(Some(
+            names.iter().filter_map(|name| all.remove(*name)).collect(),
+        ))
     }
 }
 
@@ -773,7 +772,8 @@ mod tests {
         let population = sample(head, &base_mesh_dir().unwrap(), 2, 3).unwrap();
         let dir = tempfile::tempdir().unwrap();
         write(&population, head, dir.path()).unwrap();
-        let faces = read_faces(dir.path(), head.positions.len()).unwrap();
+        let (n, triangles) = (head.positions.len(), head.triangles());
+        let faces = read_faces(dir.path(), n, &triangles).unwrap();
         assert_eq!(faces[1].0, "face_0001");
         for (a, b) in faces[1].1.iter().zip(&population.faces[1]) {
             // f32 at 200 mm.
@@ -785,6 +785,8 @@ mod tests {
         let names = ["face_0000", "face_0001"];
         let read = Labels::read(&labels, &names).unwrap().unwrap();
         assert_eq!(read.len(), 2);
+        let nobody = Labels::read(&labels, &["anna"]).unwrap().unwrap();
+        assert!(nobody.is_empty());
         for (read, written) in read.iter().zip(&population.labels) {
             // JSON's numbers are read to the last place but one.
             assert!((read.age - written.age).abs() < 1e-9);
@@ -821,7 +823,7 @@ mod tests {
             "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty float y\nproperty int z\nend_header\n1 2 3\n",
         )
         .unwrap();
-        let error = read_faces(dir.path(), head.positions.len())
+        let error = read_faces(dir.path(), n, &triangles)
             .unwrap_err()
             .to_string();
         assert!(

@@ -321,6 +321,9 @@ fn whole(positions: &[DVec3], mut triangles: Vec<[u32; 3]>) -> (Vec<DVec3>, Vec<
     (kept, triangles)
 }
 
+/// What its people are drawn from: a linear model.
+pub const SOURCE: &str = "ICT-FaceKit (ICT Face Model Light)";
+
 /// What a model that is learned from such people says of itself.
 pub fn about() -> About {
     About {
@@ -334,7 +337,7 @@ pub fn about() -> About {
             .into(),
         licences: vec![
             Licence {
-                source: "ICT-FaceKit (ICT Face Model Light)".into(),
+                source: SOURCE.into(),
                 by: "USC Institute for Creative Technologies, Vision and Graphics Lab; \
                      Copyright (c) 2020"
                     .into(),

@@ -99,7 +99,8 @@ pub fn curves(
         ));
     }
 
-    let spectrum = whole_faces(learner.aligned, &learner.mean, &areas.skin, template)?;
+    let mirror = settings.both_sides.then_some(template);
+    let spectrum = whole_faces(learner.aligned, &learner.mean, &areas.skin, mirror)?;
     let pca = spectrum.truncate(spectrum.eigenvalues.len());
     let steps: Vec<usize> = (1..=pca.modes.len())
         .filter(|k| k % 5 == 0 || *k == pca.modes.len())

@@ -106,6 +106,9 @@ pub struct HeldOut {
     pub whole_face: Vec<AreaErrors>,
     /// Each feature by itself.
     pub shapes: Vec<ShapeErrors>,
+    /// Each face that was held out and its root mean square distance over the features, mm.
+    #[serde(skip)]
+    pub faces: Vec<(usize, f64)>,
 }
 
 /// How well the shape of one feature comes back: aligned on itself, on a head of average
@@ -195,12 +198,14 @@ pub fn cross_validate(
             for ((input, output), &face) in fields.iter().zip(&back).zip(test) {
                 let errors = areas.errors(input, output);
                 let head = plus(&learner.mean, output);
+                let rms = errors.last().map_or(0.0, |all| all.rms);
+                found[t].faces.push((face, rms));
                 if t == 0 && pairs.len() < PAIRS {
                     pairs.push(Pair {
                         face,
                         input: plus(&learner.mean, input),
                         output: head.clone(),
-                        rms: errors.last().map_or(0.0, |all| all.rms),
+                        rms,
                     });
                 }
                 found[t].regions.push((errors, areas.diameter(&head)));
@@ -223,7 +228,8 @@ pub fn cross_validate(
             modes_of.push(bases.reports.iter().map(|r| r.modes).collect::<Vec<_>>());
         }
         let aligned = std::mem::take(&mut learner.aligned);
-        let whole = whole_faces(aligned, &learner.mean, &areas.skin, template)?;
+        let mirror = settings.both_sides.then_some(template);
+        let whole = whole_faces(aligned, &learner.mean, &areas.skin, mirror)?;
         let most = modes_of.iter().map(|modes| modes.iter().sum()).max();
         let whole = WholeFaces::new(&whole, most.unwrap_or_default(), &areas.skin, &fields);
         for (found, modes) in found.iter_mut().zip(modes_of) {
@@ -255,6 +261,7 @@ pub fn cross_validate(
             coefficients: found.coefficients,
             regions: summarise(&areas, &found.regions),
             whole_face: summarise(&areas, &found.whole),
+            faces: found.faces.clone(),
             shapes: (found.shapes.iter().zip(found.whole_shapes.values()))
                 .map(|((&f, own), whole)| ShapeErrors {
                     feature: areas.names[f].clone(),
@@ -274,6 +281,7 @@ const PAIRS: usize = 10;
 #[derive(Clone, Default)]
 struct Found {
     coefficients: f64,
+    faces: Vec<(usize, f64)>,
     regions: Vec<OfFace>,
     whole: Vec<OfFace>,
     /// By feature: the root mean square error of each face, mm.
@@ -290,13 +298,13 @@ fn on_head(learner: &Learner, feature: usize, shape: &[f64]) -> Vec<DVec3> {
     whole
 }
 
-/// How whole faces and their mirror images vary on their skin: aligned ones, about a mean, all vertices, mm. Of
-/// faces that are given away none is kept longer than needed.
+/// How whole faces vary on their skin, with their mirror images by the template that is given for them: aligned ones,
+/// about a mean, all vertices, mm. Of faces that are given away none is kept longer than needed.
 pub fn whole_faces<F: AsRef<[DVec3]>>(
     aligned: impl IntoParallelIterator<Item = F, Iter: IndexedParallelIterator>,
     mean: &[DVec3],
     skin: &[u32],
-    template: &Template,
+    images: Option<&Template>,
 ) -> FitResult<Spectrum> {
     let rows = aligned.into_par_iter().map(|face| {
         let face = face.as_ref();
@@ -304,7 +312,8 @@ pub fn whole_faces<F: AsRef<[DVec3]>>(
             .flat_map(|&v| (face[v as usize] - mean[v as usize]).to_array())
             .collect()
     });
-    spectrum(rows.collect(), skin, Some(&template.topology.mirror))
+    let mirror = images.map(|template| &template.topology.mirror[..]);
+    spectrum(rows.collect(), skin, mirror)
 }
 
 /// Displacement fields in a PCA of whole faces.

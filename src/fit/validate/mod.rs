@@ -22,7 +22,9 @@ use serde::Serialize;
 use crate::blob::pack;
 use crate::fit::head::template::Template;
 use crate::fit::learn::crease::{Seam, seams};
-use crate::fit::learn::{BlockReport, Learned, Learner, Settings as Learning};
+use crate::fit::learn::{
+    BlockReport, FaceReport, Learned, Learner, Settings as Learning, far_beyond,
+};
 use crate::fit::statistics::pca::Spectrum;
 use crate::fit::statistics::subspace::fields;
 use crate::fit::truth::population::Labels;
@@ -53,10 +55,14 @@ const RANDOM_FACES: u64 = 100;
 pub struct Population<'a> {
     /// What the faces are registered to.
     pub template: &'a Template,
+    /// What each face is called, in the same order; empty where they have no names.
+    pub names: Vec<String>,
+    /// Whether the mirror image of each face that is learned from counts as one more.
+    pub both_sides: bool,
     /// Registered faces, all vertices, mm, in any pose; in f32, as files of scans have them, since
     /// all of them are kept beside what is learned from most of them.
     pub faces: Vec<Vec<Vec3>>,
-    /// What is known of each, in the same order; empty when nothing is.
+    /// What is known of those of whom anything is.
     pub labels: Vec<Labels>,
     /// What a model that is learned from them says of itself.
     pub about: About,
@@ -86,8 +92,12 @@ pub struct Report {
     pub vertices: usize,
     /// What is known of the faces.
     pub labels: Option<LabelCounts>,
+    /// Whether models were learned without the mirror images of faces.
+    pub one_sided: bool,
     /// Root mean square distance of each face's skin from the mean after alignment, mm.
     pub alignment: Vec<f64>,
+    /// Each face by its name, in the same order.
+    pub people: Vec<Person>,
     /// Each feature's region, then the whole head.
     pub modes: Vec<Modes>,
     /// Coefficients, variance and smoothing of each block of the model at tau = 95 %.
@@ -112,6 +122,22 @@ pub struct Report {
     pub normality: Normality,
     /// How far registration put vertices from where they belong, where that is known.
     pub drift: Option<Drift>,
+}
+
+/// How one face stands to the others.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Person {
+    /// What it is called, or its number where it has no name.
+    pub name: String,
+    /// What alignment left, and its size.
+    #[serde(flatten)]
+    pub face: FaceReport,
+    /// Root mean square distance over the features between it and what a model at 95 % gives back that was learned from
+    /// others, mm.
+    pub held_out: f64,
+    /// By how many robust standard deviations it is farther from the mean than others, or larger or smaller, where that is
+    /// far beyond them ([`far_beyond`]).
+    pub far: Option<f64>,
 }
 
 /// What the faces are labelled with.
@@ -219,6 +245,8 @@ pub fn validate<'a>(
 ) -> FitResult<Validated<'a>> {
     let Population {
         template,
+        names,
+        both_sides,
         faces,
         labels,
         about,
@@ -230,12 +258,15 @@ pub fn validate<'a>(
             faces.len()
         )));
     }
-    let settings = Learning::default();
+    let settings = Learning {
+        both_sides,
+        ..Learning::default()
+    };
     let areas = Areas::new(template)?;
 
     done("learning");
     let learner = Learner::new(template, wide(&faces), &settings)?;
-    let alignment = learner.alignment();
+    let each = learner.faces();
     let mut modes = (learner.features())
         .map(|(name, spectrum)| Modes::of(name, spectrum))
         .collect::<FitResult<Vec<_>>>()?;
@@ -247,7 +278,12 @@ pub fn validate<'a>(
     let model = FaceModel::parse(&file)?;
 
     done("random faces");
-    let whole = whole_faces(&learned.aligned, &mean, &areas.skin, template)?;
+    let whole = whole_faces(
+        &learned.aligned,
+        &mean,
+        &areas.skin,
+        both_sides.then_some(template),
+    )?;
     modes.push(Modes::of("whole face", &whole)?);
     let whole_modes = on_all_vertices(&whole.truncate(count), &areas.skin, template);
     let controls: Vec<String> = model
@@ -298,7 +334,9 @@ pub fn validate<'a>(
             faces: faces.len(),
             vertices: template.positions.len(),
             labels: LabelCounts::of(&labels),
-            alignment,
+            one_sided: !both_sides,
+            alignment: each.iter().map(|face| face.alignment).collect(),
+            people: people(names, &each, &held_out[0]),
             modes,
             blocks,
             ten_held_out,
@@ -316,6 +354,26 @@ pub fn validate<'a>(
         model,
         pairs,
     })
+}
+
+/// Each face with its name, and the error of the first time that it was held out.
+fn people(names: Vec<String>, faces: &[FaceReport], held_out: &HeldOut) -> Vec<Person> {
+    let number = |i: usize| format!("face {i}");
+    let mut people: Vec<Person> = (faces.iter().enumerate())
+        .map(|(i, &face)| Person {
+            name: names.get(i).cloned().unwrap_or_else(|| number(i)),
+            face,
+            held_out: f64::NAN,
+            far: None,
+        })
+        .collect();
+    for &(face, rms) in &held_out.faces {
+        people[face].held_out = rms;
+    }
+    for (face, far, _) in far_beyond(faces).into_iter().rev() {
+        people[face].far = Some(far);
+    }
+    people
 }
 
 /// Modes of the skin as displacements of all vertices, mm a sigma; what is not skin stays.

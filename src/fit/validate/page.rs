@@ -8,10 +8,11 @@ use base64ct::{Base64, Encoding};
 
 use super::held_out::{AreaErrors, HeldOut, Interval};
 use super::plots::{self, Axes, Line};
-use super::{COUNTED, Report, Validated, pictures};
+use super::{COUNTED, PAPER, Person, Report, Validated, pictures};
 use crate::fit::format::files::write_atomically;
 use crate::fit::format::text::decoded;
 use crate::fit::picture::render::Image;
+use crate::fit::truth::simulate;
 use crate::fit::{FitError, FitResult};
 
 /// A part of the report.
@@ -32,26 +33,41 @@ enum Content {
 /// How a short copy says what it is.
 const WRITTEN: &str = "Written by `phiz-fit validate`";
 
+/// How a report says what it is.
+const GENERATOR: &str = "<meta name=\"generator\" content=\"phiz-fit validate\">";
+
+/// Refuses a folder for the report whose `index.html` is somebody's, before the work.
+///
+/// # Errors
+/// When there is an `index.html` that is no report, or a `report.json` beside none, or one that cannot be read.
+pub fn check_report(folder: &Path) -> FitResult<()> {
+    let is_ours = |text: &str| text.contains(GENERATOR);
+    check_own(&folder.join("index.html"), is_ours, "the report")
+}
+
 /// Refuses a folder for the short copy whose README is somebody's, before the work.
 ///
 /// # Errors
-/// When there is a `README.md` that is no short copy, or that cannot be read.
+/// When there is a `README.md` that is no short copy, or a `report.json` beside none, or one that cannot be read.
 pub fn check_short(folder: &Path) -> FitResult<()> {
-    let path = folder.join("README.md");
-    let there = match std::fs::read(&path) {
-        Ok(bytes) => bytes,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        Err(e) => return Err(FitError::file(&path, e)),
+    let is_ours = |text: &str| text.lines().any(|line| line.starts_with(WRITTEN));
+    check_own(&folder.join("README.md"), is_ours, "the short copy")
+}
+
+/// Refuses to write over a page that is not ours, or over numbers that no page of ours is beside.
+fn check_own(page: &Path, is_ours: impl Fn(&str) -> bool, what: &str) -> FitResult<()> {
+    let lost = |path: &Path| {
+        let cause =
+            format!("is no report of before, and would be lost: {what} goes to another folder");
+        Err(FitError::file(path, cause))
     };
-    match decoded(&there)
-        .lines()
-        .any(|line| line.starts_with(WRITTEN))
-    {
-        true => Ok(()),
-        false => Err(FitError::file(
-            &path,
-            "is no report of before, and would be lost: the short copy goes to another folder",
-        )),
+    let numbers = page.with_file_name("report.json");
+    match std::fs::read(page) {
+        Ok(bytes) if is_ours(&decoded(&bytes)) => Ok(()),
+        Ok(_) => lost(page),
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(FitError::unread(page, e)),
+        Err(_) if numbers.exists() => lost(&numbers),
+        Err(_) => Ok(()),
     }
 }
 
@@ -67,15 +83,20 @@ pub fn write(validated: &Validated, folder: &Path, short: Option<&Path>) -> FitR
     let json = folder.join("report.json");
     let numbers =
         serde_json::to_vec_pretty(&validated.report).map_err(|e| FitError::file(&json, e))?;
-    write_atomically(&json, &numbers)?;
+    // The page first, by which the numbers are told to be ours.
     write_atomically(
         &folder.join("index.html"),
         html(&validated.report, &sections).as_bytes(),
     )?;
+    write_atomically(&json, &numbers)?;
     let Some(short) = short else {
         return Ok(());
     };
     create(short)?;
+    write_atomically(
+        &short.join("README.md"),
+        markdown(&validated.report, &sections).as_bytes(),
+    )?;
     for content in sections.iter().filter(|s| s.short).flat_map(|s| &s.content) {
         match content {
             Content::Plot(name, svg, _) => {
@@ -87,11 +108,7 @@ pub fn write(validated: &Validated, folder: &Path, short: Option<&Path>) -> FitR
             Content::Text(_) | Content::Table(..) => {}
         }
     }
-    write_atomically(&short.join("report.json"), &numbers)?;
-    write_atomically(
-        &short.join("README.md"),
-        markdown(&validated.report, &sections).as_bytes(),
-    )
+    write_atomically(&short.join("report.json"), &numbers)
 }
 
 fn sections(validated: &Validated) -> FitResult<Vec<Section>> {
@@ -163,6 +180,12 @@ fn population(report: &Report) -> FitResult<Section> {
             interval(&left, 2)
         ),
     ));
+    content.extend(people(report));
+    if report.one_sided {
+        content.push(Content::Text(
+            "All that follows was learned from the faces without their mirror images, but for the sparse bases.".into(),
+        ));
+    }
     if let Some(drift) = &report.drift {
         content.push(Content::Text(format!(
             "Registration: on {} faces whose truth is known, a vertex of the face lies {} mm from \
@@ -177,6 +200,45 @@ fn population(report: &Report) -> FitResult<Section> {
         content,
         short: false,
     })
+}
+
+/// The faces that stand out: those far beyond the others, and those that other people tell least of.
+fn people(report: &Report) -> [Content; 2] {
+    /// So many of the worst are named.
+    const WORST: usize = 10;
+    let mut worst: Vec<&Person> = report.people.iter().collect();
+    worst.sort_by(|a, b| {
+        let far = |person: &Person| person.far.unwrap_or(0.0);
+        far(b)
+            .total_cmp(&far(a))
+            .then(b.held_out.total_cmp(&a.held_out))
+    });
+    let rows = worst.iter().take(WORST).map(|person| {
+        vec![
+            person.name.clone(),
+            format!("{:.2}", person.face.alignment),
+            format!("{:.1}", person.face.size),
+            format!("{:.3}", person.held_out),
+            person.far.map_or(String::new(), |far| format!("{far:.1}")),
+        ]
+    });
+    let head = [
+        "face",
+        "distance from the mean, mm RMS",
+        "size, mm RMS",
+        "held out at 95 %, mm RMS",
+        "robust standard deviations",
+    ];
+    [
+        Content::Text(format!(
+            "The faces that are to be looked at first: those far beyond the others in distance from the mean or in size, \
+             in robust standard deviations, and then those whose features come back worst when they are held out. {} of \
+             {} are far beyond the others.",
+            report.people.iter().filter(|p| p.far.is_some()).count(),
+            report.people.len()
+        )),
+        Content::Table(head.map(Into::into).to_vec(), rows.collect()),
+    ]
 }
 
 fn variance(report: &Report) -> FitResult<Section> {
@@ -271,18 +333,28 @@ fn held_out(validated: &Validated) -> FitResult<Section> {
     for part in &report.held_out {
         content.extend(table_of(part));
     }
-    content.push(Content::Text(
-        "Ten faces drawn at random and held out together, as in the paper (Table 2):".into(),
-    ));
+    let (drawn, of_drawn, as_in_paper) = match validated.pairs.len() {
+        PAPER => (
+            "Ten faces".into(),
+            "ten".into(),
+            ", as in the paper (Table 2)",
+        ),
+        1 => ("One face".into(), "one".into(), ""),
+        count => (format!("{count} faces"), count.to_string(), ""),
+    };
+    content.push(Content::Text(format!(
+        "{drawn} drawn at random and held out together{as_in_paper}:"
+    )));
     for part in &report.ten_held_out {
         content.extend(table_of(part));
     }
     content.push(Content::Picture(
         "reconstructions",
         pictures::reconstructions(validated)?.png()?,
-        "Held-out faces at 95 %: the best, the middle and the worst of ten. From the left: input \
-         and output from the front, input and output from the side, distance (Fig. 11)."
-            .into(),
+        format!(
+            "Held-out faces at 95 %: the best, the middle and the worst of {of_drawn}. From the left: input \
+             and output from the front, input and output from the side, distance (Fig. 11)."
+        ),
     ));
     Ok(Section {
         title: "Held-out faces",
@@ -451,7 +523,8 @@ fn bases(report: &Report) -> FitResult<Section> {
         let verdict = set.verdict();
         let crossover = match verdict.below_from {
             Some(k) => format!(
-                "From {k} components on the basis of regions is below that, with {} by {:.0} %.",
+                "From {k} components on the basis of regions, which learned from the same, is below that, with {} by \
+                 {:.0} %.",
                 set.components.last().unwrap_or(&0),
                 100.0 * (1.0 - verdict.at_most)
             ),
@@ -461,9 +534,10 @@ fn bases(report: &Report) -> FitResult<Section> {
             .map(|(k, times)| format!("{times:.2} with {k}"))
             .collect();
         content.push(Content::Text(format!(
-            "The best that PCA of whole faces reaches is {:.3} mm. {crossover} As a multiple of \
-             PCA's error with as many components it is {}.",
+            "The best that PCA of whole faces and their mirror images reaches is {:.3} mm (of the faces alone {:.3}). \
+             {crossover} As a multiple of that PCA's error with as many components it is {}.",
             verdict.best,
+            verdict.best_alone,
             beside.join(", ")
         )));
     }
@@ -472,12 +546,19 @@ fn bases(report: &Report) -> FitResult<Section> {
             "Sparse bases were not compared: ask with --splits, and give 125 faces or more.".into(),
         ));
     } else {
+        let about = &report.about;
+        let linear = about.licences.iter().any(|l| l.source == simulate::SOURCE);
+        if linear {
+            content.push(Content::Text(
+                "People who are sampled from a linear model of 100 dimensions, as these are, lie in a space that the \
+                 principal components of 100 of them span nearly whole. No local basis has less error \
+                 there, and the paper's Fig. 6, of scanned people, cannot hold."
+                    .into(),
+            ));
+        }
         content.push(Content::Text(
-            "People who are sampled from a linear model of 100 dimensions lie in a space that the \
-             principal components of 100 of them span nearly whole. No local basis has less error \
-             there, and the paper's Fig. 6, of scanned people, cannot hold. With 25 faces PCA ends \
-             at 24 components; local components, of which one person's nose goes with another's \
-             chin, go on."
+            "With 25 faces PCA ends at 24 components, and with their mirror images at 49; local components, of which \
+             one person's nose goes with another's chin, go on."
                 .into(),
         ));
     }
@@ -659,7 +740,7 @@ fn html(report: &Report, sections: &[Section]) -> String {
     let title = escaped(&report.about.title);
     let mut page = format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width\"><title>{title}</title>\
+         <meta name=\"viewport\" content=\"width=device-width\">{GENERATOR}<title>{title}</title>\
          <style>{STYLE}</style><h1>{title}: {} faces of {} vertices</h1>\n",
         report.faces, report.vertices
     );

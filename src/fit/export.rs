@@ -1,0 +1,97 @@
+//! A model as arrays that numpy alone reads, for who computes with it in another program.
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use crate::FaceModel;
+use crate::fit::FitResult;
+use crate::fit::format::npz::{self, Array};
+
+/// What is in the file, for `--help`: n vertices, c corners, t triangles, k coefficients of which the first p are the
+/// population's, s controls, q quantiles.
+pub const ARRAYS: &str = "\
+What is in it (n vertices, t triangles, k coefficients, of which the first p are the population's and the others those
+of named controls, s sliders):
+  mean         n x 3, mm: y up, z out of the face, x to the subject's left
+  modes        k x n x 3, mm for a coefficient of 1, with what follows them at the model's blending distance:
+               a face is mean + sum over i of coefficients[i] modes[i]
+  sigmas       k, mm: the standard deviation of each mode's amount along its unit direction in its block
+               (of named controls, of their measure)
+  block        k, the block of each mode; odd, k, whether it is the opposite of its mirror image
+  correlation  p x p, of the population's coefficients, whose variances are 1
+  triangles    t x 3, vertices; uv_triangles, t x 3, corners; uv, corners x 2; uv_vertices, the vertex of each corner
+  mirror       n, the vertex on the other side; regions, n, places in region_names
+  controls     s, names; quantiles, s x q: equally spaced percentiles of what each slider reads, sigmas, or mm of those
+               that are named
+  about        what the model says of itself: title, population, caveat, program, and sources with their licences";
+
+/// Writes a model's arrays ([`ARRAYS`]) as `.npz`.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write(model: &FaceModel, path: &Path) -> FitResult<()> {
+    let parts = model.parts();
+    let topology = &parts.topology;
+    let (n, k, p) = (parts.mean.len(), parts.coefficients(), parts.population());
+    let flat = |points: &[Vec3]| points.iter().flat_map(Vec3::to_array).collect::<Vec<f32>>();
+    // A row a vertex; what is written has a mode after the other.
+    let face = model.face();
+    let rows: Vec<Vec<Vec3>> = (0..n as u32).map(|v| face.jacobian(v)).collect();
+    let modes = (0..k).flat_map(|i| rows.iter().flat_map(move |row| row[i].to_array()));
+    let blocks = || {
+        let own = parts.blocks.iter();
+        own.flat_map(|block| block.sigmas.iter().map(|&sigma| (&*block.name, sigma)))
+    };
+    let corners = |triangles: &[[u32; 3]]| triangles.as_flattened().to_vec();
+    let triangles = topology.triangles();
+    let t = triangles.len();
+    let controls = &parts.controls;
+    let steps = controls.first().map_or(0, |c| c.quantiles.len());
+    let about = &parts.about;
+    let sources = about.licences.iter();
+    let sources = sources.map(|l| format!("from {} by {}, {}", l.source, l.by, l.licence));
+    let sources: Vec<String> = sources.collect();
+    let said = [
+        &about.title,
+        &about.population,
+        &about.caveat,
+        &about.made_by,
+    ];
+    npz::write(
+        path,
+        &[
+            Array::of_f32("mean", &[n, 3], flat(&parts.mean)),
+            Array::of_f32("modes", &[k, n, 3], modes),
+            Array::of_f32("sigmas", &[k], blocks().map(|b| b.1)),
+            Array::of_words("block", blocks().map(|b| b.0)),
+            Array::of_bools("odd", &parts.odd()),
+            Array::of_f32("correlation", &[p, p], parts.correlation.iter().copied()),
+            Array::of_u32("triangles", &[t, 3], corners(&triangles)),
+            Array::of_u32("uv_triangles", &[t, 3], corners(&topology.uv_triangles)),
+            Array::of_f32(
+                "uv",
+                &[topology.uvs.len(), 2],
+                topology.uvs.as_flattened().iter().copied(),
+            ),
+            Array::of_u32(
+                "uv_vertices",
+                &[topology.uv_vertices.len()],
+                topology.uv_vertices.iter().copied(),
+            ),
+            Array::of_u32("mirror", &[n], topology.mirror.iter().copied()),
+            Array::of_u32("regions", &[n], topology.regions.iter().map(|&r| r.into())),
+            Array::of_words("region_names", topology.region_names.iter().map(|r| &**r)),
+            Array::of_words("controls", controls.iter().map(|c| &*c.name)),
+            Array::of_f32(
+                "quantiles",
+                &[controls.len(), steps],
+                controls.iter().flat_map(|c| c.quantiles.iter().copied()),
+            ),
+            Array::of_words(
+                "about",
+                said.into_iter().chain(&sources).map(|words| &**words),
+            ),
+        ],
+    )
+}
