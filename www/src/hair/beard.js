@@ -26,7 +26,7 @@ export function beardGround(beard, landmarks) {
   const parting = (above[1] + below[1]) / 2;
   return {
     mask: beard,
-    line: 0.7,
+    line: 0.45,
     bare: (x, y) => distanceTo(outline, x, y) < 1.5,
     seed: 71,
     strands: 3800,

@@ -306,7 +306,7 @@ const GROWN = {
     uniform vec2 covered;
     varying vec3 vGrowth;`,
   // Strands that become few leave no stain.
-  PLACED: 'vGrowth = vec3(min(growth.x - 0.15 * covered.x, 11.0 * (parts.w - gone.w) - 0.35 * covered.x), growth.y - 0.2 * covered.y, 1.0 - dot(parts.xyz, gone.xyz));',
+  PLACED: 'vGrowth = vec3(min(growth.x - 0.15 * covered.x, 11.0 * (parts.w - gone.w) - 0.35 * covered.x), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
 };
 
 /**
