@@ -282,7 +282,7 @@ function paintFreckles(at, [left, low, size]) {
   const [tip] = points(at, 30, 30);
   const eyes = [points(at, 36, 41), points(at, 42, 47)].map((eye) => [0, 1].map((k) => eye.reduce((sum, point) => sum + point[k], 0) / eye.length));
   const cheeks = eyes.map(([x, y]) => [x * 1.15, 0.45 * y + 0.55 * tip[1]]);
-  for (let n = 0; n < 3600; n++) {
+  for (let n = 0; n < 5600; n++) {
     const [x, y] = [left + size * random(), low + size * random()];
     const near = (/** @type {number[]} */ [cx, cy], /** @type {number} */ rx, /** @type {number} */ ry) => Math.exp(-(((x - cx) / rx) ** 2) - ((y - cy) / ry) ** 2);
     const likely = 0.07 + 0.9 * Math.min(1, near([0, tip[1] + 9], 14, 17) + cheeks.reduce((sum, cheek) => sum + near(cheek, 22, 14), 0));

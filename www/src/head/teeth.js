@@ -10,7 +10,7 @@ const LOWER = [[5.3, 8.6], [5.8, 8.8], [6.6, 9.2], [7, 8.4], [7.1, 8], [10.6, 7.
 const HALF_MOUTH = 22.3;
 /** Half the arch's width and its length, mm: wider than usual, as the model's lips are a flatter arch. */
 const ARCH = { upper: [29.5, 41], lower: [27, 38] };
-const IVORY = [0.88, 0.73, 0.57];
+const IVORY = [0.9, 0.725, 0.56];
 const GUM = [0.5, 0.17, 0.16];
 const TONGUE = [0.52, 0.2, 0.19];
 
@@ -26,8 +26,10 @@ const LIGHTS = ShaderChunk.lights_fragment_begin
 
 /** Between lips that are no further apart than the first nothing is seen, mm, as of 19 in 20 faces at rest; past the second all is. */
 export const OPEN = [1.9, 4.8];
-/** Between lips that are so far apart there is as much light as there is about the mouth, mm. */
-const LIT = 7.5;
+/** When an expression parts lips by so much more than they are at rest, all is seen, mm: it parts them more beside their middles. */
+const PARTED = 1.6;
+/** And comes within so much, mm. */
+const SOON = 0.3;
 
 /** The corners and the middles of the lips' inner line; the chin from its right to its left. */
 const NAMES = ['ibug_60', 'ibug_64', 'ibug_62', 'ibug_66', 'ibug_06', 'ibug_07', 'ibug_08', 'ibug_09', 'ibug_10'];
@@ -258,7 +260,7 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
    * Where both rows are in a face.
    * @param {ArrayLike<number>} positions @param {ArrayLike<number>} shifts
    * @param {Matrix4} above is set @param {Matrix4} below is set
-   * @returns {number} how far the lips are apart, as the sizes of teeth are
+   * @returns how far the lips are apart, and how far they are at rest, as the sizes of teeth are
    */
   function place(positions, shifts, above, below) {
     anchors.forEach((v, i) => {
@@ -284,19 +286,21 @@ export function createTeeth(rest, landmarks, pouch, vertexOf) {
     below.elements[6] = Math.min(MOST_LEAN, lean) * size;
     jaw.multiplyMatrices(lie(points.slice(4, NAMES.length), now), lie(still.slice(4, NAMES.length), jaw).invert());
     below.premultiply(jaw);
-    return points[2].distanceTo(points[3]) / size;
+    return { gap: points[2].distanceTo(points[3]) / size, atRest: top.distanceTo(bottom) / size };
   }
 
   return {
     meshes: rows.map(({ mesh }) => mesh),
     anchors,
     update(positions, shifts) {
-      const gap = place(positions, shifts, upper.mesh.matrix, lower.mesh.matrix);
-      const light = Math.min(1, Math.max(0, (gap - OPEN[0]) / (LIT - OPEN[0]))) ** 0.7;
+      const { gap, atRest } = place(positions, shifts, upper.mesh.matrix, lower.mesh.matrix);
+      const open = Math.max(0, gap - OPEN[0]);
+      const light = Math.min(1, Math.max(open / (OPEN[1] - OPEN[0]), Math.min(1, open / SOON) * ((gap - atRest) / PARTED)));
       for (const { mesh, material } of rows) {
         // What light is left between lips has been on their red, and less of it comes down to the lower row.
         const left = mesh === lower.mesh ? light * (0.7 + 0.3 * light) : light;
-        material.color.setRGB(left ** 1.1, left ** 1.35, left ** 1.5);
+        const warm = Math.min(1, 2 * left);
+        material.color.setRGB(left, left * (0.5 + 0.5 * warm), left * (0.35 + 0.65 * warm));
         material.specularIntensity = 0.45 * light;
         mesh.visible = light > 0;
         mesh.matrixWorldNeedsUpdate = true;
