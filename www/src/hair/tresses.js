@@ -164,16 +164,17 @@ const FRAGMENT = /* glsl */ `
  * @template {import('./plant.js').Styles[K]} S
  * @param {{
  *   kind: K, style: (colours: Pigments) => S, thinning: (colours: Pigments) => import('./standing.js').Thinning, long: (style: S) => number, half: number, stride?: (style: S) => number,
- *   turned?: (colours: Pigments) => number, gaps?: number, bare?: number,
+ *   turned?: (colours: Pigments) => number, gaps?: number, bare?: number, carries?: (colours: Pigments) => number,
  * }} of `half` of a ribbon's width, mm; of the points of a strand every `stride`th is in files, in which each is once more
  *   for every slider, and none where there is no `stride`; `turned`: how grey it is;
- *   `gaps`: how much of a ribbon's breadth is between its hairs; `bare`: how much of the skin is seen between hairs, however many there are
+ *   `gaps`: how much of a ribbon's breadth is between its hairs; `bare`: how much of the skin is seen between hairs, however many there are;
+ *   `carries`: how far it stands for what is painted of it
  * @param {{ grower: import('./grower.js').Grower, rest: Float32Array, onGrown: () => void }} on the head at rest
  * @param {{ heatStrength: { value: number }, hides?: { value: number }, stands?: { value: number } }} uniforms of the skin; what hides it beside
- *   heat, from 0 to 1; what becomes 1 when it is there, and 0 when it is not
+ *   heat, from 0 to 1; how far it carries what is painted of it, 0 when it is not there
  * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
-export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride, gaps: between, bare = 0, turned: turnedOf = (colours) => colours.turned[0] }, { grower, rest, onGrown }, { heatStrength, hides = { value: 0 }, stands = { value: 0 } }, fade) {
+export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride, gaps: between, bare = 0, carries = () => 1, turned: turnedOf = (colours) => colours.turned[0] }, { grower, rest, onGrown }, { heatStrength, hides = { value: 0 }, stands = { value: 0 } }, fade) {
   /** There when there first is hair; null where none grows. @type {import('./plant.js').Planting | null | undefined} */
   let hair;
   const geometry = new BufferGeometry();
@@ -190,6 +191,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** @type {import('./standing.js').Thinning} */
   let thinning = { share: 1, gone: [0, 0, 0, 0] };
   let broad = half;
+  let carrying = 1;
   const shared = { halfWidth: { value: half }, lockShifts: { value: shifts }, heatStrength, hides };
   const material = new ShaderMaterial({
     uniforms: {
@@ -231,7 +233,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   // Before the skin: what is behind the neck is seen where that runs out.
   mesh.renderOrder = -0.5;
   mesh.frustumCulled = false;
-  mesh.castShadow = true;
+  // Of hairs that lie on the skin it would be finer than a shadow is drawn.
+  mesh.castShadow = bare === 0;
   mesh.visible = false;
   mesh.name = kind;
   mesh.raycast = () => {};
@@ -328,7 +331,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** @param {boolean} visible */
   function appear(visible) {
     mesh.visible = visible;
-    stands.value = Number(visible);
+    stands.value = visible ? carrying : 0;
   }
 
   /** @param {typeof kept[number]} one */
@@ -542,6 +545,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       young.value.copy(colours.young);
       old.value.copy(colours.old);
       turned.value = turnedOf(colours);
+      carrying = carries(colours);
       skin.value.copy(colours.skin);
       const now = thinningOf(colours);
       if (JSON.stringify(now) !== JSON.stringify(thinning)) {

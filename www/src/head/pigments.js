@@ -32,6 +32,8 @@ const RED = new Color('#8f3f19');
 const GREY = new Color('#a3a09b');
 /** Brows turn grey later than the head, hair by hair, and keep dark ones. */
 const BROWS_GREY = 0.58;
+/** So far from rest hairs carry brows, of the slider. */
+const BROWED = 0.06;
 /** Lashes at rest, as the screen shows them. They follow brows by less: they are paler only at their ends. */
 const LASHES = [0.075, 0.045, 0.035];
 const FOLLOWS = 0.45;
@@ -119,6 +121,8 @@ export function pigments(tone, colouring) {
     lashes: new Color(lr, lg, lb),
     /** 0 is none, 2 twice as many as at rest. */
     bushy: 2 * brows,
+    /** How far hairs stand on what is painted of brows: at rest they are as on the head that shows first, which is paint alone. */
+    browed: Math.min(1, Math.abs(brows - REST.brows) / BROWED),
     /** How dense hair and beard are, 0 to 1. @type {[number, number]} */
     dense: [dense, Math.max(beard, 0.8 * (1 - beardThin) * Math.min(1, 8 * beardLength))],
     /** How far off the skin a crop's surface is, mm: below strands, where there are some. */
