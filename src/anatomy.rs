@@ -233,6 +233,9 @@ pub type Gradient = Vec<(u32, DVec3)>;
 /// Quantities of quantities: a size of means is two levels.
 const MOST_LEVELS: usize = 3;
 
+/// Lengths of a geometric mean: the steps to its root grow with the square of their number.
+const MOST_LENGTHS: usize = 16;
+
 impl Quantity {
     /// Its value where `place` says where a landmark is (mm), and how it changes with them.
     pub fn measure(&self, place: &dyn Fn(u32) -> DVec3) -> (f64, Gradient) {
@@ -303,7 +306,8 @@ impl Quantity {
                 geometric_mean: parts,
             } => {
                 let below = |q: &Quantity| q.is_sound_to(landmarks, levels - 1);
-                levels > 0 && !parts.is_empty() && parts.iter().all(below)
+                let few = matches!(self, Quantity::Mean { .. }) || parts.len() <= MOST_LENGTHS;
+                levels > 0 && !parts.is_empty() && few && parts.iter().all(below)
             }
         }
     }

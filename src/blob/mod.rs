@@ -48,11 +48,11 @@ pub const VERSION: u32 = 3;
 const PREAMBLE: usize = 40;
 const ROW: usize = 32;
 const ALIGNMENT: usize = 16;
-/// More than any real blob has, few enough that a damaged count cannot cost time.
-const MAX_SECTIONS: usize = 256;
+/// More than 63 blocks or 500 expressions have, few enough that a damaged count cannot cost time.
+const MAX_SECTIONS: usize = 1024;
 /// 64 MiB: twenty times the default model. It is also the most that a packed blob may inflate to;
 /// `www/phiz/index.js` has it too.
-const MAX_BYTES: usize = 1 << 26;
+pub(crate) const MAX_BYTES: usize = 1 << 26;
 /// The element type of planes.
 const PLANES: u32 = 7;
 
@@ -192,7 +192,18 @@ impl BlobWriter {
     }
 
     /// The bytes of the blob.
-    pub fn finish(&self) -> Vec<u8> {
+    ///
+    /// # Errors
+    /// When these are more sections or bytes than a reader takes.
+    pub fn finish(&self) -> Result<Vec<u8>> {
+        let sections = self.sections.len();
+        let bytes = self.sections.iter().map(|s| s.2.len() + ROW + ALIGNMENT);
+        let bytes = bytes.sum::<usize>() + PREAMBLE + self.header.len();
+        if sections > MAX_SECTIONS || bytes > MAX_BYTES {
+            return Err(Error::Blob(format!(
+                "{sections} sections and {bytes} bytes are over the limits of {MAX_SECTIONS} and {MAX_BYTES}"
+            )));
+        }
         let mut out = Vec::new();
         out.extend_from_slice(&MAGIC);
         VERSION.write(&mut out);
@@ -221,7 +232,7 @@ impl BlobWriter {
             out.extend_from_slice(bytes);
         }
         seal(&mut out);
-        out
+        Ok(out)
     }
 }
 
@@ -674,7 +685,7 @@ mod tests {
         writer.planes("planes", &[0, -1, 127, -129, i32::MAX, i32::MIN]);
         writer.planes("thin", &[-128, 127, 5]);
         writer.planes("none", &[]);
-        writer.finish()
+        writer.finish().unwrap()
     }
 
     #[test]
@@ -696,6 +707,22 @@ mod tests {
         assert!(blob.planes("bytes", 1).is_err());
         assert!(blob.section::<u8>("nowhere", 1).is_err());
         assert!(Blob::parse(&bytes, Kind::Template).is_err());
+    }
+
+    #[test]
+    fn what_no_reader_takes_is_not_written() {
+        let mut writer = BlobWriter::new(Kind::Model, &1_u32);
+        for i in 0..MAX_SECTIONS {
+            writer.section(&format!("{i}"), &[7_u8]);
+        }
+        assert!(Blob::parse(&writer.finish().unwrap(), Kind::Model).is_ok());
+        writer.section("one more", &[7_u8]);
+        let why = writer.finish().unwrap_err().to_string();
+        assert!(why.contains("1025 sections"), "{why}");
+        let mut writer = BlobWriter::new(Kind::Model, &1_u32);
+        writer.section("long", &vec![7_u8; MAX_BYTES]);
+        let why = writer.finish().unwrap_err().to_string();
+        assert!(why.contains("over the limits"), "{why}");
     }
 
     #[test]

@@ -25,7 +25,7 @@ use glam::{Vec3, Vec4};
 use crate::blob::record::record;
 use crate::blob::{Blob, BlobWriter, Kind};
 use crate::error::Number;
-use crate::model::FaceModel;
+use crate::model::{FaceModel, ModelParts};
 use crate::quantise::COORDINATES;
 use crate::{Error, Result};
 use carry::Carrier;
@@ -133,7 +133,9 @@ impl Expression {
 /// pair only the first is stored, and of all others only one side.
 ///
 /// # Errors
-/// When an expression moves a vertex that is not there, or its name is taken.
+/// When an expression moves a vertex that is not there, not as many as it has displacements, or some out of order, or
+/// when [`Expressions::parse`] would refuse the file: two have one name, eyes turn too far, landmarks are not there, a
+/// vertex moves by a metre, there are too many.
 pub fn write(model: &FaceModel, expressions: &[Expression]) -> Result<Vec<u8>> {
     let topology = &model.parts().topology;
     let (n, mirror) = (topology.regions.len(), &topology.mirror);
@@ -145,9 +147,12 @@ pub fn write(model: &FaceModel, expressions: &[Expression]) -> Result<Vec<u8>> {
         if std::mem::take(&mut skip) {
             continue;
         }
-        if expression.support.iter().any(|&v| v as usize >= n) {
+        let support = &expression.support;
+        let in_order = support.windows(2).all(|w| w[0] < w[1]);
+        let there = support.last().is_none_or(|&v| (v as usize) < n);
+        if !in_order || !there || support.len() != expression.displacements.len() {
             return Err(Error::Blob(format!(
-                "expression \"{}\" moves a vertex that is not there",
+                "expression \"{}\" moves vertices that are not there, or not in order",
                 expression.name
             )));
         }
@@ -194,7 +199,9 @@ pub fn write(model: &FaceModel, expressions: &[Expression]) -> Result<Vec<u8>> {
             &walk.on(&support, mirror, true).residuals(&steps, 3),
         );
     }
-    Ok(blob.finish())
+    let bytes = blob.finish()?;
+    read(&Blob::parse(&bytes, Kind::Expressions)?, model)?;
+    Ok(bytes)
 }
 
 /// The expressions of a model. Cheap to clone.
@@ -207,6 +214,8 @@ pub struct Expressions {
 /// What is computed once from the expressions and the mean head.
 #[derive(Debug)]
 struct Derived {
+    /// Of the model that they were read for: what they name by number is its.
+    parts: Arc<ModelParts>,
     /// The vertices that any expression moves, increasing.
     moved: Vec<u32>,
     /// The place of a vertex among them; of one that none moves, anything.
@@ -260,6 +269,7 @@ impl Expressions {
                 })
                 .collect(),
             eyes: Eye::both(model, &moved),
+            parts: model.parts.clone(),
             moved,
             places,
         };

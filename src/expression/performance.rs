@@ -135,7 +135,10 @@ impl Performance {
                 "these expressions are for another head than the model's".into(),
             ));
         }
-        if self.shown == Some(face.revision()) {
+        // At rest there are as many normals as the face keeps, and it may keep others.
+        let normals = self.skin.normals.len().saturating_sub(1);
+        let is_kept = normals == face.normals().len() || !self.is_at_rest();
+        if self.shown == Some(face.revision()) && is_kept {
             return Ok(());
         }
         std::mem::swap(&mut self.skin, &mut self.before);
@@ -157,7 +160,7 @@ impl Performance {
 
     /// Moves the skin of a face at rest.
     fn move_skin(&mut self, face: &Face) {
-        let (neutral, parts) = (face.positions(), face.model().parts());
+        let neutral = face.positions();
         let derived = &self.expressions.derived;
         let Skin { positions, normals } = &mut self.skin;
         if self
@@ -168,7 +171,7 @@ impl Performance {
             self.maps = Some((face.revision(), self.expressions.maps(neutral)));
         }
         if let Some((_, maps)) = &self.maps {
-            let (moves, landmarks) = (&mut self.moves, &parts.landmarks);
+            let (moves, landmarks) = (&mut self.moves, &derived.parts.landmarks);
             (self.expressions).carry(maps, moves, &self.weights, landmarks, neutral, positions);
         }
         let mut turns = [Vec3::ZERO; 2];

@@ -12,6 +12,7 @@
 //! a locked region still follows its own sliders. All of it is linear, the state is e beside c, and
 //! unlocking moves nothing: the anchor stays as it is.
 
+use std::iter::successors;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -24,9 +25,15 @@ use crate::model::{FaceModel, falloff};
 /// Passes in which weights around regions become smooth: distances are measured along edges, which
 /// zigzag.
 const PASSES: usize = 12;
+/// Sweeps over all edges, in which distances become shorter by an edge at least. A head needs a few; a mesh that is made to
+/// need more than these would keep whoever locks something busy for hours.
+const SWEEPS: usize = 256;
 /// Of a part that hangs together with no region so many vertices are asked how far the skin beside
 /// them follows.
 const ASKED: usize = 16;
+/// Each of them is compared with every vertex of the skin, and a head has 2 million pairs in all. Of what has more than
+/// so many, which take a tenth of a second, fewer of the skin are asked, one in some.
+const MOST_PAIRS: usize = 1 << 26;
 
 /// The largest coefficient of an anchor, in units of 1/65536 sigma: 8,000 sigmas, which no hand
 /// reaches, and which sums still take.
@@ -267,18 +274,25 @@ pub(super) fn weights(model: &FaceModel, regions: Regions) -> Arc<[f32]> {
     let hangs = together(n, &edges);
     let mut sizes = vec![0; n];
     let mut anchored = vec![false; n];
-    for v in 0..n {
-        sizes[hangs[v]] += 1;
-        anchored[hangs[v]] |= inside[v];
+    // The next vertex of each one's part, from the part's first on; `n` after the last.
+    let (mut next, mut first) = (vec![n; n], vec![n; n]);
+    for v in (0..n).rev() {
+        let part = hangs[v];
+        sizes[part] += 1;
+        anchored[part] |= inside[v];
+        next[v] = std::mem::replace(&mut first[part], v);
     }
+    let of = |part: usize| successors(Some(first[part]), |&v| Some(next[v]).filter(|&v| v < n));
     let skin = (0..n).max_by_key(|&v| sizes[v]).unwrap_or(0);
-    for part in (0..n).filter(|&v| v != skin && sizes[v] > 0 && !anchored[v]) {
-        let own = || (0..n).filter(|&v| hangs[v] == part);
+    let is_loose = |&v: &usize| v != skin && sizes[v] > 0 && !anchored[v];
+    let loose = (0..n).filter(is_loose).count();
+    let apart = 1 + loose * ASKED / (MOST_PAIRS / sizes[skin].max(1)).max(1);
+    for part in (0..n).filter(is_loose) {
         let mut sum = 0.0;
         let mut asked = 0.0;
-        for v in own().step_by(1 + sizes[part] / ASKED) {
+        for v in of(part).step_by(1 + sizes[part] / ASKED) {
             let mut nearest = (f32::INFINITY, 0.0);
-            for u in (0..n).filter(|&u| hangs[u] == skin) {
+            for u in of(skin).step_by(apart) {
                 let far = parts.mean[u].distance_squared(parts.mean[v]);
                 if far < nearest.0 {
                     nearest = (far, weights[u]);
@@ -287,19 +301,18 @@ pub(super) fn weights(model: &FaceModel, regions: Regions) -> Arc<[f32]> {
             sum += nearest.1;
             asked += 1.0;
         }
-        own().for_each(|v| weights[v] = sum / asked);
+        of(part).for_each(|v| weights[v] = sum / asked);
     }
     weights.into()
 }
 
-/// The length of the shortest path along edges from the inside, mm; infinite where none leads.
+/// The length of the shortest path along edges from the inside, mm; infinite where none leads of [`SWEEPS`] edges.
 fn along_edges(positions: &[Vec3], edges: &[[usize; 2]], inside: &[bool]) -> Vec<f32> {
     let mut distance: Vec<f32> = (inside.iter())
         .map(|&inside| if inside { 0.0 } else { f32::INFINITY })
         .collect();
-    let mut shorter = true;
-    while shorter {
-        shorter = false;
+    for _ in 0..SWEEPS {
+        let mut shorter = false;
         for &[a, b] in edges {
             let length = positions[a].distance(positions[b]);
             for [from, to] in [[a, b], [b, a]] {
@@ -308,6 +321,9 @@ fn along_edges(positions: &[Vec3], edges: &[[usize; 2]], inside: &[bool]) -> Vec
                     shorter = true;
                 }
             }
+        }
+        if !shorter {
+            break;
         }
     }
     distance
@@ -328,4 +344,32 @@ fn together(count: usize, edges: &[[usize; 2]]) -> Vec<usize> {
         towards[a.max(b)] = a.min(b);
     }
     (0..count).map(|v| root(&mut towards, v)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Edges in an order in which each sweep comes one edge farther: all of them would take minutes.
+    #[test]
+    fn a_long_way_is_measured_as_far_as_it_counts() {
+        const COUNT: usize = 200_000;
+        let positions: Vec<Vec3> = (0..COUNT).map(|i| Vec3::X * (0.25 * i as f32)).collect();
+        let edges: Vec<[usize; 2]> = (1..COUNT).rev().map(|i| [i - 1, i]).collect();
+        let inside: Vec<bool> = (0..COUNT).map(|i| i == 0).collect();
+        let all = along_edges(&positions, &edges, &inside);
+        for (i, &length) in all.iter().take(SWEEPS + 1).enumerate() {
+            assert_eq!(length, 0.25 * i as f32);
+        }
+        assert!(all[SWEEPS + 1..].iter().all(|l| l.is_infinite()));
+    }
+
+    #[test]
+    fn the_shorter_of_two_ways_counts() {
+        let positions = [0.0, 1.0, 2.0, 3.0].map(|x| Vec3::new(x, 2.0 * (x - 1.0), 0.0));
+        let edges = [[0, 3], [0, 1], [1, 2], [2, 3]];
+        let all = along_edges(&positions, &edges, &[false, true, false, true]);
+        let step = 5.0_f32.sqrt();
+        assert_eq!(all, [step, 0.0, step, 0.0]);
+    }
 }

@@ -13,7 +13,7 @@ use glam::Vec3;
 
 use crate::Random;
 use crate::error::range;
-use crate::model::{FaceModel, LIMIT, Reach, Surround};
+use crate::model::{Block, FaceModel, LIMIT, Reach, Surround};
 use crate::quantise::{PER_SIGMA, coarse, grid, micrometres, sigmas};
 use crate::{Error, Result};
 use anchor::{Anchor, Regions};
@@ -260,8 +260,8 @@ impl Face {
         before.map_or(Ok(()), |before| self.hold_beside(control, before))
     }
 
-    /// Puts a region, or everything, back to the median person. Locked regions stay, and what is
-    /// held is held.
+    /// Puts a region, or everything, back to the median person: everything with the model's fall-off distance of
+    /// blending, unless something is locked or held. Locked regions stay, and what is held is held.
     ///
     /// # Errors
     /// When no region has that name, or a held measure cannot be held.
@@ -280,17 +280,27 @@ impl Face {
         self.replace(state);
         self.hold(&[self.free(None)?], before)?;
         self.note(gone);
-        Ok(())
+        match region {
+            None => self.spread(self.model.derived.reach.alpha),
+            Some(_) => Ok(()),
+        }
     }
 
-    /// Moves the face, or the named regions of it, towards `other`: 0 leaves it, 1 takes it over.
+    /// Moves the face, or the named regions of it, towards `other`: 0 leaves it, 1 takes it over. All of a face moves
+    /// with its fall-off distance of blending, unless something is locked or held here; regions have none.
     /// Locked regions stay, and what is held is held.
     ///
     /// # Errors
     /// When the faces are of two models, a region is unknown, `t` is not in 0..=1, or a held measure
     /// cannot be held.
     pub fn blend(&mut self, other: &Face, t: f64, regions: Option<&[String]>) -> Result<()> {
-        if other.model.derived.fingerprint != self.model.derived.fingerprint {
+        // A file says its fingerprint itself.
+        let [ours, theirs] = [self.model.parts(), other.model.parts()];
+        let [own, its] = [ours, theirs].map(|parts| parts.blocks.iter().map(Block::coefficients));
+        if other.model.derived.fingerprint != self.model.derived.fingerprint
+            || ours.blending != theirs.blending
+            || !own.eq(its)
+        {
             return Err(Error::Mismatch(
                 "faces of two models cannot be blended".into(),
             ));
@@ -321,7 +331,21 @@ impl Face {
         }
         self.hold(&[free, self.free(None)?], before)?;
         self.note(anchored);
-        Ok(())
+        let [from, to] = [self.alpha(), other.alpha()].map(f64::from);
+        match regions {
+            None if t == 1.0 => self.spread(other.alpha()),
+            None => self.spread((from + t * (to - from)) as f32),
+            Some(_) => Ok(()),
+        }
+    }
+
+    /// Takes a fall-off distance (mm) with all of a face; what is locked or held would move with it.
+    fn spread(&mut self, alpha: f32) -> Result<()> {
+        let stays = self.locked.contains(&true) || !self.held.is_empty();
+        match stays || alpha == self.alpha() {
+            true => Ok(()),
+            false => self.set_alpha(alpha),
+        }
     }
 
     /// Draws a face from the population and returns the seed that was used.

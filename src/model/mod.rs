@@ -249,8 +249,8 @@ impl ModelParts {
     /// ([`crate::quantise`]); what lies on them is read as it was.
     ///
     /// # Errors
-    /// When the header cannot be written, the mean has a coordinate that is no number, or a vertex
-    /// or corner is named that is not there.
+    /// When the mean has a coordinate that is no number, a vertex, corner or region is named that is not there, there
+    /// are not as many numbers as there are vertices or coefficients, or it is more than a reader takes.
     pub fn write(&self) -> Result<Vec<u8>> {
         self.write_as(None)
     }
@@ -346,7 +346,7 @@ impl ModelParts {
             }
         }
         if !self.attributes.is_empty() {
-            let plain = blob.finish();
+            let plain = blob.finish()?;
             let fingerprint = match fingerprint {
                 Some(kept) => kept,
                 None => Blob::parse(&plain, Kind::Model)?.fingerprint(),
@@ -357,7 +357,7 @@ impl ModelParts {
             let numbers = self.attributes.iter().flat_map(Attribute::numbers);
             blob.section("read-outs", &numbers.collect::<Vec<_>>());
         }
-        Ok(blob.finish())
+        blob.finish()
     }
 
     /// Which modes are the opposite of their mirror image, one a coefficient: a nose to the left, whose opposite is
@@ -418,15 +418,23 @@ impl ModelParts {
             uv_vertices,
             uv_triangles,
             regions,
+            mirror,
+            region_names,
             ..
         } = &self.topology;
         let (n, total) = (self.mean.len(), self.population());
         let below = |numbers: &[u32], end: usize| numbers.iter().all(|&i| (i as usize) < end);
-        if regions.len() != n || uv_vertices.len() != uvs.len() || uvs.len() < n {
+        if [regions.len(), mirror.len()] != [n; 2]
+            || uv_vertices.len() != uvs.len()
+            || uvs.len() < n
+        {
             return bad("its topology is of another number of vertices".into());
         }
         if !below(uv_vertices, n) || !below(uv_triangles.as_flattened(), uvs.len()) {
             return bad("a triangle has a corner that is not there".into());
+        }
+        if !below(mirror, n) {
+            return bad("its mirror map is not an involution".into());
         }
         if let Some(v) = self.mean.iter().position(|p| !p.is_finite()) {
             return bad(format!("vertex {v} of its mean is no point"));
@@ -435,7 +443,19 @@ impl ModelParts {
             return bad(format!("{} correlations", self.correlation.len()));
         }
         for block in &self.blocks {
-            let targets = block.surround.as_ref().map_or(&[][..], |s| &s.targets);
+            let surround = block.surround.as_ref();
+            let targets = surround.map_or(&[][..], |s| &s.targets);
+            let distances = surround.map_or(0, |s| s.distances.len());
+            let mut covered = block.regions.iter();
+            if !covered.all(|&r| usize::from(r) < region_names.len()) {
+                return bad(format!("block \"{}\" covers no region", block.name));
+            }
+            if distances != targets.len() {
+                return bad(format!(
+                    "block \"{}\" has {distances} distances",
+                    block.name
+                ));
+            }
             if !below(&block.support, n) || !below(targets, n) {
                 return bad(format!(
                     "block \"{}\" moves a vertex that is not there",

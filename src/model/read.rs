@@ -12,7 +12,7 @@ use super::{
     Blending, Block, Control, Derived, FaceModel, LIMIT, ModelParts, Modes, Reach, Rigid, SOURCES,
     Surround,
 };
-use crate::blob::{Blob, Kind};
+use crate::blob::{Blob, Kind, MAX_BYTES};
 use crate::error::Number;
 use crate::kernel::Patch;
 use crate::mesh::Topology;
@@ -25,6 +25,10 @@ const MAX_VERTICES: u32 = 1 << 20;
 pub(crate) const MAX_COEFFICIENTS: usize = 1024;
 /// What is locked is told by a bit each.
 const MAX_BLOCKS: usize = 63;
+/// Each is compared with all others.
+const MAX_ATTRIBUTES: usize = 256;
+/// Of a landmark. A measure may ask for one often.
+const MAX_STENCIL: usize = 64;
 /// Blending farther than a head is high means nothing, and up to here a whole micrometre survives
 /// f32.
 const FARTHEST_REACH: f32 = 1e3;
@@ -44,6 +48,8 @@ impl IncomingModel {
     pub fn push(&mut self, bytes: Vec<u8>) {
         match self.bytes.is_empty() {
             true => self.bytes = bytes,
+            // What is too long by then is refused for it, and what else comes is let go.
+            false if self.bytes.len() > MAX_BYTES => return,
             false => self.bytes.extend_from_slice(&bytes),
         }
         if !self.stopped && self.read_on().is_err() {
@@ -281,7 +287,8 @@ impl Reading {
             let sound = landmark
                 .stencil
                 .iter()
-                .all(|s| (s.0 as usize) < n && s.1.abs() <= 2.0);
+                .all(|s| (s.0 as usize) < n && s.1.abs() <= 2.0)
+                && landmark.stencil.len() <= MAX_STENCIL;
             if !sound || !((sum - 1.0).abs() < 1e-3) {
                 return bad(format!("landmark \"{}\" is not on the head", landmark.name));
             }
@@ -476,8 +483,9 @@ fn read_attributes(blob: &Blob, population: usize) -> Result<Option<(u32, Vec<At
             reading: numbers[4..].to_vec(),
         };
         let twice = attributes.iter().any(|a| a.name == attribute.name);
+        let is_one_more = !twice && attributes.len() < MAX_ATTRIBUTES;
         let is_part = (0.0..=1.0).contains(&attribute.explained);
-        if twice || !is_part || numbers[0] >= numbers[1] {
+        if !is_one_more || !is_part || numbers[0] >= numbers[1] {
             return Err(unsound(&attribute));
         }
         attributes.push(attribute);

@@ -2,6 +2,8 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use crate::{Error, Result};
+
 /// A pinhole camera without distortion, square pixels, principal point in the middle of the image.
 ///
 /// The camera's frame is the usual one of computer vision (Hartley & Zisserman 2004, section 6.1):
@@ -19,7 +21,24 @@ pub struct Camera {
     pub centre: DVec2,
 }
 
+/// How far the axes of a rotation may be from unit length and right angles: it may come from a text with four digits.
+const SQUARE: f64 = 1e-3;
+
 impl Camera {
+    /// Refuses numbers that no camera has.
+    pub(super) fn check(&self) -> Result<()> {
+        let off = self.rotation.transpose() * self.rotation - DMat3::IDENTITY;
+        let is_rotation = off.to_cols_array().iter().all(|x| x.abs() < SQUARE)
+            && self.rotation.determinant() > 0.0;
+        let is_somewhere = self.translation.is_finite() && self.centre.is_finite();
+        match self.focal > 0.0 && self.focal.is_finite() && is_rotation && is_somewhere {
+            true => Ok(()),
+            false => Err(Error::Mismatch(
+                "a camera has a focal length above 0, a rotation, and only finite numbers".into(),
+            )),
+        }
+    }
+
     /// A point of the head (mm) in the camera's frame, mm.
     pub fn to_camera(&self, p: DVec3) -> DVec3 {
         self.rotation * p + self.translation

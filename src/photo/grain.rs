@@ -24,13 +24,15 @@ struct Planes {
     width: usize,
     height: usize,
     planes: [Vec<f32>; 3],
+    /// How much of each pixel is the person's, bytes; 0 where nothing is.
+    alpha: Vec<u8>,
 }
 
 /// A picture without its grain.
 pub(super) struct Smooth {
     pub width: usize,
     pub height: usize,
-    /// sRGB, opaque.
+    /// sRGB, and the picture's alpha.
     pub rgba: Vec<u8>,
     /// So many pixels of the picture that it was are one of these, along a side.
     pub coarser: usize,
@@ -56,10 +58,11 @@ pub(super) fn smooth(
     let weights = BRIGHTNESS.as_vec3();
     let [smooth, blue, red] = picture.smooth(bright, colour, much);
     let mut rgba = Vec::with_capacity(4 * smooth.len());
-    for ((y, b), r) in smooth.into_iter().zip(blue).zip(red) {
+    let colours = smooth.into_iter().zip(blue).zip(red);
+    for (((y, b), r), &alpha) in colours.zip(&picture.alpha) {
         let g = -(weights.x * r + weights.z * b) / weights.y;
         rgba.extend([y + r, y + g, y + b].map(|value| value.round().clamp(0.0, 255.0) as u8));
-        rgba.push(255);
+        rgba.push(alpha);
     }
     Some(Smooth {
         width: picture.width,
@@ -70,7 +73,7 @@ pub(super) fn smooth(
 }
 
 impl Planes {
-    /// Means of `coarser` x `coarser` pixels; `None` of fewer than have a window.
+    /// Means of those of `coarser` x `coarser` pixels where something is; `None` of fewer than have a window.
     fn of(
         image: &Image,
         [left, top]: [usize; 2],
@@ -83,18 +86,23 @@ impl Planes {
         }
         let weights = BRIGHTNESS.as_vec3();
         let mut planes = [0; 3].map(|_: i32| Vec::with_capacity(width * height));
+        let mut alphas = Vec::with_capacity(width * height);
         for y in 0..height {
             for x in 0..width {
-                let mut sum = [0.0_f32; 3];
+                let (mut sum, mut count, mut alpha) = ([0.0_f32; 3], 0_usize, 0_usize);
                 for row in 0..coarser {
                     let first = (top + y * coarser + row) * image.width + left + x * coarser;
-                    for pixel in image.rgba[4 * first..4 * (first + coarser)].chunks_exact(4) {
+                    let pixels = image.rgba[4 * first..4 * (first + coarser)].chunks_exact(4);
+                    for pixel in pixels.filter(|p| p[3] > 0) {
                         for (sum, &value) in sum.iter_mut().zip(pixel) {
                             *sum += f32::from(value);
                         }
+                        alpha += usize::from(pixel[3]);
+                        count += 1;
                     }
                 }
-                let [r, g, b] = sum.map(|sum| sum / (coarser * coarser) as f32);
+                let [r, g, b] = sum.map(|sum| sum / count.max(1) as f32);
+                alphas.push((alpha / (coarser * coarser)) as u8);
                 let bright = weights.x * r + weights.y * g + weights.z * b;
                 for (plane, value) in planes.iter_mut().zip([bright, b - bright, r - bright]) {
                     plane.push(value);
@@ -105,19 +113,27 @@ impl Planes {
             width,
             height,
             planes,
+            alpha: alphas,
         })
     }
 
-    /// The standard deviation of a plane's grain.
+    /// The standard deviation of a plane's grain; 0 where nothing is.
     fn grain(&self, plane: usize) -> f32 {
         let values = &self.planes[plane];
         let mut off = Vec::with_capacity(values.len());
         for y in 1..self.height - 1 {
             for x in 1..self.width - 1 {
-                let row = |dy: usize| &values[(y + dy - 1) * self.width + x - 1..][..3];
+                let first = |dy: usize| (y + dy - 1) * self.width + x - 1;
+                if (0..3).any(|dy| self.alpha[first(dy)..][..3].contains(&0)) {
+                    continue;
+                }
+                let row = |dy: usize| &values[first(dy)..][..3];
                 let across = |dy: usize| row(dy)[0] - 2.0 * row(dy)[1] + row(dy)[2];
                 off.push((across(0) - 2.0 * across(1) + across(2)).abs());
             }
+        }
+        if off.is_empty() {
+            return 0.0;
         }
         let middle = off.len() / 2;
         // The mask has a norm of 6, and half of a normal distribution is within 0.6745.
@@ -157,6 +173,9 @@ impl Planes {
                 for row in rows.clone() {
                     let beside = near[row.abs_diff(y)];
                     for column in columns.clone() {
+                        if self.alpha[row * self.width + column] == 0 {
+                            continue;
+                        }
                         let other = of.map(|plane| plane[row * self.width + column]);
                         let each = other.iter().zip(&own);
                         let off: f32 = each.map(|(a, b)| (a - b).powi(2)).sum();
@@ -169,7 +188,7 @@ impl Planes {
                     }
                 }
                 for (out, sum) in out.iter_mut().zip(sums) {
-                    out.push(sum / total);
+                    out.push(if total > 0.0 { sum / total } else { 0.0 });
                 }
             }
         }

@@ -19,6 +19,9 @@ use crate::{Error, Face, FaceModel, Result};
 /// How many numbers a channel's shading has.
 pub const HARMONICS: usize = 9;
 
+/// From this alpha on a pixel is the person's.
+const PERSON: u8 = 128;
+
 /// A photo's pixels.
 #[derive(Debug, Clone, Copy)]
 pub struct Image<'a> {
@@ -29,8 +32,9 @@ pub struct Image<'a> {
 
 impl<'a> Image<'a> {
     /// Of pixels row by row from the upper left corner, four bytes each: sRGB, and how much of the pixel
-    /// is of the person whose face it is. What is less than half of that is background, and nothing is
-    /// asked of it; where that is not known it is 255 everywhere.
+    /// is of the person whose face it is; where that is not known it is 255 everywhere. What is less than half (128)
+    /// is background, of which nothing is asked but whether the photo is dark; where it is 0 nothing is there,
+    /// whatever its colour, as in pictures that were cut out.
     ///
     /// # Errors
     /// When there are no pixels, or not four bytes for each.
@@ -63,7 +67,7 @@ impl<'a> Image<'a> {
 
     /// Whether a pixel of the image is the person's.
     pub(super) fn is_person(&self, [x, y]: [usize; 2]) -> bool {
-        self.rgba[4 * (y * self.width + x) + 3] >= 128
+        self.rgba[4 * (y * self.width + x) + 3] >= PERSON
     }
 
     /// The pixel of the person's that a point (px) is in; `None` outside, and in the background.
@@ -74,8 +78,8 @@ impl<'a> Image<'a> {
         (is_inside && self.is_person(pixel)).then_some(pixel)
     }
 
-    /// The linear light, 0 to 1, at a point (px) of the person, between the middles of four pixels;
-    /// `None` elsewhere.
+    /// The linear light, 0 to 1, at a point (px) of the person, between the middles of four pixels, as far as they
+    /// are the person's; `None` elsewhere.
     pub(super) fn at(&self, p: DVec2) -> Option<DVec3> {
         self.pixel(p)?;
         let size = DVec2::new(self.width as f64, self.height as f64);
@@ -87,6 +91,17 @@ impl<'a> Image<'a> {
             let at = 4 * (y * self.width + x);
             linear([self.rgba[at], self.rgba[at + 1], self.rgba[at + 2]])
         };
+        let across = [(low.x, 1.0 - part.x), (high.x, part.x)];
+        let around = [(low.y, 1.0 - part.y), (high.y, part.y)]
+            .map(|(y, down)| across.map(|(x, right)| ([x, y], down * right)));
+        if !around.as_flattened().iter().all(|a| self.is_person(a.0)) {
+            // The point's own pixel is one of them, and counts a quarter at least.
+            let own = around.as_flattened().iter().filter(|a| self.is_person(a.0));
+            let (sum, all) = own.fold((DVec3::ZERO, 0.0), |(sum, all), &([x, y], weight)| {
+                (sum + weight * pixel(x, y), all + weight)
+            });
+            return Some(sum / all);
+        }
         let row = |y: usize| pixel(low.x, y).lerp(pixel(high.x, y), part.x);
         Some(row(low.y).lerp(row(high.y), part.y))
     }
@@ -107,7 +122,7 @@ impl<'a> Image<'a> {
         p.cmpge(DVec2::ZERO).all() && p.cmplt(size).all()
     }
 
-    /// The mean linear light, 0 to 1, of the pixels whose middles are within `reach` px of a point along
+    /// The mean linear light, 0 to 1, of the person's pixels whose middles are within `reach` px of a point along
     /// both axes, at least of the pixel that it is in; `None` outside of the image and of the person.
     pub(super) fn mean(&self, p: DVec2, reach: f64) -> Option<DVec3> {
         self.pixel(p)?;
@@ -115,22 +130,22 @@ impl<'a> Image<'a> {
         let reach = (reach - 0.5).max(0.0);
         let low = (p - reach).max(DVec2::ZERO).as_usizevec2();
         let high = (p + reach).min(size - 1.0).as_usizevec2().max(low);
-        let mut sum = DVec3::ZERO;
+        let (mut sum, mut count) = (DVec3::ZERO, 0);
         for y in low.y..=high.y {
             let row = 4 * (y * self.width + low.x)..4 * (y * self.width + high.x + 1);
-            for pixel in self.rgba[row].chunks_exact(4) {
+            for pixel in self.rgba[row].chunks_exact(4).filter(|p| p[3] >= PERSON) {
                 sum += linear([pixel[0], pixel[1], pixel[2]]);
+                count += 1;
             }
         }
-        let count = (high.x - low.x + 1) * (high.y - low.y + 1);
-        Some(sum / count as f64)
+        Some(sum / f64::from(count))
     }
 }
 
 /// A part of a photo in more pixels than the photo's face was fitted in.
 #[derive(Debug, Clone, Copy)]
 pub struct Detail<'a> {
-    /// Its pixels, all of them the person's or in front.
+    /// Its pixels. Where they are not the person's the photo's own are taken.
     pub image: Image<'a>,
     /// Its upper left corner, px of the photo as it was fitted.
     pub corner: DVec2,
@@ -139,7 +154,7 @@ pub struct Detail<'a> {
 }
 
 impl Detail<'_> {
-    /// The linear light, 0 to 1, at a point (px of the photo as it was fitted); `None` beside it.
+    /// The linear light, 0 to 1, at a point (px of the photo as it was fitted) of the person; `None` elsewhere.
     pub(super) fn at(&self, p: DVec2) -> Option<DVec3> {
         self.image.at((p - self.corner) * self.scale)
     }

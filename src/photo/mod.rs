@@ -247,7 +247,7 @@ impl Fitter {
         let seen = checked(photo)?;
         let observed = self.observed(&self.points, &seen);
         let (state, _) = self.solve(photo, None, &observed)?;
-        Ok(self.finish(&observed, state, &self.points.basis, None))
+        (self.finish(&observed, state, &self.points.basis, None)).ok_or_else(nobody)
     }
 
     /// The same from a photo's points and its pixels, which tell the shape by its shading, E_c
@@ -277,6 +277,7 @@ impl Fitter {
         let observed = self.observed(&self.points, &seen);
         let (state, terms) = self.solve(photo, Some(image), &observed)?;
         let fit = self.finish(&observed, state.clone(), &self.points.basis, None);
+        let fit = fit.ok_or_else(nobody)?;
         // Points that are no face's have no pixels that are.
         if fit.quality.refusal().is_some() {
             return Ok(fit);
@@ -315,11 +316,10 @@ impl Fitter {
             &self.whole.basis,
             Some(appearance),
         );
-        // A face that nobody has is worse than the points' own.
-        Ok(match better.quality.refusal() {
-            None => better,
-            Some(_) => fit,
-        })
+        // A face that nobody has is worse than the points' own, and so is one that is not before the camera.
+        Ok(better
+            .filter(|better| better.quality.refusal().is_none())
+            .unwrap_or(fit))
     }
 
     /// Prepares what fits with pixels need, which the first of them would do otherwise.
@@ -384,18 +384,18 @@ impl Fitter {
             pivot: self.pivot,
             centre,
         };
-        let state = solver::solve(observed, &terms, pose)
-            .ok_or_else(|| Error::Mismatch("no face is seen at these points".into()))?;
+        let state = solver::solve(observed, &terms, pose).ok_or_else(nobody)?;
         Ok((state, terms))
     }
 
+    /// What a state tells; `None` when a part of its face is behind the camera.
     fn finish(
         &self,
         observed: &Observed,
         state: State,
         basis: &DMatrix<f64>,
         appearance: Option<Appearance>,
-    ) -> Fit {
+    ) -> Option<Fit> {
         let (z, expression) = state.unknowns.split_at(basis.ncols());
         let z = nalgebra::DVector::from_column_slice(z);
         let mut grid = vec![0; self.model.parts().coefficients()];
@@ -404,13 +404,13 @@ impl Fitter {
             let farthest = f64::from(crate::face::FARTHEST);
             *point = crate::quantise::grid(value.clamp(-farthest, farthest) as f32);
         }
-        let residuals = observed.residuals(&state);
+        let residuals = observed.residuals(&state)?;
         let inner = &residuals[JAW..];
         let camera = state.pose.camera();
         let towards = camera.position() - self.pivot;
         let square: f64 = inner.iter().map(|r| r.length_squared()).sum();
         let rms_px = (square / inner.len() as f64).sqrt();
-        Fit {
+        Some(Fit {
             code: crate::face::code::of_state(&self.model, &grid),
             coefficients: grid.into_iter().map(crate::quantise::sigmas).collect(),
             expression: expression.to_vec(),
@@ -424,7 +424,7 @@ impl Fitter {
                 determined: state.determined,
                 away: towards.angle_between(DVec3::Z),
             },
-        }
+        })
     }
 }
 
@@ -445,6 +445,10 @@ pub(crate) fn linear(model: &FaceModel, vertices: &[u32]) -> Result<(Vec<DVec3>,
         .map(|rate| rate / shape::SPREAD)
         .collect();
     Ok((points.mean, modes))
+}
+
+fn nobody() -> Error {
+    Error::Mismatch("no face is seen at these points".into())
 }
 
 /// The points of a photo, if it can be one.
@@ -507,4 +511,39 @@ fn check_mesh(positions: usize, normals: usize, vertices: usize) -> Result<()> {
         )));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_face_that_is_partly_behind_the_camera_is_no_fit() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/model.phiz");
+        let model = FaceModel::parse(&std::fs::read(path).unwrap()).unwrap();
+        let fitter = Fitter::new(&model, None).unwrap();
+        let points: Vec<[f64; 2]> = fitter.points.mean[..POINTS]
+            .iter()
+            .map(|p| [320.0 + p.x, 240.0 - p.y])
+            .collect();
+        let photo = Photo {
+            width: 640,
+            height: 480,
+            points: &points,
+            focal: None,
+            noise: None,
+            jaw: None,
+        };
+        let seen = checked(&photo).unwrap();
+        let observed = fitter.observed(&fitter.points, &seen);
+        let (mut state, _) = fitter.solve(&photo, None, &observed).unwrap();
+        let finish = |state: &State| {
+            let basis = &fitter.points.basis;
+            fitter.finish(&observed, state.clone(), basis, None)
+        };
+        assert_eq!(finish(&state).expect("is seen").residuals.len(), POINTS);
+        // So near that ears are behind.
+        state.pose.log_depth = 1.0;
+        assert_eq!(finish(&state), None);
+    }
 }

@@ -491,7 +491,8 @@ fn line(points: &[Vec3], x: f32) -> f32 {
 
 /// By how much more light a photo is exposed as most are, so that its brightest parts are at least [`BRIGHT`]. Nobody
 /// knows a dark skin from a dark photo by the skin alone; white shirts and walls, eyes and lamps tell. Only those
-/// around the head (`seen`, px): a portrait on a large dark page is not dark.
+/// around the head (`seen`, px): a portrait on a large dark page is not dark. Where nothing is, as around pictures that
+/// were cut out, nothing tells.
 fn exposure(image: &Image, seen: impl Iterator<Item = DVec2>) -> f64 {
     let (low, high) = seen.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
         (low.min(p), high.max(p))
@@ -500,23 +501,24 @@ fn exposure(image: &Image, seen: impl Iterator<Item = DVec2>) -> f64 {
     let size = DVec2::new(image.width as f64, image.height as f64);
     let within = |p: DVec2| p.clamp(DVec2::ZERO, size).as_usizevec2();
     let (first, end) = (within(low - around), within(high + around));
-    let mut counts = [0_usize; 256];
+    let (mut counts, mut all) = ([0_usize; 256], 0);
     for row in image
         .rgba
         .chunks_exact(4 * image.width)
         .take(end.y)
         .skip(first.y)
     {
-        for pixel in row[4 * first.x..4 * end.x].chunks_exact(4) {
+        let pixels = row[4 * first.x..4 * end.x].chunks_exact(4);
+        for pixel in pixels.filter(|p| p[3] > 0) {
             let brightness = linear([pixel[0], pixel[1], pixel[2]]).dot(BRIGHTNESS);
             counts[(brightness * 255.0) as usize] += 1;
+            all += 1;
         }
     }
-    let all = (end.x - first.x) * (end.y - first.y);
     let mut above = 0;
     let brightest = (0..256).rev().find(|&i| {
         above += counts[i];
-        above as f64 > BRIGHTEST * all as f64
+        above as f64 > BRIGHTEST * f64::from(all)
     });
     let brightest = (brightest.unwrap_or(255) as f64 + 0.5) / 255.0;
     (BRIGHT / brightest).clamp(1.0, MOST_EXPOSED)

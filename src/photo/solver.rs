@@ -170,14 +170,12 @@ impl Observed<'_> {
         Some(jaw.chain(inner).collect())
     }
 
-    /// From each point as given to where it is, px.
-    pub fn residuals(&self, state: &State) -> Vec<DVec2> {
-        let matches = self.matches(state).unwrap_or_default();
-        let each = matches.iter().zip(self.seen).map(|(m, &seen)| {
-            let there = self.look(m.point, state);
-            there.map_or(DVec2::INFINITY, |there| there.at - seen)
-        });
-        each.collect()
+    /// From each of the 68 points as given to where it is, px; `None` when a part is behind the camera.
+    pub fn residuals(&self, state: &State) -> Option<Vec<DVec2>> {
+        let matches = self.matches(state)?;
+        let each = matches.iter().zip(self.seen);
+        each.map(|(m, &seen)| Some(self.look(m.point, state)?.at - seen))
+            .collect()
     }
 
     /// Residuals along the axes of the matches, px: two of each point.

@@ -39,6 +39,10 @@ const PAINTED: f64 = 0.04;
 const DARKEST_BROW: f64 = 2.0;
 /// Skin mirrors lights from so far above the nose's base on, mm, wholly from the second on.
 const SHINY: [f32; 2] = [-2.0, 4.0];
+/// What is white in a light is told by the skin's hue, how much redder than blue it is, of its brightness: not at all
+/// below the first of these, wholly from the second on. The palest skin has 0.3; a photo without colours has none, and
+/// what is bright in it may be skin.
+const HUE: [f64; 2] = [0.05, 0.15];
 /// Blood makes skin redder and darker, melanin too. What is redder by more than the first of these logarithms of (red /
 /// blue) and no darker has a light that nobody told from skin: this part of it is believed. It is dark enough for
 /// blood from the first of the logarithms of brightness on, and not at all from the second.
@@ -188,7 +192,8 @@ impl Brows {
 struct Shine {
     /// The skin without any, each vertex.
     matte: Vec<DVec3>,
-    /// Where what is paler than skin is shine: above beards, and not at brows, which may be white.
+    /// Where what is paler than skin is shine: above beards, and not at brows, which may be white; and how far the
+    /// photo and the skin there have a hue to tell it by.
     share: Vec<f64>,
 }
 
@@ -199,21 +204,24 @@ impl Shine {
         // Without the landmark there is none.
         let nose = skin.landmark("ibug_33");
         let nose = nose.map_or(f32::INFINITY, |l| l.position(&parts.mean).y);
+        let matte = skin.painted.iter().map(|&p| p * usual.map(f64::exp));
+        let matte: Vec<DVec3> = matte.collect();
+        let hue = |c: DVec3| {
+            let red = (c.x - c.z) / c.dot(BRIGHTNESS).max(1e-9);
+            ((red - HUE[0]) / (HUE[1] - HUE[0])).clamp(0.0, 1.0)
+        };
+        let own = hue(skin.own());
         let share = |v: usize| {
             let above = (parts.mean[v].y - nose - SHINY[0]) / (SHINY[1] - SHINY[0]);
             if brow[v] {
                 0.0
             } else {
-                f64::from(above.clamp(0.0, 1.0))
+                f64::from(above.clamp(0.0, 1.0)) * own * hue(matte[v])
             }
         };
         Self {
-            matte: skin
-                .painted
-                .iter()
-                .map(|&p| p * usual.map(f64::exp))
-                .collect(),
             share: (0..brow.len()).map(share).collect(),
+            matte,
         }
     }
 

@@ -207,16 +207,17 @@ impl PhotoEdit {
     /// The photo of another face and expression, of pixels of the size that it was opened with.
     pub fn render(
         &mut self,
-        rgba: Vec<u8>,
+        mut rgba: Vec<u8>,
         code: &str,
         weights: &[f64],
     ) -> Result<Vec<u8>, JsError> {
         let [width, height] = self.size;
-        let image = Image::new(width, height, &rgba).map_err(error)?;
-        let out = self
-            .change(code, weights)?
-            .map(|field| field.render(&image, 1.0));
-        Ok(out.unwrap_or(rgba))
+        Image::new(width, height, &rgba).map_err(error)?;
+        if let Some(field) = self.change(code, weights)? {
+            let done = field.render_in_place(self.size, &mut rgba, 1.0);
+            done.map_err(error)?;
+        }
+        Ok(rgba)
     }
 }
 

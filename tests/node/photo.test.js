@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { after, before, describe, test } from 'node:test';
+import { gunzipSync } from 'node:zlib';
 
 import { load } from '../../pkg/index.js';
 
@@ -193,10 +194,77 @@ describe('a photo', () => {
     for (const rgba of [new Float32Array(4 * SIZE.width * SIZE.height), [1, 2, 3], 'pixels']) {
       await fails({ rgba }, /rgba must be a Uint8Array or Uint8ClampedArray/);
     }
+    await fails({ width: 40_000, height: 40_000 }, /a photo of 40000 x 40000 pixels is too large/);
     const backwards = [];
     for (let i = 0; i < 136; i += 2) backwards.unshift(points[i], points[i + 1]);
     const { quality } = await model.fitPhoto({ ...SIZE, points: backwards });
     assert.match(quality.refusal, /These points are/);
+  });
+
+  test('is not edited as no camera or light would show it', async () => {
+    const fit = await model.fitPhoto({ ...SIZE, points });
+    const { camera } = fit;
+    const opens = (wrong) => model.editPhoto({ ...SIZE, fit: { ...fit, camera: { ...camera, ...wrong } } });
+    const { rotation } = camera;
+    for (const wrong of [{ focal: -900 }, { focal: NaN }, { rotation: rotation.map((x) => -x) }, { rotation: rotation.map(() => 0) }, { translation: [0, NaN, 700] }, { centre: [Infinity, 0] }]) {
+      await assert.rejects(opens(wrong), /a camera has a focal length above 0/, JSON.stringify(wrong));
+    }
+    const light = { coefficients: [0, 1, 2].map(() => [1, 0, 0, NaN, 0, 0, 0, 0, 0]), rms: 0 };
+    await assert.rejects(model.editPhoto({ ...SIZE, fit: { ...fit, light } }), /a light has only finite numbers/);
+    // Nothing broke on the way.
+    const edit = await opens({});
+    assert.equal(edit.field({ code: fit.code, expression: {} }), null);
+    edit.free();
+  });
+
+  test('is the one that was given, whatever becomes of its pixels', async () => {
+    const { width, height } = SIZE;
+    const pixels = () => Uint8ClampedArray.from({ length: 4 * width * height }, (_, i) => (i % 4 === 3 ? 255 : 80 + ((i * 7919) % 91)));
+    const wanted = await model.fitPhoto({ ...SIZE, points, rgba: pixels() });
+    assert.ok(wanted.light);
+    const rgba = pixels();
+    const fit = model.fitPhoto({ ...SIZE, points, rgba });
+    rgba.fill(0);
+    assert.deepEqual(await fit, wanted);
+    // Of background that is wiped out on the way as much is held as before.
+    const other = model.face();
+    other.randomize({ seed: 9 });
+    const outline = pixels().map((byte, i) => (i % 4 < 3 ? byte : Math.floor(i / 4) % width < points[0] ? 1 : 255));
+    const opened = async (/** @type {boolean} */ wiped) => {
+      const given = outline.slice();
+      const edit = model.editPhoto({ ...SIZE, fit: wanted, rgba: given });
+      if (wiped) given.fill(255);
+      const { motion } = (await edit).field(other);
+      (await edit).free();
+      return motion;
+    };
+    assert.deepEqual(await opened(true), await opened(false));
+    other.free();
+  });
+
+  test('of many pixels is drawn in the memory of one', async () => {
+    // Once more, for its memory.
+    const glue = await import('../../pkg/photo/photo.js?again');
+    const { memory } = await glue.default({ module_or_path: await readFile(new URL('../../pkg/photo/photo_bg.wasm', import.meta.url)) });
+    const fit = await model.fitPhoto({ ...SIZE, points });
+    const fitter = glue.Fitter.parse(gunzipSync(bytes), undefined);
+    // The face is as large as before, in the middle of 12 megapixels.
+    const [width, height] = [4000, 3000];
+    const { camera } = fit;
+    const centre = [camera.centre[0] + 1600, camera.centre[1] + 1300];
+    const numbers = Float64Array.of(camera.focal, ...centre, ...camera.rotation, ...camera.translation);
+    const edit = glue.PhotoEdit.open(fitter, Uint32Array.of(width, height), numbers, new Float64Array(0), fit.code, new Float64Array(0));
+    const rgba = new Uint8Array(4 * width * height);
+    for (let i = 0; i < rgba.length; i += 1) rgba[i] = (i * 7919) % 251;
+    const other = model.fromCode(fit.code);
+    other.setMeasure('nose width', other.measure('nose width') + 6);
+    const { byteLength } = memory.buffer;
+    const changed = edit.render(rgba, other.code, new Float64Array(0));
+    assert.ok(changed.some((byte, i) => byte !== rgba[i]));
+    const more = (memory.buffer.byteLength - byteLength) / (width * height);
+    // Four bytes a pixel, and what memory grows by at a time.
+    assert.ok(more < 6, `${more} bytes a pixel`);
+    for (const one of [edit, fitter, other]) one.free();
   });
 
   test('is not fitted by a model that was freed', async () => {

@@ -332,6 +332,19 @@ fn unsound_attributes_are_refused_and_damage_to_them_is_harmless() {
     check("a read-out of nothing", &|a| a.reading.fill(0.0));
     check("a read-out of something else", &|a| a.reading[2] = 1e7);
     check("too few weights", &|a| a.reading.truncate(5));
+    // Each is compared with all others.
+    let of = |count: usize| {
+        let mut parts = labelled_sheet();
+        let one = parts.attributes[0].clone();
+        let many = (0..count).map(|i| phiz::model::Attribute {
+            name: format!("label {i}"),
+            ..one.clone()
+        });
+        parts.attributes = many.collect();
+        FaceModel::parse(&parts.write().unwrap())
+    };
+    assert_eq!(of(256).unwrap().parts().attributes.len(), 256);
+    assert!(of(257).is_err());
     let at = blob.windows(3).rposition(|w| w == b"age").unwrap();
     for place in at - 12..blob.len() {
         let mut bytes = blob.clone();
@@ -632,6 +645,24 @@ fn inconsistent_parts_are_refused() {
     check("a landmark off the surface", &|p| {
         p.landmarks[0].stencil[0].1 = 5.0
     });
+    check("a landmark of more than it needs", &|p| {
+        p.landmarks[1].stencil = vec![(5, 1.0 / 65.0); 65];
+    });
+    check("a root that takes long", &|p| {
+        let geometric_mean = vec![Quantity::Distance { from: 1, to: 2 }; 17];
+        p.measures[0].quantity = Quantity::GeometricMean { geometric_mean };
+    });
+    check("a block of a region that is not there", &|p| {
+        p.blocks[0].regions.push(3)
+    });
+    check("a mirror of fewer vertices", &|p| {
+        p.topology.mirror.pop();
+    });
+    check("an image that is not there", &|p| p.topology.mirror[0] = 99);
+    check("fewer distances than targets", &|p| {
+        let surround = p.blocks[0].surround.as_mut().expect("the nose has one");
+        surround.distances.pop();
+    });
     check("a block without modes", &|p| {
         p.blocks[0].modes = Modes::new(FINEST_STEP, 0, &[]);
         p.blocks[0].sigmas.clear();
@@ -675,6 +706,46 @@ fn a_packed_blob_that_inflates_without_end_is_refused() {
     let bomb = pack(&vec![0; (1 << 26) + 1]).unwrap();
     assert!(bomb.len() < 1 << 17);
     assert!(refused(&bomb).contains("limit of 67108864"));
+}
+
+/// A model of as many blocks as there may be is read as it was written.
+#[test]
+fn many_blocks_are_read_as_they_were_written() {
+    let mut parts = sheet();
+    let nose = parts.blocks[0].clone();
+    // Six sections each.
+    for i in 3..63 {
+        parts.blocks.push(phiz::model::Block {
+            name: format!("nose {i}"),
+            first_coefficient: parts.coefficients(),
+            ..nose.clone()
+        });
+    }
+    // The others are independent.
+    let (few, all) = (COEFFICIENTS, parts.coefficients());
+    let of = |i: usize, j: usize| match (i == j, i < few && j < few) {
+        (true, _) => 1.0,
+        (_, true) => parts.correlation[i * few + j],
+        _ => 0.0,
+    };
+    parts.correlation = (0..all * all).map(|k| of(k / all, k % all)).collect();
+    let model = FaceModel::parse(&parts.write().unwrap()).unwrap();
+    assert_eq!(*model.parts(), parts);
+}
+
+#[test]
+fn what_comes_in_beyond_the_limit_is_let_go() {
+    let most = 1 << 26;
+    let mut bytes = BLOB.clone();
+    bytes.resize(most, 0);
+    let mut incoming = IncomingModel::default();
+    incoming.push(bytes);
+    incoming.push(vec![0]);
+    for _ in 0..3 {
+        incoming.push(vec![0; 1000]);
+    }
+    let why = incoming.finish().unwrap_err().to_string();
+    assert!(why.contains("67108865 bytes are over the limit"), "{why}");
 }
 
 #[test]

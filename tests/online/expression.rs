@@ -79,6 +79,14 @@ fn normals_of_the_face_at_rest_are_kept_or_not() {
     }
     without.keep_normals(true);
     assert_eq!(with.normals(), without.normals());
+    // The same face at rest, which keeps others than when it was last performed.
+    let mut rest = Performance::new(&EXPRESSIONS);
+    for kept in [false, true, false, true] {
+        without.keep_normals(kept);
+        rest.perform(&without).unwrap();
+        assert_eq!(rest.normals(), without.normals());
+        assert_eq!(rest.normals().is_empty(), !kept);
+    }
     without.set("eyes 1", 0.2).unwrap();
     with.set("eyes 1", 0.2).unwrap();
     assert_eq!(with.normals(), without.normals());
@@ -345,6 +353,86 @@ fn what_is_written_is_read_again() {
         let wanted = one.displacements[i] * Vec3::new(sign, 1.0, 1.0);
         assert!((*d - wanted).abs().max_element() <= 0.5 * STEP + 1e-6);
     }
+}
+
+/// What nobody could read is not written.
+#[test]
+fn expressions_that_no_reader_takes_are_not_written() {
+    let model = common::head_model();
+    let one = |name: &str| Expression {
+        name: name.into(),
+        support: vec![5, 9],
+        displacements: vec![Vec3::X, Vec3::Y],
+        turns: [Vec3::ZERO; 2],
+        meets: Vec::new(),
+    };
+    let changed = |change: &dyn Fn(&mut Expression)| {
+        let mut expression = one("twitch");
+        change(&mut expression);
+        vec![expression]
+    };
+    for (what, wrong) in [
+        ("a name twice", vec![one("twitch"), one("twitch")]),
+        ("vertices out of order", changed(&|e| e.support.swap(0, 1))),
+        ("a vertex twice", changed(&|e| e.support[1] = 5)),
+        (
+            "a vertex that is not there",
+            changed(&|e| e.support[1] = 1 << 30),
+        ),
+        (
+            "too few displacements",
+            changed(&|e| e.displacements.truncate(1)),
+        ),
+        (
+            "a vertex far away",
+            changed(&|e| e.displacements[0].x = 2e3),
+        ),
+        ("a turn of a whole", changed(&|e| e.turns[0].x = 6.3)),
+        (
+            "landmarks that are not there",
+            changed(&|e| e.meets = vec![[0, 9999]]),
+        ),
+    ] {
+        assert!(
+            matches!(write(model, &wrong), Err(Error::Blob(_))),
+            "{what}"
+        );
+    }
+    // Two sections each, so many a reader takes.
+    let many = |count: usize| -> Vec<Expression> {
+        (0..count).map(|i| one(&format!("twitch {i}"))).collect()
+    };
+    let bytes = write(model, &many(512)).unwrap();
+    assert_eq!(Expressions::parse(&bytes, model).unwrap().list().len(), 512);
+    assert!(write(model, &many(513)).is_err());
+}
+
+/// What expressions name by number is of the model that they were read for.
+#[test]
+fn expressions_go_on_a_face_of_a_model_without_landmarks() {
+    let parts = common::sheet();
+    let bare = phiz::model::ModelParts {
+        landmarks: Vec::new(),
+        measures: Vec::new(),
+        ..parts.clone()
+    };
+    let [model, bare] = [parts, bare].map(|p| phiz::FaceModel::parse(&p.write().unwrap()).unwrap());
+    let shut = Expression {
+        name: "shut".into(),
+        support: vec![19, 20],
+        displacements: vec![Vec3::NEG_Y; 2],
+        turns: [Vec3::ZERO; 2],
+        meets: vec![[0, 1]],
+    };
+    let bytes = write(&model, &[shut]).unwrap();
+    let mut performance = Performance::new(&Expressions::parse(&bytes, &model).unwrap());
+    performance.set("shut", 1.0).unwrap();
+    let [with, without] = [&model, &bare].map(|model| {
+        performance.perform(&model.face()).unwrap();
+        performance.positions().to_vec()
+    });
+    assert_ne!(with, model.face().positions());
+    assert_eq!(without, with);
 }
 
 #[test]

@@ -2,9 +2,11 @@
 
 use std::sync::LazyLock;
 
-use crate::common::{COEFFICIENTS, MODEL, exercise, head_model, sheet_model};
+use crate::common::{
+    COEFFICIENTS, MODEL, edited_sheet, exercise, head_model, labelled_sheet, sheet_model,
+};
 use glam::{DVec3, Vec3};
-use phiz::blob::pack;
+use phiz::blob::{pack, seal};
 use phiz::model::Block;
 use phiz::{Error, Face, FaceModel, Random, Randomize};
 use proptest::prelude::*;
@@ -314,6 +316,138 @@ fn alpha_spreads_a_feature_and_leaves_the_feature_itself() {
         // Two differences of f32 sums near 100 mm.
         assert!(farthest(&feature, &same) < 1e-4);
     }
+}
+
+#[test]
+fn all_of_a_face_has_its_blending_distance_with_it() {
+    for model in models() {
+        let usual = model.parts().blending.alpha;
+        let (mut from, mut to) = (random(model, 1), random(model, 2));
+        to.set_alpha(3.0).unwrap();
+        let name = region(model, 0);
+        let only = [name.clone()];
+        from.blend(&to, 1.0, Some(&only)).unwrap();
+        assert_eq!(from.alpha(), usual, "a region has none");
+        from.blend(&to, 0.0, None).unwrap();
+        assert_eq!(from.alpha(), usual);
+        from.blend(&to, 0.5, None).unwrap();
+        assert!((from.alpha() - (usual + 3.0) / 2.0).abs() < 1e-3);
+        assert_eq!(from.changed(), 0..from.positions().len() as u32);
+        from.blend(&to, 1.0, None).unwrap();
+        assert_eq!(from.code(), to.code());
+        assert_eq!(from.positions(), to.positions());
+        from.reset(Some(&name)).unwrap();
+        assert_eq!(from.alpha(), 3.0);
+        from.reset(None).unwrap();
+        assert_eq!(from.code(), model.face().code());
+        assert_eq!(from.positions(), model.face().positions());
+        // What is locked or held would move with it.
+        let mut locked = random(model, 3);
+        locked.lock(&name).unwrap();
+        locked.blend(&to, 1.0, None).unwrap();
+        assert_eq!(locked.alpha(), usual);
+        let mut held = to.clone();
+        held.lock_measure(&model.parts().measures[0].name).unwrap();
+        held.reset(None).unwrap();
+        assert_eq!(held.alpha(), 3.0);
+    }
+}
+
+/// A file with attributes says its fingerprint itself: one that says another model's is another model all the same.
+#[test]
+fn a_model_that_says_it_is_another_is_not_blended_with_it() {
+    let read = |bytes: &[u8]| FaceModel::parse(bytes).unwrap();
+    let ours = labelled_sheet().write().unwrap();
+    let fingerprint = |bytes: &[u8]| {
+        let name = bytes.windows(3).rposition(|w| w == b"age").unwrap();
+        name - 12..name - 8
+    };
+    let claim = |mut bytes: Vec<u8>| {
+        let own = fingerprint(&bytes);
+        bytes[own].copy_from_slice(&ours[fingerprint(&ours)]);
+        seal(&mut bytes);
+        read(&bytes)
+    };
+    let mut longer = edited_sheet();
+    longer.attributes = labelled_sheet().attributes;
+    let mut other_blocks = labelled_sheet();
+    // As many coefficients in all.
+    for (block, modes) in [(0, 2), (1, 3)] {
+        let parts = &mut other_blocks;
+        let count = 3 * parts.blocks[block].support.len() * modes;
+        let numbers: Vec<i16> = (0..count).map(|i| (i * 37 % 101) as i16 - 50).collect();
+        let step = parts.blocks[block].modes.step();
+        parts.blocks[block].modes = phiz::model::Modes::new(step, modes, &numbers);
+        parts.blocks[block].sigmas = vec![1.0; modes];
+    }
+    other_blocks.blocks[1].first_coefficient = 2;
+    let mut farther = labelled_sheet();
+    farther.blending.limits[1] = 400.0;
+    let mut face = random(&read(&ours), 1);
+    let before = face.code();
+    for other in [longer, other_blocks, farther] {
+        let other = claim(other.write().unwrap());
+        let mut other = random(&other, 2);
+        assert_eq!(other.code()[..5], before[..5], "it says that it is");
+        assert!(matches!(
+            face.blend(&other, 0.5, None),
+            Err(Error::Mismatch(_))
+        ));
+        assert!(matches!(
+            other.blend(&face, 0.5, None),
+            Err(Error::Mismatch(_))
+        ));
+    }
+    assert_eq!(face.code(), before);
+    face.blend(&random(&read(&ours), 2), 0.5, None).unwrap();
+}
+
+/// A mesh of many loose parts is locked as soon as one of few.
+#[test]
+fn loose_parts_by_the_thousand_do_not_keep_a_lock_busy() {
+    const PARTS: usize = 60_000;
+    let mut parts = crate::common::sheet();
+    let (n, more) = (parts.mean.len() as u32, 3 * PARTS as u32);
+    let topology = &mut parts.topology;
+    for corner in topology.uv_triangles.as_flattened_mut() {
+        *corner += if *corner >= n { more } else { 0 };
+    }
+    topology
+        .uvs
+        .splice(n as usize..n as usize, (0..more).map(|_| [0.5; 2]));
+    topology
+        .uv_vertices
+        .splice(n as usize..n as usize, n..n + more);
+    let loose = (0..PARTS as u32).map(|i| [0, 1, 2].map(|corner| n + 3 * i + corner));
+    topology.uv_triangles.extend(loose);
+    topology.parts.push(phiz::anatomy::Part {
+        name: "loose".into(),
+        first: topology.uv_triangles.len() as u32 - PARTS as u32,
+        count: PARTS as u32,
+    });
+    topology.mirror.extend(n..n + more);
+    topology.regions.extend((0..more).map(|_| 2));
+    topology.colours.extend((0..more).map(|_| [9; 3]));
+    parts
+        .mean
+        .extend((0..more).map(|i| Vec3::new(40.0, 0.0, (i % 7) as f32)));
+    // The head moves all vertices; those not at all.
+    let head = &mut parts.blocks[2];
+    head.support.extend(n..n + more);
+    let modes = &head.modes;
+    let mut numbers = modes.by_vertex();
+    numbers.resize(numbers.len() + 3 * more as usize * modes.count(), 0);
+    head.modes = phiz::model::Modes::new(modes.step(), modes.count(), &numbers);
+    let model = FaceModel::parse(&parts.write().unwrap()).unwrap();
+    let mut face = model.face();
+    let begun = std::time::Instant::now();
+    face.lock("nose").unwrap();
+    // A hundredth of that; comparing each part with each vertex takes a minute.
+    let taken = begun.elapsed().as_secs_f64();
+    assert!(taken < 5.0, "{taken} s");
+    let locked = face.positions().to_vec();
+    face.set("head 1", 0.9).unwrap();
+    assert!(farthest(&face.positions()[n as usize..], &locked[n as usize..]) < 1e-6);
 }
 
 #[test]

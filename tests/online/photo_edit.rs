@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 use phiz::photo::raster::{NOTHING, Raster};
 use phiz::photo::{Camera, Edit, Field, Image};
 use phiz::{Expressions, Face, Performance, Random};
@@ -133,6 +133,43 @@ fn a_shut_eye_is_skin() {
         }
     }
     assert!(covered > 40, "{covered}");
+}
+
+/// Lids that are shut in the photo have their lashes there, and of those at the far side of a profile nothing is told:
+/// an edit of something else paints no line over them.
+#[test]
+fn eyes_that_do_not_shut_get_no_lashes() {
+    let blink = [("eyeBlinkLeft", 1.0), ("eyeBlinkRight", 1.0)];
+    let mut sideways = 0;
+    let mut check = |face: &Face, yaw: f64, shown: &[(&str, f64)]| {
+        let (camera, before) = (camera([yaw, 0.05, 0.0]), performed(face, shown));
+        let (positions, normals) = (before.positions(), before.normals());
+        let edit = Edit::new(face.model(), &camera, SIZE, None, positions, normals).unwrap();
+        let across = ["ibug_36", "ibug_39"].map(|name| point(name, positions, &camera).x);
+        sideways += usize::from(yaw < -1.0 && across[0] > across[1]);
+        for control in ["nose width", "nose length", "mouth width", "forehead size"] {
+            for sigmas in [-2.0, 2.0] {
+                let after = performed(&moved(face, control, sigmas), shown);
+                let field = edit.field(after.positions(), after.normals());
+                let field = field.unwrap().expect("it moves");
+                // Without a light all that changes one is lashes, and the inside of a mouth that opens.
+                let least = field.gain.as_flattened().iter().copied();
+                let least = least.fold(f32::INFINITY, f32::min);
+                assert!(least == 1.0, "{control} {sigmas} at {yaw}: {least}");
+            }
+        }
+    };
+    for (seed, yaw) in [(3, 0.0), (4, 0.4), (5, -0.4)] {
+        check(&person(seed), yaw, &blink);
+        // Nearly shut is as good.
+        check(&person(seed), yaw, &blink.map(|(name, _)| (name, 0.93)));
+    }
+    for yaw in [1.15, 1.25, 1.35, 1.45] {
+        for yaw in [yaw, -yaw] {
+            check(&person(3), yaw, &[]);
+        }
+    }
+    assert!(sideways > 0, "a far eye's corners change places");
 }
 
 #[test]
@@ -435,6 +472,30 @@ fn the_background_stays_but_for_what_is_beside_the_head() {
     println!("least: {least}");
     // The project's bar.
     assert!(least > 0.3, "{least}");
+    // What was told before is forgotten.
+    let (other, untold) = (person(23), edit(&person(3), &camera([0.0; 3]), None));
+    let pixels = |alpha: &dyn Fn(usize) -> u8| -> Vec<u8> {
+        let each = (0..(SIZE[0] * SIZE[1]) as usize).map(|i| i % SIZE[0] as usize);
+        each.flat_map(|x| [128, 128, 128, alpha(x)]).collect()
+    };
+    let [half, all, none] = [
+        pixels(&|x| if x < 200 { 0 } else { 255 }),
+        pixels(&|_| 255),
+        pixels(&|_| 0),
+    ];
+    let mut again = untold.clone();
+    let mut told = |rgba: &[u8]| {
+        let image = Image::new(SIZE[0], SIZE[1], rgba).unwrap();
+        again.set_background(&image).unwrap();
+        field(&again, &other)
+    };
+    let mut only = untold.clone();
+    let image = Image::new(SIZE[0], SIZE[1], &all).unwrap();
+    only.set_background(&image).unwrap();
+    assert_ne!(told(&half), field(&only, &other));
+    assert_eq!(told(&all), field(&only, &other));
+    assert_ne!(told(&half), field(&untold, &other));
+    assert_eq!(told(&none), field(&untold, &other));
     let small = Image::new(2, 2, &[255; 16]).unwrap();
     let error = edit(&person(3), &camera([0.0; 3]), None).set_background(&small);
     assert_eq!(
@@ -642,6 +703,62 @@ fn pixels_are_read_where_the_motion_says() {
     assert_eq!([at(10), at(40), at(90)], [30, 64, 110]);
 }
 
+/// Only some rows of a photo are kept while it is drawn over itself; none is read that was drawn.
+#[test]
+fn a_photo_is_drawn_in_its_own_place() {
+    let (width, height) = (40_usize, 230_usize);
+    let mut random = Random::new(3);
+    let noise: Vec<u8> = (0..4 * width * height)
+        .map(|_| (random.uniform() * 256.0) as u8)
+        .collect();
+    let size = [width as u32, height as u32];
+    // Whole px, so that pixels are copies: near and far, up and down, and from beyond every border.
+    for [dx, dy] in [[3, 2], [-13, 57], [9, -61], [0, 400], [-300, -400]] {
+        let field = Field {
+            origin: DVec2::new(4.5, 5.5),
+            step: 10.0,
+            columns: 4,
+            rows: 23,
+            motion: vec![[dx as f32, dy as f32]; 92],
+            gain: vec![[1.0; 3]; 92],
+        };
+        let mut drawn = noise.clone();
+        field.render_in_place(size, &mut drawn, 1.0).unwrap();
+        for (at, pixel) in drawn.chunks_exact(4).enumerate() {
+            let [x, y] = [at % width, at / width];
+            let moves = (4..=34).contains(&x) && (5..=225).contains(&y);
+            let from = |at: usize, by: i32, most: usize| match moves {
+                true => (at as i32 + by).clamp(0, most as i32 - 1) as usize,
+                false => at,
+            };
+            let from = 4 * (from(y, dy, height) * width + from(x, dx, width));
+            assert_eq!(pixel[..3], noise[from..from + 3], "{dx} {dy}: {x}, {y}");
+            assert_eq!(pixel[3], noise[4 * at + 3], "alpha stays");
+        }
+        let image = Image::new(size[0], size[1], &noise).unwrap();
+        assert_eq!(field.render(&image, 1.0), drawn);
+        // Whatever a motion is there is no panic.
+        for odd in [f32::NAN, f32::INFINITY, f32::MIN] {
+            let motion = vec![[odd, -odd]; 92];
+            Field {
+                motion,
+                ..field.clone()
+            }
+            .render(&image, 1.0);
+        }
+    }
+    let mut few = vec![0; 4];
+    let field = Field {
+        origin: DVec2::ZERO,
+        step: 1.0,
+        columns: 2,
+        rows: 2,
+        motion: vec![[0.0; 2]; 4],
+        gain: vec![[1.0; 3]; 4],
+    };
+    assert!(field.render_in_place(size, &mut few, 1.0).is_err());
+}
+
 #[test]
 fn what_cannot_be_edited_is_refused() {
     let face = person(1);
@@ -669,6 +786,43 @@ fn what_cannot_be_edited_is_refused() {
         open(&behind, positions).unwrap(),
         "no face is seen in the photo"
     );
+    let usual = camera([0.0; 3]);
+    let turned = |by: DMat3| Camera {
+        rotation: by * usual.rotation,
+        ..usual
+    };
+    let focal = |focal: f64| Camera { focal, ..usual };
+    for wrong in [
+        focal(-1000.0),
+        focal(0.0),
+        focal(f64::NAN),
+        focal(f64::INFINITY),
+        turned(DMat3::from_diagonal(DVec3::splat(1.01))),
+        turned(DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0))),
+        turned(DMat3::from_diagonal(DVec3::splat(f64::NAN))),
+        turned(DMat3::ZERO),
+        Camera {
+            translation: DVec3::new(0.0, 0.0, f64::INFINITY),
+            ..usual
+        },
+        Camera {
+            centre: DVec2::new(f64::NAN, 0.0),
+            ..usual
+        },
+    ] {
+        let why = open(&wrong, positions).expect("no camera is like that");
+        assert!(why.starts_with("a camera has"), "{why}");
+    }
+    // Of a rotation in four digits.
+    let digits = turned(
+        DMat3::from_cols_array(&usual.rotation.to_cols_array().map(|x| x + 4e-5))
+            * usual.rotation.transpose(),
+    );
+    assert_eq!(open(&digits, positions), None);
+    let mut light = window();
+    light.coefficients[1][4] = f64::NAN;
+    let why = Edit::new(face.model(), &usual, SIZE, Some(light), positions, normals);
+    assert!(why.unwrap_err().to_string().contains("only finite numbers"));
     let edit = edit(&face, &camera([0.0; 3]), None);
     assert!(edit.field(positions, &normals[1..]).is_err());
 }

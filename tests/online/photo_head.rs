@@ -281,6 +281,109 @@ fn shine_is_no_skin() {
     assert!(chin > 1.1, "a pale chin is {chin} of the skin");
 }
 
+/// A photo without colours does not tell a light from skin: what is bright in it stays.
+#[test]
+fn what_is_bright_in_a_photo_without_colours_is_skin() {
+    let face = person(9);
+    let parts = face.model().parts();
+    let camera = camera([0.0; 3]);
+    let mut light = window();
+    light.coefficients = [light.coefficients[1]; 3];
+    let albedo: Vec<DVec3> = (parts.mean.iter())
+        .map(|p| DVec3::splat(0.35 * (1.0 + 0.2 * f64::from(p.y / 9.0).sin())))
+        .collect();
+    let rgba = picture(&face, &camera, &light, &albedo);
+    let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+    let worn = edit(&face, &camera, Some(light))
+        .texture(&image, None, 512)
+        .unwrap();
+    let linear = |byte: u8| (f64::from(byte) / 255.0 + 0.055).powf(2.4) / 1.055_f64.powf(2.4);
+    let mut ratios = Vec::new();
+    for (v, uv) in parts.topology.uvs[..parts.mean.len()].iter().enumerate() {
+        let [x, y] = [uv[0], 1.0 - uv[1]].map(|c| ((c * 512.0) as usize).min(511));
+        let texel = &worn.rgba[4 * (512 * y + x)..][..4];
+        if texel[3] > 230 {
+            ratios.push(linear(texel[1]) / albedo[v].y);
+        }
+    }
+    ratios.sort_unstable_by(f64::total_cmp);
+    assert!(ratios.len() > 1000, "{}", ratios.len());
+    let [low, median, high] =
+        [0.05, 0.5, 0.95].map(|q| ratios[(q * (ratios.len() - 1) as f64) as usize]);
+    // As of a photo with colours: stripes are some cells of the picture wide.
+    assert!(
+        low / median > 0.92 && high / median < 1.08,
+        "{low}, {median}, {high}"
+    );
+}
+
+/// Pictures that were cut out have any colours where nothing is: none of them is seen, through the edge neither.
+#[test]
+fn what_is_cut_out_has_no_colour() {
+    let mut face = Portrait::new(9);
+    face.paint_scalp(DVec3::new(0.1, 0.06, 0.03));
+    face.over.clear();
+    let positions: Vec<DVec3> = face.face.positions().iter().map(|p| p.as_dvec3()).collect();
+    let triangles = face.face.model().parts().topology.triangles();
+    let size = SIZE.map(|s| s as usize);
+    let raster = Raster::new(&face.camera, size, &positions, &triangles);
+    let mut state = 7_u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    // By day, and in the dark with the grain of it.
+    for (exposure, grain) in [(1.0, 0.0), (1.0 / 12.0, 5.0)] {
+        face.exposure = exposure;
+        let mut rgba = face.rgba();
+        for byte in &mut rgba {
+            let noise = grain * 12_f64.sqrt() * (f64::from(random()) / 255.0 - 0.5);
+            *byte = (f64::from(*byte) + noise).round() as u8;
+        }
+        let cut = |fill: &mut dyn FnMut() -> u8| -> Vec<u8> {
+            let mut cut = rgba.clone();
+            for (pixel, &triangle) in cut.chunks_exact_mut(4).zip(&raster.triangles) {
+                match triangle {
+                    NOTHING => pixel.copy_from_slice(&[fill(), fill(), fill(), 0]),
+                    _ => pixel[3] = 255,
+                }
+            }
+            cut
+        };
+        let told = |rgba: &[u8]| {
+            let image = Image::new(SIZE[0], SIZE[1], rgba).unwrap();
+            let light = Light::of(&face.face, &face.camera, &image).unwrap();
+            let edit = edit(&face.face, &face.camera, Some(light));
+            let (corner, scale) = (DVec2::ZERO, 1.0);
+            let detail = Detail {
+                image,
+                corner,
+                scale,
+            };
+            let [worn, finer] =
+                [None, Some(&detail)].map(|detail| edit.texture(&image, detail, 256).unwrap());
+            (light, worn, finer, edit.looks(&image).unwrap())
+        };
+        let black = told(&cut(&mut || 0));
+        assert_eq!(black.1, black.2, "a detail of the same pixels");
+        for other in [cut(&mut || 255), cut(&mut random)] {
+            let other = told(&other);
+            assert_eq!((other.0, other.3), (black.0, black.3));
+            let off = other
+                .1
+                .rgba
+                .iter()
+                .zip(&black.1.rgba)
+                .filter(|(a, b)| a != b);
+            assert_eq!(off.count(), 0, "bytes at {exposure}");
+            assert!(other.2 == black.2);
+        }
+        // It is the face that was there: in the dark, as bright as its own white eyes tell.
+        let texels = |worn: &Texture| worn.rgba.chunks_exact(4).filter(|p| p[3] > 230).count();
+        assert!(texels(&black.1) > 5000, "{}", texels(&black.1));
+    }
+}
+
 /// A beard is no shadow: the light is that of the face above it.
 #[test]
 fn a_beard_does_not_come_from_light_above() {

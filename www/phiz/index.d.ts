@@ -81,7 +81,7 @@ export interface Attribute {
 
 /** What is known of a photo. */
 export interface PhotoPoints {
-  /** px, whole. */
+  /** px, whole; with the height no more than 2^28 pixels, as canvases have. */
   width: number;
   /** px, whole. */
   height: number;
@@ -103,7 +103,8 @@ export interface PhotoPoints {
   /**
    * The pixels, as `ImageData.data` has them: sRGB and alpha, row by row from the upper left corner.
    * With them the shape is told better, and the light too. Where alpha is below 128 the pixel is taken for
-   * background, not the person, and is not looked at.
+   * background, not the person, and is not looked at, but for how dark the photo is; where it is 0 nothing is there,
+   * whatever its colour, as in pictures that were cut out. They are copied at once.
    */
   rgba?: Uint8Array | Uint8ClampedArray;
   /**
@@ -208,7 +209,10 @@ export interface PhotoLooks {
 
 /** A part of a photo in more pixels than it was fitted in. */
 export interface PhotoDetail {
-  /** Four bytes a pixel, row by row from the upper left corner; alpha is not asked. */
+  /**
+   * Four bytes a pixel, row by row from the upper left corner; alpha as in `PhotoPoints.rgba`. What is not the person's is
+   * taken from the photo's own pixels.
+   */
   rgba: Uint8Array | Uint8ClampedArray;
   width: number;
   height: number;
@@ -223,7 +227,7 @@ export interface PhotoDetail {
 export interface PhotoEdit {
   /** How the photo changes for another shape than the fitted; null when it does not. */
   field(shape: PhotoShape): PhotoField | null;
-  /** The photo's pixels, changed so: by the processor, without WebGL. */
+  /** The photo's pixels, changed so: by the processor, without WebGL. Colours move, and alpha stays where it was. */
   render(shape: PhotoShape, rgba: Uint8Array | Uint8ClampedArray): Uint8ClampedArray<ArrayBuffer>;
   /**
    * The head's colours as the photo has them, without its light: `size` x `size` texels, 64 to 4096 a side and 1024 unless given, in the model's
@@ -379,7 +383,8 @@ export class FaceModel implements ModelInfo {
    * Opens a photo for changing the face in it. Its size is that of the photo that was fitted; larger
    * versions of the photo change by the same field. With `rgba`, whose alpha is how much of a pixel is the
    * person's, less of the background moves.
-   * @throws Error with the reason when the face is not in the photo, or `rgba` has another size.
+   * @throws Error with the reason when the face is not in the photo, `rgba` has another size, or the fit's camera or light
+   *   have numbers that none has.
    */
   editPhoto(photo: { width: number; height: number; fit: PhotoFit; rgba?: Uint8Array | Uint8ClampedArray }): Promise<PhotoEdit>;
 

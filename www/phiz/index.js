@@ -89,8 +89,10 @@ function loadedPhotoModule(wasm) {
   return photoModule;
 }
 
-/** Photos are not larger, and what is not a whole number would wrap around in wasm. */
+/** Sides of photos are not longer, and what is not a whole number would wrap around in wasm. */
 const MOST_PIXELS = 1 << 20;
+/** Nor are there more pixels, in four bytes each: more than these take a wasm memory whole, and no canvas has more. */
+const MOST_AREA = 1 << 28;
 
 /**
  * @param {string} what
@@ -101,6 +103,13 @@ function pixels(what, value) {
     throw new Error(`a photo's ${what} must be a whole number of pixels above 0, not ${value}`);
   }
   return value;
+}
+
+/** @param {unknown} width @param {unknown} height */
+function sizeOf(width, height) {
+  const size = Uint32Array.of(pixels('width', width), pixels('height', height));
+  if (size[0] * size[1] > MOST_AREA) throw new Error(`a photo of ${size[0]} x ${size[1]} pixels is too large: it may have ${MOST_AREA}`);
+  return size;
 }
 
 // Glue takes whatever it is given for what it expects: another type would be read as an address.
@@ -433,11 +442,12 @@ export class FaceModel {
   /** @param {import('phiz').PhotoPoints} photo */
   async fitPhoto({ width, height, points, focal, jawNoise, rgba, progress, ...others }) {
     noMore('fitPhoto', others);
-    const size = Uint32Array.of(pixels('width', width), pixels('height', height));
+    const size = sizeOf(width, height);
     if (!(points?.length >= 0)) wrong('points', 'an array of x, y, x, y ...', points);
     const pairs = Float64Array.from(points);
     if (pairs.length % 2) throw new Error('points are pairs of x and y, and one has no y');
-    const image = rgba && rgbaOf('rgba', rgba);
+    // What the caller does with them while the module comes is nobody's face.
+    const image = rgba && rgbaOf('rgba', rgba).slice();
     const fitter = await this.#photoFitter();
     // It may have been freed while the module came.
     this.#live;
@@ -447,9 +457,9 @@ export class FaceModel {
   /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit, rgba?: Uint8Array | Uint8ClampedArray }} photo */
   async editPhoto({ width, height, fit, rgba, ...others }) {
     noMore('editPhoto', others);
-    const size = Uint32Array.of(pixels('width', width), pixels('height', height));
+    const size = sizeOf(width, height);
     const { camera, light, code, expression } = fit;
-    const image = rgba && rgbaOf('rgba', rgba);
+    const image = rgba && rgbaOf('rgba', rgba).slice();
     const [glue, { PhotoEdit }] = await Promise.all([loadedPhotoModule(), import('./photoedit.js')]);
     // Those that the fitter is made for: others may come while it is.
     const names = this.expressions;
@@ -636,9 +646,7 @@ export class Face {
   }
   /** @param {string} [region] */
   reset(region) {
-    const raw = this.#live;
-    raw.reset(region === undefined ? region : string('a region', region));
-    if (region === undefined) this.#spread(this.#model.blending.alpha);
+    this.#live.reset(region === undefined ? region : string('a region', region));
   }
   /** @param {Face} other @param {number} t @param {{ regions?: readonly string[] }} [options] */
   blend(other, t, { regions, ...others } = {}) {
@@ -647,18 +655,10 @@ export class Face {
     // wasm-bindgen does not lend the same face twice; a copy makes the same checks.
     const source = other === this ? other.clone() : other;
     try {
-      const raw = this.#live;
-      raw.blend(source.#live, number('t', t), strings('regions', regions));
-      const [from, to] = [raw.alpha(), source.#live.alpha()];
-      if (regions === undefined) this.#spread(t === 1 ? to : from + t * (to - from));
+      this.#live.blend(source.#live, number('t', t), strings('regions', regions));
     } finally {
       if (source !== other) source.free();
     }
-  }
-  /** All of a face has a way of blending, too; what is locked would move with it. @param {number} mm */
-  #spread(mm) {
-    const raw = this.#live;
-    if (mm !== raw.alpha() && raw.locked().length + raw.locked_measures().length === 0) raw.set_alpha(mm);
   }
   /** @param {string} name */
   attribute(name) {

@@ -169,7 +169,7 @@ impl People {
             .collect();
         blob.section("rest", &rest);
         blob.section("modes", &self.modes.integers);
-        Ok(pack(&blob.finish())?)
+        Ok(pack(&blob.finish()?)?)
     }
 
     /// Reads a bundle.

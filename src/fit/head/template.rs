@@ -151,7 +151,7 @@ impl Template {
             let moves = self.expressions.iter().flat_map(|e| &e.displacements);
             blob.section("expression_moves", &flat(moves));
         }
-        Ok(blob.finish())
+        Ok(blob.finish()?)
     }
 
     /// Reads a template's blob.

@@ -97,6 +97,14 @@ pub struct Edit {
     grid: Grid,
     /// What is seen of the face in the photo, cell by cell.
     raster: Raster,
+    reached: Reached,
+    /// The same while nobody tells the background.
+    untold: Reached,
+}
+
+/// What a change reaches, cell by cell.
+#[derive(Debug, Clone)]
+struct Reached {
     /// The cells that never move.
     far: Vec<bool>,
     /// How much of a change of light each cell of the photo takes, 0 to 1.
@@ -167,7 +175,8 @@ impl Edit {
     /// fit sees them); without light only the shape changes.
     ///
     /// # Errors
-    /// When the mesh is not the model's, or the face is not in the photo.
+    /// When the mesh is not the model's, the face is not in the photo, or no camera or light has these numbers: a
+    /// focal length above 0, a rotation, and none that is not finite.
     pub fn new(
         model: &FaceModel,
         camera: &Camera,
@@ -178,6 +187,11 @@ impl Edit {
     ) -> Result<Self> {
         let parts = model.parts();
         check_mesh(positions.len(), normals.len(), parts.mean.len())?;
+        camera.check()?;
+        let mut lights = light.iter().flat_map(|l| l.coefficients.as_flattened());
+        if !lights.all(|c| c.is_finite()) {
+            return Err(Error::Mismatch("a light has only finite numbers".into()));
+        }
         let topology = &parts.topology;
         let triangles = topology.triangles();
         let bare = bare(model);
@@ -220,9 +234,13 @@ impl Edit {
             raster.triangles[at] != NOTHING
         });
         let reach = (5.0 * REACH * CELLS) as u16;
-        Ok(Self {
+        let untold = Reached {
             far: away.into_iter().map(|away| away >= reach).collect(),
             lit: on_head.into_iter().map(lit).collect(),
+        };
+        Ok(Self {
+            reached: untold.clone(),
+            untold,
             seen: positions.iter().map(|&p| own.project(p)).collect(),
             raster,
             model: model.clone(),
@@ -240,7 +258,7 @@ impl Edit {
     }
 
     /// Tells what is background, by an image of the size that the photo was opened with: then only what is
-    /// near the person moves, and all of the person is lit as the face is.
+    /// near the person moves, and all of the person is lit as the face is. What an earlier image told is forgotten.
     ///
     /// # Errors
     /// When the image has another size.
@@ -257,12 +275,13 @@ impl Edit {
             image.pixel(origin + cell * step).is_some()
         });
         let reach = (5.0 * BACKGROUND_REACH * CELLS) as u16;
+        self.reached = self.untold.clone();
         // Where there is nobody the image tells nothing.
         if away.contains(&0) {
-            for (far, &away) in self.far.iter_mut().zip(&away) {
+            for (far, &away) in self.reached.far.iter_mut().zip(&away) {
                 *far |= away >= reach;
             }
-            self.lit = away.into_iter().map(lit).collect();
+            self.reached.lit = away.into_iter().map(lit).collect();
         }
         Ok(())
     }
@@ -416,7 +435,7 @@ impl Edit {
                     trust += eye.shut as f32 * (grown(shut[at]) - trust);
                 }
                 known.weights[at] *= trust;
-            } else if self.far[at] {
+            } else if self.reached.far[at] {
                 known.weights[at] = HELD;
                 known.values[at] = [0.0; CHANNELS];
             }
@@ -436,7 +455,7 @@ impl Edit {
         } = self.grid;
         let size = DVec2::from(self.size.map(f64::from));
         let edges = [DVec2::ZERO, size].map(|at| ((at - origin) / step).as_vec2().to_array());
-        stay_within(cells, [columns, rows], edges, &self.far);
+        stay_within(cells, [columns, rows], edges, &self.reached.far);
     }
 
     /// What is read from behind the person keeps its light.
@@ -451,7 +470,7 @@ impl Edit {
             let next: [usize; 2] = std::array::from_fn(|i| (near[i] + 1).min(most[i]));
             let [right, down] = std::array::from_fn(|i| from[i] - near[i] as f32);
             let along = |y: usize| {
-                let [left, other] = [near[0], next[0]].map(|x| self.lit[y * columns + x]);
+                let [left, other] = [near[0], next[0]].map(|x| self.reached.lit[y * columns + x]);
                 left + right * (other - left)
             };
             let [upper, lower] = [near[1], next[1]].map(along);

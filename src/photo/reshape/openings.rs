@@ -38,6 +38,14 @@ const DARKEST: f64 = -3.0;
 /// Eyes that stay open by more than the first part of what they were are as on any other face; below the second they
 /// shut.
 const SHUTTING: [f64; 2] = [0.9, 0.6];
+/// Nor do they shut whose lids come nearer by less than the first of these, mm; from the second on all of that counts.
+/// An open eye has some 9, of which a tenth is the second; what an edit does to lids that are shut is below the first.
+const NEARER: [f64; 2] = [0.3, 0.9];
+/// Nor those that were open by less than the first, mm: what is shut has its lashes in the photo.
+const OPENED: [f64; 2] = [1.0, 2.0];
+/// Nor those whose corners are seen less far apart than the first, mm, or the other way round: the far eye of a head
+/// from the side, of whose lids a photo tells nothing.
+const ACROSS: [f64; 2] = [1.0, 4.0];
 /// What is so near to the middle of an eye is lids, mm.
 const LID: f64 = 17.0;
 /// Lids that shut are read from so far beyond their edges at the least, mm: a fit is off by as much.
@@ -106,9 +114,18 @@ impl Openings {
     pub fn eyes(&self, camera: &Camera, before: &[DVec3], after: &[DVec3]) -> Vec<Eye> {
         let each = self.eyes.iter().map(|edges| {
             let change = Change::of(edges, camera, before, after);
-            let open = change.after.gap(0.5) / change.before.gap(0.5).max(1e-9);
+            let [before, after] = [&change.before, &change.after].map(|slit| slit.gap(0.5));
+            let wide = change
+                .after
+                .across
+                .dot(change.before.across.normalize_or_zero());
+            let told = [
+                smoothstep(NEARER, (before - after) / change.scale),
+                smoothstep(OPENED, before / change.scale),
+                smoothstep(ACROSS, wide / change.scale),
+            ];
             Eye {
-                shut: smoothstep(SHUTTING, open),
+                shut: smoothstep(SHUTTING, after / before.max(1e-9)) * told.iter().product::<f64>(),
                 change,
             }
         });
@@ -171,7 +188,7 @@ impl Eye {
         let meet = (after.edge(0, along) + after.edge(1, along)) / 2.0;
         let (which, outwards) = if height < meet { (0, -1.0) } else { (1, 1.0) };
         let beyond = outwards * (height - after.edge(which, along));
-        let least = beyond.clamp(BEYOND * scale, SKIN * scale);
+        let least = beyond.max(BEYOND * scale).min(SKIN * scale);
         let missing = least - outwards * (depth - before.edge(which, from));
         let motion = motion + before.down() * (outwards * missing.max(0.0) * self.shut);
         let off = (height - meet) / LINE;

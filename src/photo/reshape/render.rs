@@ -1,6 +1,9 @@
 //! The changed photo, by the processor.
 
+use std::ops::Range;
+
 use super::Field;
+use crate::Result;
 use crate::photo::Image;
 use crate::srgb;
 
@@ -76,9 +79,24 @@ impl Field {
     ///
     /// `scale` is how many px of this photo are one of the photo that the field is of.
     pub fn render(&self, image: &Image, scale: f64) -> Vec<u8> {
-        let mut out = image.rgba.to_vec();
+        let mut rgba = image.rgba.to_vec();
+        self.draw([image.width, image.height], &mut rgba, scale);
+        rgba
+    }
+
+    /// The same in the place of the photo's own pixels, `width` x `height` of them: of a large photo there is no second
+    /// one in memory, only the rows that are read for one.
+    ///
+    /// # Errors
+    /// As [`Image::new`].
+    pub fn render_in_place(&self, size: [u32; 2], rgba: &mut [u8], scale: f64) -> Result<()> {
+        let Image { width, height, .. } = Image::new(size[0], size[1], rgba)?;
+        self.draw([width, height], rgba, scale);
+        Ok(())
+    }
+
+    fn draw(&self, [width, height]: [usize; 2], rgba: &mut [u8], scale: f64) {
         let tone = Tone::new();
-        let packed = Packed::of(image);
         let step = self.step * scale;
         // The pixels whose middles are between nodes, and where.
         let between = |origin: f64, nodes: usize, pixels: usize| -> Vec<(usize, usize, f32)> {
@@ -92,8 +110,27 @@ impl Field {
             });
             each.collect()
         };
-        let columns = between(self.origin.x, self.columns, image.width);
-        for (y, row, down) in between(self.origin.y, self.rows, image.height) {
+        let columns = between(self.origin.x, self.columns, width);
+        let (Some(&(first, ..)), Some(&(last, ..))) = (columns.first(), columns.last()) else {
+            return;
+        };
+        // Along an axis, px: how far back and ahead of a pixel others are read, four taps each, and one more on either
+        // side for what rounding does. Nowhere less than none: what is drawn has been read.
+        let reach = |axis: usize, most: usize| -> [usize; 2] {
+            let motion = self.motion.iter().map(|m| m[axis] * scale as f32);
+            let [back, ahead] = motion.fold([0.0_f32; 2], |[back, ahead], m| {
+                [back.max(-m), ahead.max(m)]
+            });
+            [back.ceil() as usize, ahead.floor() as usize].map(|px| px.min(most))
+        };
+        let read = |[back, ahead]: [usize; 2], from: usize, to: usize, most: usize| {
+            from.saturating_sub(back + 2)..(to + ahead + 4).min(most)
+        };
+        let [sideways, along] = [reach(0, width), reach(1, height)];
+        let rows = (along[0] + along[1] + 6).min(height);
+        let mut band = Band::new(read(sideways, first, last, width), rows);
+        for (y, row, down) in between(self.origin.y, self.rows, height) {
+            band.go_to(read(along, y, y, height), rgba, width);
             let upper = row * self.columns;
             let lower = upper + self.columns;
             // Along a row of pixels what changes is linear between two columns of nodes.
@@ -108,14 +145,13 @@ impl Field {
                 let [dx, dy, gain @ ..]: Change =
                     std::array::from_fn(|i| from[i] + right * (to[i] - from[i]));
                 let [dx, dy] = [dx, dy].map(|d| d * scale as f32);
-                let sums = packed.sample(x, y, dx, dy);
-                let pixel = &mut out[4 * (y * image.width + x)..][..3];
+                let sums = band.sample(x, y, dx, dy);
+                let pixel = &mut rgba[4 * (y * width + x)..][..3];
                 for channel in 0..3 {
                     pixel[channel] = tone.byte(sums[channel], gain[channel]);
                 }
             }
         }
-        out
     }
 
     /// Between two nodes; nothing when neither does anything.
@@ -133,23 +169,44 @@ impl Field {
 /// No change.
 const STILL: Change = [0.0, 0.0, 1.0, 1.0, 1.0];
 
-/// An image with each pixel's colour in one number.
-struct Packed {
-    width: usize,
-    height: usize,
+/// Rows of an image, each pixel's colour in one number, that go down with what is drawn.
+struct Band {
+    columns: Range<usize>,
+    rows: Range<usize>,
     colours: Vec<i64>,
 }
 
-impl Packed {
-    fn of(image: &Image) -> Self {
-        let pixels = image.rgba.chunks_exact(4);
-        let colours = pixels
-            .map(|p| i64::from(p[0]) + (i64::from(p[1]) << LANE) + (i64::from(p[2]) << (2 * LANE)));
+impl Band {
+    /// With room for so many rows at a time.
+    fn new(columns: Range<usize>, rows: usize) -> Self {
+        // And for those that are not let go of yet.
+        let room = columns.len() * (rows + rows / 2 + 1);
         Self {
-            width: image.width,
-            height: image.height,
-            colours: colours.collect(),
+            columns,
+            rows: 0..0,
+            colours: Vec::with_capacity(room),
         }
+    }
+
+    /// Reads more rows of an image down to the end of some, and lets go of those above.
+    fn go_to(&mut self, rows: Range<usize>, rgba: &[u8], width: usize) {
+        if self.colours.is_empty() {
+            self.rows = rows.start..rows.start;
+        }
+        // Half of all at once, so that each is moved twice and not always.
+        let gone = rows.start.saturating_sub(self.rows.start);
+        if 2 * gone > rows.len() {
+            self.colours.drain(..gone * self.columns.len());
+            self.rows.start = rows.start;
+        }
+        for y in self.rows.end..rows.end {
+            let first = 4 * (y * width + self.columns.start);
+            let pixels = rgba[first..first + 4 * self.columns.len()].chunks_exact(4);
+            self.colours.extend(pixels.map(|p| {
+                i64::from(p[0]) + (i64::from(p[1]) << LANE) + (i64::from(p[2]) << (2 * LANE))
+            }));
+        }
+        self.rows.end = rows.end.max(self.rows.end);
     }
 
     /// The sums of the taps at a pixel's middle moved by some px, in units of 1 / 2^[`WEIGHT`] of a
@@ -157,22 +214,29 @@ impl Packed {
     fn sample(&self, x: usize, y: usize, dx: f32, dy: f32) -> [i64; 3] {
         let (left, across) = split(dx);
         let (top, down) = split(dy);
-        let (x, y) = (x as isize + left - 1, y as isize + top - 1);
+        // From the first that is kept.
+        let first = |at: usize, by: isize, kept: &Range<usize>| {
+            (at as isize - 1 - kept.start as isize).saturating_add(by)
+        };
+        let (x, y) = (first(x, left, &self.columns), first(y, top, &self.rows));
         let weights = products(across, down);
+        let (width, height) = (self.columns.len(), self.rows.len());
         let mut sum = 0;
-        if x >= 0 && y >= 0 && x as usize + 4 <= self.width && y as usize + 4 <= self.height {
-            let mut at = y as usize * self.width + x as usize;
+        if x >= 0 && y >= 0 && x as usize + 4 <= width && y as usize + 4 <= height {
+            let mut at = y as usize * width + x as usize;
             for row in weights {
                 let taps = &self.colours[at..at + 4];
                 sum += taps[0] * row[0] + taps[1] * row[1] + taps[2] * row[2] + taps[3] * row[3];
-                at += self.width;
+                at += width;
             }
         } else {
-            let clamp = |i: isize, most: usize| i.clamp(0, most as isize - 1) as usize;
+            let clamp = |from: isize, i: usize, most: usize| {
+                from.saturating_add(i as isize).clamp(0, most as isize - 1) as usize
+            };
             for (j, row) in weights.into_iter().enumerate() {
-                let line = clamp(y + j as isize, self.height) * self.width;
+                let line = clamp(y, j, height) * width;
                 for (i, weight) in row.into_iter().enumerate() {
-                    sum += self.colours[line + clamp(x + i as isize, self.width)] * weight;
+                    sum += self.colours[line + clamp(x, i, width)] * weight;
                 }
             }
         }

@@ -79,8 +79,8 @@ export function createFitter({ modelUrl, expressionsUrl }) {
         context.drawImage(person.mask, scale * person.x, scale * person.y, side, side);
         red = context.getImageData(0, 0, size.width, size.height).data;
       }
-      // A photo's own transparency is none of a person's.
-      for (let i = 0; i < rgba.length; i += 4) rgba[i + 3] = red ? red[i] : 255;
+      // A photo's own transparency is none of a person's: where nobody is something is, which tells how dark the photo is.
+      for (let i = 0; i < rgba.length; i += 4) rgba[i + 3] = red ? Math.max(1, red[i]) : 255;
       return {
         ...size,
         points: points.map((value) => value * scale),
