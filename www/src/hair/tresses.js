@@ -550,7 +550,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       const now = thinningOf(colours);
       if (JSON.stringify(now) !== JSON.stringify(thinning)) {
         thinning = now;
-        thin.value = Math.max(bare, 1 - now.share);
+        thin.value = bare > 0 ? bare : 1 - now.share;
         standing = null;
       }
       const style = styleOf(colours);
