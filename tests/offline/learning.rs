@@ -438,7 +438,7 @@ fn sides_are_alike_where_mirror_images_count() {
             let control = one.parts.controls.iter().find(|c| c.name == name);
             &control.expect("a control").quantiles
         };
-        let (left, right) = (table("left eye width"), table("right eye width"));
+        let (left, right) = (table("left eye length"), table("right eye length"));
         let width = |table: &[f32]| table[48] - table[16];
         match both_sides {
             // In f32 of some 30 mm.

@@ -320,7 +320,7 @@ fn a_scan_that_a_link_has_among_the_faces_is_not_written_over() {
 
 /// A face is all that there is of a person whose scan cannot be seen, or read, and stays; whose scan is seen to be another
 /// that is none has no face.
-#[cfg(target_os = "linux")]
+#[cfg(unix)]
 #[test]
 fn a_scan_that_cannot_be_seen_or_read_costs_no_face() {
     use std::os::unix::fs::symlink;
@@ -351,17 +351,26 @@ fn a_scan_that_cannot_be_seen_or_read_costs_no_face() {
         let _ = fs::remove_file(&scan);
         symlink(target, &scan).expect("links");
     };
-    // A disk that is not connected; a file whose bytes cannot be had, which begins with an error of input.
-    for target in ["/nowhere/anna.ply", "/proc/self/mem"] {
-        in_its_place(Path::new(target));
-        let (failed, is_done) = run();
+    // A disk that is not connected; and a scan that is another, of whose two files one cannot be had.
+    in_its_place(Path::new("/nowhere/anna.ply"));
+    let gone = run();
+    fs::remove_file(&scan).expect("goes");
+    let parts =
+        r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 36, "uri": "anna.bin"}]}"#;
+    fs::write(scans.join("anna.gltf"), parts).expect("writes");
+    let half = run();
+    fs::remove_file(scans.join("anna.gltf")).expect("goes");
+    for ((failed, is_done), cause) in [
+        (gone, "anna.ply: "),
+        (half, "anna.gltf: buffer 0: anna.bin: "),
+    ] {
         let [error] = &failed[..] else {
-            panic!("{target}: {failed:?}")
+            panic!("{cause}: {failed:?}")
         };
-        assert!(!is_done && error.contains("anna.ply: "), "{error}");
+        assert!(!is_done && error.contains(cause), "{error}");
         assert!(error.ends_with("; its former face stays"), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
-        assert_eq!(files(&faces), made, "{target}");
+        assert_eq!(files(&faces), made, "{cause}");
     }
     // Nor do landmarks that cannot be seen; nor where nobody kept what the face was made of.
     let points = scans.join("anna.json");

@@ -41,7 +41,8 @@ const GENERATOR: &str = "<meta name=\"generator\" content=\"phiz-fit validate\">
 /// # Errors
 /// When there is an `index.html` that is no report, or a `report.json` beside none, or one that cannot be read.
 pub fn check_report(folder: &Path) -> FitResult<()> {
-    let is_ours = |text: &str| text.contains(GENERATOR);
+    // Reports that did not say so yet are told by their style.
+    let is_ours = |text: &str| text.contains(GENERATOR) || text.contains(STYLE);
     check_own(&folder.join("index.html"), is_ours, "the report")
 }
 
