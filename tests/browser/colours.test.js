@@ -399,10 +399,15 @@ describe('colours', () => {
     await choose(second.page);
     await second.page.evaluate(() => document.activeElement?.blur());
     assert.equal(differing(shown, await picture(second.page, 'colours-linked')), 0);
-    // One that names a colour that there is not is refused whole, and says so.
-    await second.page.evaluate(() => (location.hash = '#~~_2Q'));
-    await second.page.waitForFunction(() => /no face of this model/.test(document.querySelector('.toast')?.textContent ?? ''));
-    assert.deepEqual(await colouring(second.page), kept);
+    // Of one that names a colour that there is not, as of a newer page, all else is taken; of one whose looks cannot be read the
+    // shape is, which is said.
+    const code = await codeOf(second.page);
+    await second.page.evaluate((to) => (location.hash = to), `#${code}~~_2Q`);
+    await second.page.waitForFunction(() => Object.keys(window.designer.colouring).length === 0);
+    assert.equal(await codeOf(second.page), code);
+    await second.page.evaluate((to) => (location.hash = to), `#${code}~~AP8`);
+    await second.page.waitForFunction(() => /looks could not be read/.test(document.querySelector('.toast')?.textContent ?? ''));
+    assert.equal(await codeOf(second.page), code);
     await second.context.close();
 
     // Saved, with a picture of its own; another one in the model's colours opens in those.
