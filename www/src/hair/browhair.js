@@ -1,5 +1,5 @@
 import { chance } from '../chance.js';
-import { browLines, growBrows } from '../head/browline.js';
+import { browLines, growBrows } from './browline.js';
 import { clamp, norm } from './hull.js';
 import { ANCHORS, POINTS } from './strands.js';
 

@@ -2,7 +2,7 @@ import { CanvasTexture } from 'three';
 import { chance } from '../chance.js';
 import { smoothstep } from '../groundwork/paint.js';
 import { sharpen } from '../rendering/textures.js';
-import { browLines, growBrows } from './browline.js';
+import { browLines, growBrows } from '../hair/browline.js';
 
 /**
  * Both brows, hair by hair, along the five points of each: in red how much of the skin hairs cover, in green as much of how grey

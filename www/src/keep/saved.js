@@ -1,10 +1,10 @@
 import { part } from '../frame/download.js';
 import { element } from '../frame/element.js';
 import { faceFile, facesFile, readFaceFile } from './facefile.js';
+import { mayBePicture } from '../frame/filekind.js';
 import { icon } from '../frame/icons.js';
 import { isComposing } from '../frame/keys.js';
 import { among, shows } from '../head/expression.js';
-import { mayBePicture } from '../photo/tab.js';
 import { fileName, save } from './save.js';
 import { text } from '../text.js';
 

@@ -2,13 +2,8 @@
 import './photo.css';
 import { part } from '../frame/download.js';
 import { element } from '../frame/element.js';
+import { mayBePicture } from '../frame/filekind.js';
 import { text } from '../text.js';
-
-/**
- * Whether a file is a picture as far as the browser knows, which says nothing of kinds that are strange to it, as HEIC is to most.
- * @param {File} file
- */
-export const mayBePicture = ({ name, type }) => type.startsWith('image/') || (type === '' && !/\.json$/i.test(name));
 
 /**
  * The panel's section for photos. What it takes comes when it is first wanted: who designs faces only
