@@ -5,8 +5,9 @@ use std::path::Path;
 use glam::Vec3;
 
 use crate::FaceModel;
-use crate::fit::FitResult;
-use crate::fit::format::npz::{self, Array};
+use crate::fit::format::files::write_atomically;
+use crate::fit::format::npz::Npz;
+use crate::fit::{FitError, FitResult};
 
 /// What is in the file, for `--help`: n vertices, c corners, t triangles, k coefficients of which the first p are the
 /// population's, s controls, q quantiles.
@@ -58,40 +59,31 @@ pub fn write(model: &FaceModel, path: &Path) -> FitResult<()> {
         &about.caveat,
         &about.made_by,
     ];
-    npz::write(
-        path,
-        &[
-            Array::of_f32("mean", &[n, 3], flat(&parts.mean)),
-            Array::of_f32("modes", &[k, n, 3], modes),
-            Array::of_f32("sigmas", &[k], blocks().map(|b| b.1)),
-            Array::of_words("block", blocks().map(|b| b.0)),
-            Array::of_bools("odd", &parts.odd()),
-            Array::of_f32("correlation", &[p, p], parts.correlation.iter().copied()),
-            Array::of_u32("triangles", &[t, 3], corners(&triangles)),
-            Array::of_u32("uv_triangles", &[t, 3], corners(&topology.uv_triangles)),
-            Array::of_f32(
-                "uv",
-                &[topology.uvs.len(), 2],
-                topology.uvs.as_flattened().iter().copied(),
-            ),
-            Array::of_u32(
-                "uv_vertices",
-                &[topology.uv_vertices.len()],
-                topology.uv_vertices.iter().copied(),
-            ),
-            Array::of_u32("mirror", &[n], topology.mirror.iter().copied()),
-            Array::of_u32("regions", &[n], topology.regions.iter().map(|&r| r.into())),
-            Array::of_words("region_names", topology.region_names.iter().map(|r| &**r)),
-            Array::of_words("controls", controls.iter().map(|c| &*c.name)),
-            Array::of_f32(
-                "quantiles",
-                &[controls.len(), steps],
-                controls.iter().flat_map(|c| c.quantiles.iter().copied()),
-            ),
-            Array::of_words(
-                "about",
-                said.into_iter().chain(&sources).map(|words| &**words),
-            ),
-        ],
-    )
+    let arrays = || -> std::io::Result<Vec<u8>> {
+        let mut npz = Npz::default();
+        npz.f32("mean", &[n, 3], flat(&parts.mean))?;
+        npz.f32("modes", &[k, n, 3], modes)?;
+        npz.f32("sigmas", &[k], blocks().map(|b| b.1))?;
+        npz.words("block", blocks().map(|b| b.0))?;
+        npz.bools("odd", &parts.odd())?;
+        npz.f32("correlation", &[p, p], parts.correlation.iter().copied())?;
+        npz.u32("triangles", &[t, 3], corners(&triangles))?;
+        npz.u32("uv_triangles", &[t, 3], corners(&topology.uv_triangles))?;
+        let uvs = topology.uvs.as_flattened().iter().copied();
+        npz.f32("uv", &[topology.uvs.len(), 2], uvs)?;
+        let vertices = topology.uv_vertices.iter().copied();
+        npz.u32("uv_vertices", &[topology.uv_vertices.len()], vertices)?;
+        npz.u32("mirror", &[n], topology.mirror.iter().copied())?;
+        npz.u32("regions", &[n], topology.regions.iter().map(|&r| r.into()))?;
+        npz.words("region_names", topology.region_names.iter().map(|r| &**r))?;
+        npz.words("controls", controls.iter().map(|c| &*c.name))?;
+        let quantiles = controls.iter().flat_map(|c| c.quantiles.iter().copied());
+        npz.f32("quantiles", &[controls.len(), steps], quantiles)?;
+        npz.words(
+            "about",
+            said.into_iter().chain(&sources).map(|words| &**words),
+        )?;
+        npz.finish()
+    };
+    write_atomically(path, &arrays().map_err(|e| FitError::file(path, e))?)
 }

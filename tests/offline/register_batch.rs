@@ -78,6 +78,16 @@ fn register(template: &Path, arguments: &[&Path]) -> Output {
     command.args(arguments).output().expect("runs")
 }
 
+/// A folder that is gone with what is first, and in it one for scans and one for faces.
+fn folders() -> (tempfile::TempDir, PathBuf, PathBuf) {
+    let root = tempfile::tempdir().expect("a folder");
+    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
+    for folder in [&scans, &faces] {
+        fs::create_dir(folder).expect("makes");
+    }
+    (root, scans, faces)
+}
+
 fn said(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
@@ -87,11 +97,7 @@ fn a_bad_scan_among_good_ones_does_not_stop_them() {
     let Some(registrar) = heads::registrar() else {
         return;
     };
-    let root = tempfile::tempdir().expect("a folder");
-    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
-    for folder in [&scans, &faces] {
-        fs::create_dir(folder).expect("makes");
-    }
+    let (_root, scans, faces) = folders();
     for (name, seed) in [("anna", 11), ("emil", 12)] {
         write(&scans, name, seed);
     }
@@ -282,11 +288,7 @@ fn folders_that_cannot_be_meant_are_refused() {
 #[test]
 fn a_scan_that_a_link_has_among_the_faces_is_not_written_over() {
     use std::os::unix::fs::symlink;
-    let root = tempfile::tempdir().expect("a folder");
-    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
-    for folder in [&scans, &faces] {
-        fs::create_dir(folder).expect("makes");
-    }
+    let (_root, scans, faces) = folders();
     // The one's scan lies there, and another's landmarks and picture; and two have one face.
     for name in ["anna.ply", "emil.json", "otto.png"] {
         fs::write(faces.join(name), "kept").expect("writes");
@@ -327,11 +329,7 @@ fn a_scan_that_cannot_be_seen_or_read_costs_no_face() {
     let Some(registrar) = heads::registrar() else {
         return;
     };
-    let root = tempfile::tempdir().expect("a folder");
-    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
-    for folder in [&scans, &faces] {
-        fs::create_dir(folder).expect("makes");
-    }
+    let (root, scans, faces) = folders();
     write(&scans, "anna", 11);
     let run = || {
         let Jobs { jobs, .. } = batch::jobs(&scans, &faces).expect("a scan");
@@ -904,11 +902,7 @@ fn a_scan_that_fails_leaves_no_former_face_and_no_scans_no_folder() {
     let Some(registrar) = heads::registrar() else {
         return;
     };
-    let root = tempfile::tempdir().expect("a folder");
-    let (scans, faces) = (root.path().join("scans"), root.path().join("faces"));
-    for folder in [&scans, &faces] {
-        fs::create_dir(folder).expect("makes");
-    }
+    let (root, scans, faces) = folders();
     for name in ["anna.ply", "anna.json", "anna.png", "emil.ply"] {
         fs::write(faces.join(name), "").expect("writes");
     }

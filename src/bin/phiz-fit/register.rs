@@ -215,15 +215,11 @@ fn many(
     for path in unclaimed {
         println!("{}: belongs to no scan there", path.display());
     }
-    let there: Vec<&Job> = jobs.iter().filter(|job| job.is_done()).collect();
-    let bare_before = there.iter();
-    let bare_before = bare_before.filter(|job| !job.output.with_extension("png").is_file());
-    let bare_before = if args.textures {
-        bare_before.count()
-    } else {
-        0
-    };
-    let there = there.len();
+    let (mut there, mut bare_before) = (0, 0);
+    for job in jobs.iter().filter(|job| job.is_done()) {
+        there += 1;
+        bare_before += usize::from(args.textures && !job.output.with_extension("png").is_file());
+    }
     let bar = ProgressBar::new((jobs.len() - there) as u64);
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} scans, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
