@@ -4,6 +4,7 @@
 //! - [`head`] makes the generic head;
 //! - [`scan`] reads scans, and [`register`] fits the head to them; where nobody marked them [`detect`] finds the landmarks;
 //! - [`learn`](mod@learn) goes from faces to a model; [`sparse`] learns a basis of local components for it;
+//! - [`likeness`] writes registered faces in a model's coefficients, and [`measure`](mod@measure) makes tables of them;
 //! - [`sample`] draws people from a model, as files, and [`export`](mod@export) writes a model as arrays;
 //! - [`truth`] has people whose shape is known, [`evaluate`](mod@evaluate) measures registrations against them, and
 //!   [`validate`](mod@validate) writes the report on a population and its model.
@@ -16,6 +17,8 @@ pub mod export;
 pub mod format;
 pub mod head;
 pub mod learn;
+pub mod likeness;
+pub mod measure;
 pub mod mesh;
 pub mod picture;
 pub mod register;

@@ -22,6 +22,7 @@ mod evaluate;
 mod export;
 mod head;
 mod learning;
+mod measure;
 mod real_scan;
 mod register;
 mod register_batch;

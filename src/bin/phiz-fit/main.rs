@@ -8,6 +8,7 @@ mod export;
 mod expressions;
 mod head;
 mod landmarks;
+mod measure;
 mod photograph;
 mod register;
 mod sample;
@@ -78,6 +79,8 @@ enum Verb {
     Expressions(expressions::ExpressionsArgs),
     /// Take the median face out of a model, to be shown while the model loads.
     Head(head::HeadArgs),
+    /// Measure registered faces: lengths, percentiles and coefficients as a table, and the faces as the page opens them.
+    Measure(measure::MeasureArgs),
     /// Draw people from a model, as files.
     Sample(sample::SampleArgs),
     /// Write a model as arrays for numpy.
@@ -242,6 +245,7 @@ fn main() -> ExitCode {
         Verb::Basis(args) => basis::run(&args),
         Verb::Expressions(args) => expressions::run(&args),
         Verb::Head(args) => head::run(&args),
+        Verb::Measure(args) => measure::run(&args),
         Verb::Sample(args) => sample::run(&args),
         Verb::Export(args) => export::run(&args),
         Verb::Inspect(args) => inspect(&args),
@@ -345,8 +349,11 @@ fn explained<T>(result: FitResult<T>, notes: &[String]) -> FitResult<T> {
 
 /// Refuses to write over a face, or what is told of the faces, that is to be read from a folder.
 fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
-    // A folder that cannot be read is told of where its faces are.
-    let files = files_of(faces).unwrap_or_default();
+    // A folder that cannot be read is told of where its faces are; and one face may be given in place of a folder.
+    let files = match faces.is_file() {
+        true => vec![faces.to_owned()],
+        false => files_of(faces).unwrap_or_default(),
+    };
     let told = ["ply", "json"];
     let is_read = |path: &&PathBuf| {
         let ending = path.extension().unwrap_or_default();

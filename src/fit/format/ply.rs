@@ -211,8 +211,8 @@ fn image(comment: &str) -> Option<String> {
         .then(|| name.trim().to_owned())
 }
 
-/// Reads every `.ply` of a folder as a face registered to a template with so many vertices and these triangles, sorted
-/// by name. The name is the file's without its ending.
+/// Reads every `.ply` of a folder, or one file, as a face registered to a template with so many vertices and these
+/// triangles, sorted by name. The name is the file's without its ending.
 ///
 /// Which triangles come first, and which corner of each, does not matter. A file without any, of vertices alone, is
 /// taken for one of the template's.
@@ -227,7 +227,10 @@ pub fn read_faces(
 ) -> FitResult<Vec<(String, Vec<DVec3>)>> {
     let ends = records(triangles);
     let wanted = in_order(triangles.iter().copied());
-    let mut paths = faces(dir)?;
+    let mut paths = match dir.is_file() {
+        true => vec![dir.to_owned()],
+        false => faces(dir)?,
+    };
     if paths.is_empty() {
         return Err(FitError::file(dir, "no .ply files"));
     }

@@ -26,17 +26,13 @@ use crate::FaceModel;
 use crate::fit::format::text::json;
 use crate::fit::head::generic_head::ETHNICITIES;
 use crate::fit::head::template::Template;
-use crate::fit::mesh::align::{Rigid, vertex_areas};
-use crate::fit::statistics::subspace::Subspace;
+use crate::fit::likeness::{Likenesses, correlation};
+use crate::fit::mesh::align::vertex_areas;
 use crate::fit::{FitError, FitResult};
 use crate::model::Attribute;
 
 /// The labelled people are held out in so many parts, each once.
 const FOLDS: usize = 5;
-
-/// What a model leaves of a face of others is as smooth as faces are: it counts as so many
-/// independent errors, and not as one a coordinate.
-const INDEPENDENT: f64 = 300.0;
 
 /// A label of which less is explained is none that the model's faces tell: read-outs and labels
 /// are correlated by less than a half.
@@ -237,7 +233,14 @@ pub fn learn(
             "labels.json has no label of these faces".into(),
         ));
     }
-    let (coefficients, left) = coefficients(template, model, faces)?;
+    if model.parts().mean.len() != template.positions.len()
+        || model.parts().topology.uv_triangles != template.topology.uv_triangles
+    {
+        let cause = "the model is of another head than the template";
+        return Err(FitError::Input(cause.into()));
+    }
+    let areas = vertex_areas(&template.positions, &template.triangles());
+    let (coefficients, left) = Likenesses::new(model, areas)?.of(faces)?;
     let mut without = residual(&coefficients, &labels.besides)?;
     symmetrise(&mut without, &model.parts().odd());
     let correlation = correlation(model);
@@ -440,70 +443,6 @@ fn inverse(mut matrix: Mat<f64>) -> Option<Mat<f64>> {
     }
     let factor = matrix.llt(Side::Lower).ok()?;
     (trace > 0.0).then(|| factor.solve(Mat::<f64>::identity(g, g)))
-}
-
-/// The coefficients of faces that are not the model's own, sigmas, and what those leave of their
-/// skin, mm RMS.
-fn coefficients(
-    template: &Template,
-    model: &FaceModel,
-    faces: &[Vec<DVec3>],
-) -> FitResult<(Vec<Vec<f64>>, f64)> {
-    let parts = model.parts();
-    let mean: Vec<DVec3> = parts.mean.iter().map(|p| p.as_dvec3()).collect();
-    if mean.len() != template.positions.len()
-        || parts.topology.uv_triangles != template.topology.uv_triangles
-    {
-        return Err(FitError::Input(
-            "the model is of another head than the template".into(),
-        ));
-    }
-    let areas = vertex_areas(&template.positions, &template.triangles());
-    let skin = template.part_vertices("skin")?;
-    let fields: Vec<Vec<DVec3>> = (faces.par_iter())
-        .map(|face| {
-            let motion = Rigid::fit(face, &mean, &skin, &areas);
-            let moved = face.iter().zip(&mean);
-            moved.map(|(&p, m)| motion.apply(p) - *m).collect()
-        })
-        .collect();
-    let shown = model.face();
-    let rows: Vec<_> = (0..mean.len() as u32)
-        .into_par_iter()
-        .map(|v| shown.jacobian(v))
-        .collect();
-    let modes: Vec<Vec<DVec3>> = (0..parts.population())
-        .map(|i| rows.iter().map(|row| row[i].as_dvec3()).collect())
-        .collect();
-    let off = |found: &[Vec<f64>], subspace: &Subspace| {
-        let nearest = subspace.fields(found);
-        let pairs = nearest.par_iter().zip(&fields);
-        // Summed face by face: threads share the work and not the order.
-        let squares: Vec<f64> = pairs
-            .map(|(a, b)| {
-                let each = skin.iter().map(|&v| v as usize);
-                each.map(|v| a[v].distance_squared(b[v])).sum()
-            })
-            .collect();
-        squares.iter().sum::<f64>() / (fields.len() * skin.len()) as f64
-    };
-    let plain = Subspace::new(&modes, &skin)?;
-    let left = off(&plain.coefficients(&fields), &plain);
-    let inverse = correlation(model)
-        .llt(Side::Lower)
-        .map_err(|_| FitError::Input("the model's correlation is not definite".into()))?
-        .solve(Mat::<f64>::identity(modes.len(), modes.len()));
-    let weight = left * skin.len() as f64 / INDEPENDENT;
-    let penalised = Subspace::penalised(&modes, &skin, inverse * faer::Scale(weight))?;
-    let found = penalised.coefficients(&fields);
-    let left = off(&found, &penalised).sqrt();
-    Ok((found, left))
-}
-
-fn correlation(model: &FaceModel) -> Mat<f64> {
-    let parts = model.parts();
-    let k = parts.population();
-    Mat::from_fn(k, k, |i, j| f64::from(parts.correlation[i * k + j]))
 }
 
 /// Coefficients, each less its linear least squares by what else is known of the people.

@@ -1,0 +1,65 @@
+//! `phiz-fit measure`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use phiz::fit::FitResult;
+use phiz::fit::format::files::{check_apart, check_writable};
+use phiz::fit::format::ply;
+use phiz::fit::measure::{TABLE, measure, write_faces, write_table};
+
+#[derive(Args)]
+#[command(after_help = TABLE)]
+pub struct MeasureArgs {
+    /// The model.
+    model: PathBuf,
+    /// The folder of registered faces (PLY), as `register` leaves them; or one of them.
+    #[arg(long, value_name = "DIR")]
+    faces: PathBuf,
+    /// Write the faces here, too, as the model has them: a JSON that the page opens, all at once.
+    #[arg(long, value_name = "FILE")]
+    designs: Option<PathBuf>,
+    /// The table to write.
+    #[arg(short, value_name = "FILE")]
+    output: PathBuf,
+}
+
+pub fn run(args: &MeasureArgs) -> FitResult<()> {
+    let written: Vec<_> = [Some(&args.output), args.designs.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    check_apart(&written, &[("the model", &args.model)])?;
+    super::check_apart_from(&args.faces, &written)?;
+    for path in &written {
+        check_writable(path)?;
+    }
+    let model = super::read_model(&args.model)?;
+    super::check_varies(&args.model, &model)?;
+    let parts = model.parts();
+    let (vertices, triangles) = (parts.mean.len(), parts.topology.triangles());
+    let faces = super::step("reading faces", || {
+        ply::read_faces(&args.faces, vertices, &triangles)
+    })?;
+    let style = ProgressStyle::with_template("{bar:30} {pos} of {len} faces, {eta} left");
+    let bar = ProgressBar::new(faces.len() as u64);
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let measured = measure(&model, &faces, || bar.inc(1)).map_err(|e| e.of(&args.faces))?;
+    bar.finish_and_clear();
+    write_table(&model, &measured, &args.output)?;
+    if let Some(path) = &args.designs {
+        write_faces(&model, &measured, path)?;
+    }
+    let all = || measured.iter().map(|face| face.left);
+    println!(
+        "{}: {} faces, of whose skin the model leaves {:.2} mm RMS, of the one that it has least {:.2}",
+        args.output.display(),
+        measured.len(),
+        (all().map(|mm| mm * mm).sum::<f64>() / measured.len() as f64).sqrt(),
+        all().fold(0.0, f64::max),
+    );
+    Ok(())
+}
