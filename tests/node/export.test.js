@@ -97,8 +97,18 @@ for (const name of ['model', 'synthetic']) {
       const { array } = geometry.getAttribute('position');
       const standing = Float32Array.from(array, (_, i) => [array[i], array[i + 1], -array[i - 1]][i % 3]);
       const vertices = corners(model);
-      assert.equal(standing.length, 3 * vertices.length);
-      assert.ok(farthest(face.positions, standing, (i) => vertices[i]) < KEPT);
+      // What closes it comes after.
+      assert.ok(farthest(face.positions, standing.subarray(0, 3 * vertices.length), (i) => vertices[i]) < KEPT);
+      // A slicer takes it for a body: each edge is there once in each direction.
+      const points = Array.from({ length: standing.length / 3 }, (_, i) => standing.subarray(3 * i, 3 * i + 3).join(' '));
+      const edges = new Set();
+      for (let t = 0; t < points.length; t += 3) for (let k = 0; k < 3; k++) edges.add(`${points[t + k]}|${points[t + ((k + 1) % 3)]}`);
+      assert.equal(edges.size, points.length, 'none is there twice');
+      for (const edge of edges) assert.ok(edges.has(edge.split('|').reverse().join('|')), edge);
+      // The neck and two openings of lids, which the mesh itself leaves open; behind lids nothing stands out.
+      assert.ok(standing.length > 3 * vertices.length);
+      const lids = standing.subarray(3 * vertices.length);
+      assert.ok(Math.max(...lids.filter((_, i) => i % 3 === 2)) < Math.max(...face.positions.slice().filter((_, i) => i % 3 === 2)) - 20);
     });
 
     describe('GLB', () => {
@@ -236,6 +246,36 @@ for (const name of ['model', 'synthetic']) {
       held.free();
     });
 
+    test('a face at the end of what coefficients may be is written as any other', async () => {
+      const farthest255 = model.face();
+      const ends = farthest255.coefficients;
+      [ends[0], ends[3]] = [255, -254.5];
+      farthest255.coefficients = ends;
+      const plain = morphTargets(face);
+      for (const i of [0, 3]) {
+        const [target, usual] = [morphTargets(farthest255), plain].map((all) => all.find(({ direction }) => direction.length === 1 && direction[0][0] === i));
+        // Vertices are linear in coefficients: rounding of f32 at some thousand mm is left.
+        assert.ok(farthest(target.positions, usual.positions) < 0.01, target.name);
+      }
+      farthest255.free();
+    });
+
+    test('targets that were measured otherwise are refused with what is wrong', () => {
+      const controls = morphTargets(face).slice(0, 1);
+      const expressions = expressionTargets(face);
+      assert.deepEqual(jsonOf(toGlb(face, { measured: { controls, expressions } })).meshes[0].extras.targetNames.slice(0, 1), [controls[0].name]);
+      const bad = (/** @type {object} */ change) => ({ controls: [{ ...controls[0], ...change }], expressions });
+      for (const [measured, said] of [
+        [{}, /measured controls must be an array/],
+        [{ controls }, /measured expressions must be an array/],
+        [bad({ positions: new Float32Array(3) }), /three a vertex, not 3/],
+        [bad({ normals: controls[0].normals.map((x, i) => (i === 7 ? NaN : x)) }), /vertex 2 is NaN/],
+        [bad({ name: 3 }), /must have a name/],
+      ]) {
+        assert.throws(() => toGlb(face, { measured }), said);
+      }
+    });
+
     test('a freed face is refused', () => {
       const gone = model.face();
       gone.free();
@@ -270,7 +310,7 @@ describe('exports of a face with an expression', () => {
     assert.ok(farthest(face.positions, ply) < KEPT);
     const stl = new STLLoader().parse(toStl(face).buffer).getAttribute('position').array;
     const standing = Float32Array.from(stl, (_, i) => [stl[i], stl[i + 1], -stl[i - 1]][i % 3]);
-    assert.ok(farthest(face.positions, standing, (i) => vertices[i]) < KEPT);
+    assert.ok(farthest(face.positions, standing.subarray(0, 3 * vertices.length), (i) => vertices[i]) < KEPT);
     const [first] = new OBJLoader().parse(new TextDecoder().decode(toObj(face))).children;
     assert.ok(farthest(face.positions, first.geometry.getAttribute('position').array, (i) => vertices[i]) < KEPT);
     const plain = toGlb(face, { targets: false });

@@ -500,7 +500,23 @@ for (const build of ['simd', 'scalar']) {
       ]) {
         assert.throws(act, (error) => error instanceof Error && /no option|must be/.test(error.message), `${act}`);
       }
+      for (const value of [undefined, null, 5, 'x']) assert.throws(() => (face.coefficients = value), /coefficients must be an array of numbers/);
       assert.deepEqual(face.positions, kept);
+    });
+
+    test('no options are no options, and buffers are taken from any realm', async () => {
+      const other = await load(runInNewContext('(bytes) => Uint8Array.from(bytes).buffer')([...bytes]), null);
+      const [one, two] = [other.face(), other.face()];
+      one.randomize(null);
+      two.blend(one, 1, null);
+      assert.equal(two.code, one.code);
+      other.free();
+    });
+
+    test('a response that was read is told from one that is none', async () => {
+      const read = new Response(bytes);
+      await read.arrayBuffer();
+      await assert.rejects(load(read), /was read before/);
     });
 
     test('a model may be packed or not', async () => {

@@ -85,7 +85,25 @@ describe('a photo', () => {
     assert.ok(Math.abs(fit.expression.jawOpen - 0.7) < 0.25, `${fit.expression.jawOpen}`);
     face.expression = fit.expression;
     assert.deepEqual(before.expression, {});
+    // With what the photo shows nothing moves; without it the mouth would be shut.
+    const edit = await smiling.editPhoto({ ...SIZE, fit });
+    const own = smiling.fromCode(fit.code);
+    assert.notEqual(edit.field(own), null);
+    own.expression = fit.expression;
+    assert.equal(edit.field(own), null);
+    edit.free();
     smiling.free();
+  });
+
+  test('what is no fit is refused with what it must be', async () => {
+    const fit = await model.fitPhoto({ ...SIZE, points });
+    for (const bad of [undefined, null, {}, fit.code, { ...fit, camera: {} }, { ...fit, expression: undefined }, { ...fit, light: {} }, { ...fit, code: 3 }]) {
+      await assert.rejects(model.editPhoto({ ...SIZE, fit: bad }), /a fit must be what `fitPhoto` gave/);
+    }
+    for (const none of [undefined, null, 5]) {
+      await assert.rejects(model.editPhoto(none), /a photo must be/);
+      await assert.rejects(model.fitPhoto(none), /a photo must be/);
+    }
   });
 
   test('tells the light on it when it has pixels', async () => {

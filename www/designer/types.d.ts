@@ -36,6 +36,12 @@ export interface PhizDesignerElement extends HTMLElement, PhizDesignerMembers {
     options?: boolean | AddEventListenerOptions,
   ): void;
   addEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions): void;
+  removeEventListener<K extends keyof PhizDesignerEventMap>(
+    type: K,
+    listener: (this: PhizDesignerElement, event: PhizDesignerEventMap[K]) => unknown,
+    options?: boolean | EventListenerOptions,
+  ): void;
+  removeEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | EventListenerOptions): void;
 }
 
 export const PhizDesigner: { new (): PhizDesignerElement; prototype: PhizDesignerElement };

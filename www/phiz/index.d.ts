@@ -401,7 +401,10 @@ export class FaceModel implements ModelInfo {
 
   /** N. */
   readonly vertexCount: number;
-  /** Three corners a triangle, counter-clockwise from outside; a corner is an index into `uvs`. */
+  /**
+   * Three corners a triangle, counter-clockwise from outside; a corner is an index into `uvs`. This and the arrays below are the
+   * model's own, for all its faces and their exports: copy what you write into.
+   */
   readonly triangles: Uint32Array;
   /** Two texture coordinates a corner, M pairs. */
   readonly uvs: Float32Array;

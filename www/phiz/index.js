@@ -37,7 +37,44 @@ async function instantiate(build, wasm) {
     build === 'simd'
       ? new URL('./simd/phiz_bg.wasm', import.meta.url)
       : new URL('./scalar/phiz_bg.wasm', import.meta.url);
-  return { glue, memory: (await started(glue, () => wasm ?? own())).memory };
+  const { memory } = await started(glue, () => wasm ?? own());
+  tellOfMemory([glue.FaceModel, glue.Face, glue.Expressions, glue.IncomingModel]);
+  return { glue, memory };
+}
+
+/**
+ * Who asks for more memory than there is gets a word of it. The engine has only "unreachable" for that. Nothing else is known to
+ * bring it about, as all that can fail says why; but who knows.
+ * @param {Function[]} classes of a module
+ */
+function tellOfMemory(classes) {
+  for (const one of classes) {
+    for (const of of [one, one.prototype]) {
+      for (const [name, { value, writable }] of Object.entries(Object.getOwnPropertyDescriptors(of))) {
+        if (typeof value !== 'function' || !writable || name === 'constructor' || name.startsWith('__')) continue;
+        /** @type {any} */ (of)[name] = function (/** @type {unknown[]} */ ...given) {
+          try {
+            return value.apply(this, given);
+          } catch (why) {
+            if (!(why instanceof WebAssembly.RuntimeError)) throw why;
+            throw new Error('phiz has no memory left, or met an error of its own: free faces and models that nobody needs', { cause: why });
+          }
+        };
+      }
+    }
+  }
+}
+
+/**
+ * Gives memory back. What was at work when memory ran out is never given back: nobody is told a second time.
+ * @param {{ free: () => void } | null | undefined} raw
+ */
+function release(raw) {
+  try {
+    raw?.free();
+  } catch {
+    // As above.
+  }
 }
 
 /**
@@ -77,6 +114,7 @@ let photoModule = null;
 async function loadPhotoModule(wasm) {
   const glue = await import('./photo/photo.js');
   await started(glue, () => wasm ?? new URL('./photo/photo_bg.wasm', import.meta.url));
+  tellOfMemory([glue.Fitter, glue.PhotoEdit]);
   return glue;
 }
 
@@ -130,10 +168,23 @@ function noMore(what, others) {
   if (unknown !== undefined) throw new Error(`${what} knows no option "${unknown}"`);
 }
 
+/** What it is, also of a frame's or a worker's own classes. @param {unknown} value */
+const kindOf = (value) => Object.prototype.toString.call(value).slice(8, -1);
+
 /** @param {string} what @param {unknown} value @returns {Uint8Array} what it holds */
 function rgbaOf(what, value) {
-  if (!(value instanceof Uint8Array || value instanceof Uint8ClampedArray)) wrong(what, 'a Uint8Array or Uint8ClampedArray of RGBA, as `ImageData.data` is', value);
-  return new Uint8Array(value.buffer, value.byteOffset, value.byteLength);
+  const kind = kindOf(value);
+  if (kind !== 'Uint8Array' && kind !== 'Uint8ClampedArray') wrong(what, 'a Uint8Array or Uint8ClampedArray of RGBA, as `ImageData.data` is', value);
+  const { buffer, byteOffset, byteLength } = /** @type {Uint8Array} */ (value);
+  return new Uint8Array(buffer, byteOffset, byteLength);
+}
+
+/** @param {Partial<import('phiz').PhotoFit> | undefined} fit */
+function checkFit(fit) {
+  const { camera, light, code, expression } = fit ?? {};
+  const [centre, rotation, translation] = [camera?.centre, camera?.rotation, camera?.translation].map((list) => list?.length);
+  const isWhole = typeof camera?.focal === 'number' && centre === 2 && rotation === 9 && translation === 3 && typeof expression === 'object' && expression;
+  if (!isWhole || typeof code !== 'string' || (light && !Array.isArray(light.coefficients))) wrong('a fit', 'what `fitPhoto` gave', fit);
 }
 
 /** Names, and a number for each. @param {Readonly<Record<string, number>>} values @returns {[string[], Float32Array]} */
@@ -254,9 +305,9 @@ function bytesOf(file) {
   if (ArrayBuffer.isView(file)) {
     const bytes = new Uint8Array(file.buffer, file.byteOffset, file.byteLength);
     // Browsers take nothing out of memory that threads share.
-    return file.buffer instanceof ArrayBuffer ? bytes : bytes.slice();
+    return kindOf(file.buffer) === 'ArrayBuffer' ? bytes : bytes.slice();
   }
-  return file instanceof ArrayBuffer ? new Uint8Array(file) : /** @type {Exclude<T, ArrayBuffer>} */ (file);
+  return kindOf(file) === 'ArrayBuffer' ? new Uint8Array(/** @type {ArrayBuffer} */ (file)) : /** @type {Exclude<T, ArrayBuffer>} */ (file);
 }
 
 /** What brings a file. @param {string} what @param {Uint8Array | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>} file */
@@ -266,6 +317,7 @@ function opened(what, file) {
   if (file instanceof Response) {
     if (!file.ok) throw new Error(`${file.url || 'the response'}: ${file.status} ${file.statusText}`.trim());
     if (!file.body) throw new Error('the response has no body');
+    if (file.bodyUsed || file.body.locked) throw new Error('the response was read before: a model is read from a new one, or from its bytes');
     return file.body;
   }
   if (typeof file?.getReader !== 'function') wrong(what, 'given as bytes, or as a response or stream that brings them (`await load(await fetch(url))`)', file);
@@ -288,7 +340,8 @@ function instance(build, wasm) {
 }
 
 /** @param {{ build?: 'simd' | 'scalar', wasm?: Wasm }} [options] */
-export async function prepare({ build = fastestBuild(), wasm, ...others } = {}) {
+export async function prepare(options) {
+  const { build = fastestBuild(), wasm, ...others } = options ?? {};
   noMore('prepare', others);
   await instance(build, wasm);
 }
@@ -297,7 +350,8 @@ export async function prepare({ build = fastestBuild(), wasm, ...others } = {}) 
  * @param {Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>} file
  * @param {{ build?: 'simd' | 'scalar' }} [options]
  */
-export async function load(file, { build = fastestBuild(), ...others } = {}) {
+export async function load(file, options) {
+  const { build = fastestBuild(), ...others } = options ?? {};
   noMore('load', others);
   const given = bytesOf(file);
   const there = ready.get(build);
@@ -309,7 +363,7 @@ export async function load(file, { build = fastestBuild(), ...others } = {}) {
       incoming.push(given);
       return new FaceModel(incoming.finish(true), there, null);
     } finally {
-      incoming.free();
+      release(incoming);
     }
   }
   const stream = opened('a model', given);
@@ -343,7 +397,7 @@ export async function load(file, { build = fastestBuild(), ...others } = {}) {
     return new FaceModel(whole.finish(false), found, joined(kept));
   } finally {
     isOver = true;
-    /** @type {import('./raw.js').IncomingModel | null} */ (incoming)?.free();
+    release(incoming);
     incoming = null;
   }
 }
@@ -433,14 +487,17 @@ export class FaceModel {
   }
 
   /** @param {{ wasm?: Wasm }} [options] */
-  async preparePhotos({ wasm, ...others } = {}) {
+  async preparePhotos(options) {
+    const { wasm, ...others } = options ?? {};
     noMore('preparePhotos', others);
     await loadedPhotoModule(wasm);
     await this.#photoFitter();
   }
 
   /** @param {import('phiz').PhotoPoints} photo */
-  async fitPhoto({ width, height, points, focal, jawNoise, rgba, progress, ...others }) {
+  async fitPhoto(photo) {
+    if (typeof photo !== 'object' || !photo) wrong('a photo', 'an object of its width, height and points', photo);
+    const { width, height, points, focal, jawNoise, rgba, progress, ...others } = photo;
     noMore('fitPhoto', others);
     const size = sizeOf(width, height);
     if (!(points?.length >= 0)) wrong('points', 'an array of x, y, x, y ...', points);
@@ -455,9 +512,12 @@ export class FaceModel {
   }
 
   /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit, rgba?: Uint8Array | Uint8ClampedArray }} photo */
-  async editPhoto({ width, height, fit, rgba, ...others }) {
+  async editPhoto(photo) {
+    if (typeof photo !== 'object' || !photo) wrong('a photo', 'an object of its width, height and fit', photo);
+    const { width, height, fit, rgba, ...others } = photo;
     noMore('editPhoto', others);
     const size = sizeOf(width, height);
+    checkFit(fit);
     const { camera, light, code, expression } = fit;
     const image = rgba && rgbaOf('rgba', rgba).slice();
     const [glue, { PhotoEdit }] = await Promise.all([loadedPhotoModule(), import('./photoedit.js')]);
@@ -500,7 +560,7 @@ export class FaceModel {
       photos.fitter.catch(() => {
         if (this.#photos === photos) this.#photos = null;
       });
-      earlier?.fitter.then((fitter) => fitter.free(), () => {});
+      earlier?.fitter.then(release, () => {});
       this.#photos = photos;
     }
     return this.#photos.fitter;
@@ -590,11 +650,11 @@ export class FaceModel {
     if (!this.#raw) return;
     for (const entry of this.#faces) entry.deref()?.free();
     this.#faces.clear();
-    this.#expressions?.raw.free();
+    release(this.#expressions?.raw);
     this.#expressions = null;
-    this.#photos?.fitter.then((fitter) => fitter.free(), () => {});
+    this.#photos?.fitter.then(release, () => {});
     this.#photos = null;
-    this.#raw.free();
+    release(this.#raw);
     this.#raw = null;
   }
 }
@@ -649,9 +709,11 @@ export class Face {
     this.#live.reset(region === undefined ? region : string('a region', region));
   }
   /** @param {Face} other @param {number} t @param {{ regions?: readonly string[] }} [options] */
-  blend(other, t, { regions, ...others } = {}) {
+  blend(other, t, options) {
+    const { regions, ...others } = options ?? {};
     noMore('blend', others);
     if (!(other instanceof Face)) wrong('the face to blend with', 'a Face', other);
+    if (other.#memory !== this.#memory) throw new Error('faces of models that were loaded with different builds cannot be blended: take the code of one');
     // wasm-bindgen does not lend the same face twice; a copy makes the same checks.
     const source = other === this ? other.clone() : other;
     try {
@@ -669,9 +731,9 @@ export class Face {
     this.#live.set_attributes(...namedNumbers(values));
   }
   /** @param {{ seed?: number, spread?: number, regions?: readonly string[], attributes?: Readonly<Record<string, number>> }} [options] */
-  randomize(options = {}) {
-    if (typeof options !== 'object') wrong('what randomize is given', 'an object', options);
-    const { seed, spread, regions, attributes = {}, ...others } = options;
+  randomize(options) {
+    if (options !== undefined && typeof options !== 'object') wrong('what randomize is given', 'an object', options);
+    const { seed, spread, regions, attributes = {}, ...others } = options ?? {};
     noMore('randomize', others);
     return this.#live.randomize(
       seed === undefined ? seed : number('a seed', seed),
@@ -766,6 +828,7 @@ export class Face {
     return this.#live.coefficients();
   }
   set coefficients(coefficients) {
+    if (typeof coefficients !== 'object' || !(coefficients?.length >= 0)) wrong('coefficients', 'an array of numbers', coefficients);
     this.#live.set_coefficients(coefficients);
   }
   get alpha() {
@@ -797,7 +860,7 @@ export class Face {
     return this.#family.adopt(this.#live.duplicate());
   }
   free() {
-    this.#raw?.free();
+    release(this.#raw);
     this.#raw = null;
   }
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env node
 // Random people of a model on one sheet, drawn without any graphics card:
 //
-//     npm install path/to/pkg pngjs    (the package that ./build.sh build leaves)
+//     npm install --install-links path/to/pkg pngjs    (the package that ./build.sh build leaves)
 //     node contact-sheet.js model.phiz sheet.png [columns rows seed]
 import { readFile, writeFile } from 'node:fs/promises';
 import { load } from 'phiz';
@@ -14,7 +14,7 @@ const LIGHT = [-0.4, 0.45, 0.8];
 
 const [file, output, columns = '6', rows = '4', seed = '1'] = process.argv.slice(2);
 const [across, down, first] = [columns, rows, seed].map(Number);
-if (!file || !output || !(across >= 1 && down >= 1 && [across, down, first].every(Number.isInteger))) {
+if (!file || !output || !(across >= 1 && down >= 1 && first >= 0 && [across, down, first].every(Number.isInteger))) {
   console.error('usage: node contact-sheet.js model.phiz sheet.png [columns rows seed]');
   process.exit(2);
 }

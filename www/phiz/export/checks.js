@@ -10,6 +10,21 @@ function checkVectors(what, values, vertices) {
   }
 }
 
+/**
+ * @param {Partial<{ controls: readonly import('./index.js').MorphTarget[], expressions: readonly import('./index.js').ExpressionTarget[] }>} measured
+ * @param {number} vertices
+ */
+export function checkMeasured(measured, vertices) {
+  for (const kind of /** @type {const} */ (['controls', 'expressions'])) {
+    const targets = measured?.[kind];
+    if (!Array.isArray(targets)) throw new TypeError(`the measured ${kind} must be an array of targets`);
+    for (const [i, target] of targets.entries()) {
+      if (typeof target?.name !== 'string') throw new TypeError(`target ${i} of the measured ${kind} must have a name, a string`);
+      for (const key of /** @type {const} */ (['positions', 'normals'])) checkVectors(`the ${key} of the target "${target.name}"`, target[key], vertices);
+    }
+  }
+}
+
 /** @param {string} what @param {Partial<import('./index.js').Picture> | undefined} picture */
 function checkPicture(what, picture) {
   const isKnown = picture?.mimeType === 'image/jpeg' || picture?.mimeType === 'image/png';

@@ -1,7 +1,7 @@
 import { ByteWriter } from './bytes.js';
-import { checkAppearance } from './checks.js';
+import { checkAppearance, checkMeasured } from './checks.js';
 import { aroundGaze } from './eyeballs.js';
-import { meshOf, provenance } from './mesh.js';
+import { meshOf, needFace, provenance } from './mesh.js';
 import { tangentsOf } from './tangents.js';
 import { atRest, expressionTargets, morphTargets } from './targets.js';
 
@@ -148,11 +148,22 @@ function displacement(buffer, xyz, corners, scale, still) {
   });
 }
 
-/** @param {ArrayLike<number>} rgb linear, 0 to 1, three a vertex */
+/** Of length 1, as glTF wants them; what has no direction points up. @param {Float32Array} normals three a vertex */
+function unit(normals) {
+  const out = normals.slice();
+  for (let i = 0; i < out.length; i += 3) {
+    const length = Math.hypot(out[i], out[i + 1], out[i + 2]);
+    if (length > 0) for (let k = i; k < i + 3; k++) out[k] /= length;
+    else out[i + 1] = 1;
+  }
+  return out;
+}
+
+/** @param {ArrayLike<number>} rgb linear, three a vertex; what is not within 0 to 1 is cut off */
 function colours16(rgb) {
   const colour = new Uint16Array((4 * rgb.length) / 3);
   for (let i = 0; i < colour.length / 4; i++) {
-    for (let k = 0; k < 3; k++) colour[4 * i + k] = Math.round(65_535 * Math.min(1, rgb[3 * i + k]));
+    for (let k = 0; k < 3; k++) colour[4 * i + k] = Math.round(65_535 * Math.max(0, Math.min(1, rgb[3 * i + k])));
     colour[4 * i + 3] = 65_535;
   }
   return colour;
@@ -172,10 +183,13 @@ function colours16(rgb) {
  *   measured?: { controls: readonly import('./index.js').MorphTarget[], expressions: readonly import('./index.js').ExpressionTarget[] },
  * }} [options]
  */
-export function toGlb(face, { targets = true, targetNormals = true, appearance, measured, ...others } = {}) {
+export function toGlb(face, options) {
+  const { targets = true, targetNormals = true, appearance, measured, ...others } = options ?? {};
   const [unknown] = Object.keys(others);
   if (unknown !== undefined) throw new Error(`toGlb knows no option "${unknown}"`);
+  needFace(face);
   if (appearance) checkAppearance(appearance, targets);
+  if (targets && measured) checkMeasured(measured, face.model.vertexCount);
   const { controls: morphs, expressions } = targets ? (measured ?? { controls: morphTargets(face), expressions: expressionTargets(face) }) : { controls: [], expressions: [] };
   const base = targets ? atRest(face) : face;
   const { positions, normals, colours, uvs, corners, triangles, parts } = meshOf(base);
@@ -311,7 +325,7 @@ export function toGlb(face, { targets = true, targetNormals = true, appearance, 
         {
           attributes: {
             POSITION: buffer.accessor({ bufferView: buffer.view(metres, ARRAY_BUFFER), ...shape, ...bounds(metres) }),
-            NORMAL: buffer.accessor({ bufferView: buffer.view(outward, ARRAY_BUFFER), ...shape }),
+            NORMAL: buffer.accessor({ bufferView: buffer.view(unit(outward), ARRAY_BUFFER), ...shape }),
             COLOR_0: buffer.accessor({
               bufferView: buffer.view(colours16(rgb), ARRAY_BUFFER),
               componentType: UNSIGNED_SHORT,

@@ -13,7 +13,8 @@ export function toPly(face) {
     [
       'ply',
       'format binary_little_endian 1.0',
-      ...provenance(face.model).map((line) => `comment ${line}`),
+      // Readers take a header for ASCII: letters go without what is above and below them.
+      ...provenance(face.model).map((line) => `comment ${line.normalize('NFKD').replaceAll(/\p{M}/gu, '').replaceAll(/[^ -~]/g, '?')}`),
       'comment lengths are millimetres, y is up',
       `element vertex ${vertices}`,
       ...['x', 'y', 'z', 'nx', 'ny', 'nz'].map((name) => `property float ${name}`),

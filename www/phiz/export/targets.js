@@ -24,6 +24,9 @@ import { needFace } from './mesh.js';
 const BELOW = 0.158_655_25;
 const ABOVE = 1 - BELOW;
 
+/** Coefficients are not beyond so many sigmas. */
+const MOST = 255;
+
 /**
  * The change of coefficients that a control stands for. A mode is one coefficient, and a standard
  * deviation of it is 1. Any other control is moved over the middle 68 % of the population, which
@@ -106,16 +109,19 @@ export function morphTargets(face) {
     const base = face.coefficients;
     return face.controls.map((control) => {
       const direction = directionOf(median, control);
-      /** @param {number} sign */
-      const moved = (sign) => {
+      /** How much of it there is room for, where a face is at the very end of what coefficients may be. @param {number} sign */
+      const room = (sign) => Math.min(1, ...direction.map(([i, change]) => (MOST - Math.sign(sign * change) * base[i]) / Math.abs(change)));
+      /** @param {number} share */
+      const moved = (share) => {
         const coefficients = base.slice();
-        for (const [i, change] of direction) coefficients[i] += sign * change;
+        for (const [i, change] of direction) coefficients[i] = Math.min(MOST, Math.max(-MOST, coefficients[i] + share * change));
         probe.coefficients = coefficients;
         return { positions: probe.positions.slice(), normals: probe.normals.slice() };
       };
-      const [plus, minus] = [moved(1), moved(-1)];
+      const shares = [room(1), -room(-1)];
+      const [plus, minus] = shares.map(moved);
       /** @param {'positions' | 'normals'} key */
-      const half = (key) => difference(plus[key], minus[key], 0.5);
+      const half = (key) => difference(plus[key], minus[key], 1 / (shares[0] - shares[1]));
       return {
         name: control.name,
         group: control.group,

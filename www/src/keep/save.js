@@ -3,7 +3,7 @@
  * @param {string} name @param {string} ending
  */
 export function fileName(name, ending) {
-  return `${name.replaceAll(/[^\p{L}\p{N}]+/gu, '-').replaceAll(/^-|-$/g, '').toLowerCase() || 'face'}.${ending}`;
+  return `${name.normalize('NFC').replaceAll(/[^\p{L}\p{M}\p{N}]+/gu, '-').replaceAll(/^-|-$/g, '').toLowerCase() || 'face'}.${ending}`;
 }
 
 /**
