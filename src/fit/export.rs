@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use crate::FaceModel;
+use crate::anatomy::Part;
 use crate::fit::format::files::write_atomically;
 use crate::fit::format::npz::Npz;
 use crate::fit::{FitError, FitResult};
@@ -25,6 +26,11 @@ of named controls, s sliders):
   mirror       n, the vertex on the other side; regions, n, places in region_names
   controls     s, names; quantiles, s x q: equally spaced percentiles of what each slider reads, sigmas, or mm of those
                that are named
+  landmarks    names; the point is the sum over entries of landmark_weights times landmark_vertices, those whose
+               landmark_of is its place
+  measures     names, and measure_about, what they are (`phiz-fit inspect --json` has of which landmarks)
+  attributes   names; attribute_means and attribute_readings, x p: it reads mean + sum over i of readings[i] coefficients[i]
+  parts        names (skin, eyeballs ...); part_of, t, the part of each triangle
   about        what the model says of itself: title, population, caveat, program, and sources with their licences";
 
 /// Writes a model's arrays ([`ARRAYS`]) as `.npz`.
@@ -79,6 +85,45 @@ pub fn write(model: &FaceModel, path: &Path) -> FitResult<()> {
         npz.words("controls", controls.iter().map(|c| &*c.name))?;
         let quantiles = controls.iter().flat_map(|c| c.quantiles.iter().copied());
         npz.f32("quantiles", &[controls.len(), steps], quantiles)?;
+        npz.words("landmarks", parts.landmarks.iter().map(|l| &*l.name))?;
+        let entries = || {
+            let each = parts.landmarks.iter().zip(0_u32..);
+            each.flat_map(|(landmark, l)| {
+                landmark
+                    .stencil
+                    .iter()
+                    .map(move |&(v, weight)| (l, v, weight as f32))
+            })
+        };
+        let count = [entries().count()];
+        npz.u32("landmark_of", &count, entries().map(|e| e.0))?;
+        npz.u32("landmark_vertices", &count, entries().map(|e| e.1))?;
+        npz.f32("landmark_weights", &count, entries().map(|e| e.2))?;
+        npz.words("measures", parts.measures.iter().map(|m| &*m.name))?;
+        npz.words(
+            "measure_about",
+            parts.measures.iter().map(|m| &*m.description),
+        )?;
+        let attributes = &parts.attributes;
+        npz.words("attributes", attributes.iter().map(|a| &*a.name))?;
+        npz.f32(
+            "attribute_means",
+            &[attributes.len()],
+            attributes.iter().map(|a| a.mean),
+        )?;
+        let readings = attributes.iter().flat_map(|a| a.reading.iter().copied());
+        npz.f32("attribute_readings", &[attributes.len(), p], readings)?;
+        npz.words("parts", topology.parts.iter().map(|part| &*part.name))?;
+        // What is in no part comes after all of them.
+        let part_of = (0..t as u32).map(|triangle| {
+            let here = |part: &Part| (part.first..part.first + part.count).contains(&triangle);
+            topology
+                .parts
+                .iter()
+                .position(here)
+                .unwrap_or(topology.parts.len()) as u32
+        });
+        npz.u32("part_of", &[t], part_of)?;
         npz.words(
             "about",
             said.into_iter().chain(&sources).map(|words| &**words),

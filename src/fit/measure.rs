@@ -6,25 +6,29 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde_json::json;
 
+use crate::anatomy::Measure;
 use crate::fit::format::files::write_atomically;
 use crate::fit::likeness::Likenesses;
 use crate::fit::mesh::align::vertex_areas;
 use crate::fit::{FitError, FitResult};
-use crate::{Face, FaceModel, Measure};
+use crate::{Face, FaceModel};
 
 /// What is in the table, for `--help`.
 pub const TABLE: &str = "\
 The table is CSV with a row a face:
   name                  of its file, without the ending
   left (mm)             RMS distance of its skin from the model's face that it is likest
+  features left (mm)    the same without skull, ears and neck
   code                  of that face: the page has it at #CODE, the package by model.fromCode(CODE)
   face width (mm) ...   the model's measures, of the face itself
   age (years) ...       what the model's attributes read of its likeness
-  nose 1 (%) ...        the percentile at which each slider of the page then stands
+  nose 1 (%) ...        the percentile of each slider: of a length the face's own, of others the likeness's
   nose 1 (sigma) ...    the population's coefficients, block by block, in their order
 
 The likeness is by penalised least squares with the model's own prior, each face by itself: the more the model leaves of
-a face, the more it is drawn towards the mean. Percentiles are of the model's people, who may be none of yours.";
+a face, the more it is drawn towards the mean, and the rest of the head counts as much less than features as more of it is
+left. Where groups are compared whose scans are not alike, --left gives all the
+same weight everywhere. Percentiles are of the model's people, who may be none of yours.";
 
 /// A registered face as a model has it.
 #[derive(Debug, Clone)]
@@ -33,19 +37,23 @@ pub struct Measured {
     pub name: String,
     /// RMS distance of its skin from the likeness, mm.
     pub left: f64,
+    /// The same of its features alone.
+    pub left_of_features: f64,
     /// The face of the model that it is likest.
     pub likeness: Face,
     /// The model's measures of the face itself, mm.
     pub lengths: Vec<f64>,
 }
 
-/// Measures faces in the topology of a model (all vertices, mm, any pose); `done` is called after each.
+/// Measures faces in the topology of a model (all vertices, mm, any pose); `done` is called after each. The prior of the
+/// likenesses counts as if the model left so much of each face, `left` in mm RMS; without it, what it does leave of each.
 ///
 /// # Errors
 /// When the model does not vary, or a coefficient would be beyond 255 sigmas: with the face's name.
 pub fn measure(
     model: &FaceModel,
     faces: &[(String, Vec<DVec3>)],
+    left: Option<f64>,
     done: impl Fn() + Sync,
 ) -> FitResult<Vec<Measured>> {
     let parts = model.parts();
@@ -53,19 +61,21 @@ pub fn measure(
     let likenesses = Likenesses::new(model, vertex_areas(&mean, &parts.topology.triangles()))?;
     let one = |(name, face): &(String, Vec<DVec3>)| {
         // By itself: who else is there changes nothing of it.
-        let (coefficients, left) = likenesses.of(std::slice::from_ref(face))?;
-        let mut all: Vec<f32> = coefficients[0].iter().map(|&c| c as f32).collect();
+        let found = likenesses.one(face, left)?;
+        let mut all: Vec<f32> = found.coefficients.iter().map(|&c| c as f32).collect();
         all.resize(parts.coefficients(), 0.0);
         let mut likeness = model.face();
         (likeness.set_coefficients(&all)).map_err(|e| FitError::Input(format!("{name}: {e}")))?;
         // Heights and depths are along the axes of the model's heads.
-        let aligned: Vec<Vec3> = (likenesses.align(face).iter())
-            .map(|p| p.as_vec3())
-            .collect();
-        let lengths = (parts.measures.iter()).map(|measure| measure.of(&parts.landmarks, &aligned));
+        let aligned: Vec<Vec3> = found.aligned.iter().map(|p| p.as_vec3()).collect();
+        let lengths = parts
+            .measures
+            .iter()
+            .map(|measure| measure.of(&parts.landmarks, &aligned));
         let measured = Measured {
             name: name.clone(),
-            left,
+            left: found.left_of_skin,
+            left_of_features: found.left[0],
             lengths: lengths.collect(),
             likeness,
         };
@@ -81,7 +91,9 @@ pub fn measure(
 /// When the file cannot be written.
 pub fn write_table(model: &FaceModel, faces: &[Measured], path: &Path) -> FitResult<()> {
     let parts = model.parts();
-    let mut head: Vec<String> = ["name", "left (mm)", "code"].map(Into::into).into();
+    let mut head: Vec<String> = ["name", "left (mm)", "features left (mm)", "code"]
+        .map(Into::into)
+        .into();
     head.extend((parts.measures.iter()).map(|m| format!("{} ({})", m.name, Measure::UNIT)));
     head.extend((parts.attributes.iter()).map(|a| match a.unit.as_str() {
         "" => a.name.clone(),
@@ -98,13 +110,22 @@ pub fn write_table(model: &FaceModel, faces: &[Measured], path: &Path) -> FitRes
     table.write_record(&head).map_err(fail)?;
     for face in faces {
         let (name, likeness) = (&face.name, &face.likeness);
-        let mut row = vec![name.clone(), format!("{:.3}", face.left), likeness.code()];
+        let mut row = vec![name.clone()];
+        row.extend([face.left, face.left_of_features].map(|mm| format!("{mm:.3}")));
+        row.push(likeness.code());
         row.extend(face.lengths.iter().map(|mm| format!("{mm:.3}")));
         for attribute in &parts.attributes {
             row.push(format!("{:.4}", likeness.attribute(&attribute.name)?));
         }
         for control in &parts.controls {
-            row.push(format!("{:.2}", 100.0 * likeness.get(&control.name)?));
+            let percentile = match control.measure {
+                // As the table of lengths was made: of faces, not of what a model has of them.
+                Some(measure) => {
+                    f64::from(control.percentile(face.lengths[measure as usize] as f32))
+                }
+                None => likeness.get(&control.name)?,
+            };
+            row.push(format!("{:.2}", 100.0 * percentile));
         }
         let sigmas = likeness.coefficients();
         row.extend((sigmas[..parts.population()].iter()).map(|sigma| format!("{sigma:.4}")));

@@ -86,18 +86,19 @@ fn little_endian(positions: &[Vec3]) -> Vec<u32> {
     numbers.iter().map(|x| x.to_bits().to_le()).collect()
 }
 
-/// Draws `count` people, the first with `seed` and each next one with the next seed, and writes
+/// Draws `count` people as `like` has it, the first with `seed` and each next one with the next seed, and writes
 /// them; `done` is called as often. Beside them goes `NAME.json`, which has each one's seed and code
 /// ([`Face::code`]) by the name of its file, or its place in the array.
 ///
 /// The same seed is the same face that [`Face::randomize`] draws, on one thread or many.
 ///
 /// # Errors
-/// When a file cannot be written.
+/// When the model has no such attribute or region, or cannot draw what is asked, and when a file cannot be written.
 pub fn write(
     model: &FaceModel,
     count: u32,
     seed: u64,
+    like: &Randomize,
     target: &Target,
     done: impl Fn(u64) + Sync,
 ) -> FitResult<()> {
@@ -107,7 +108,7 @@ pub fn write(
     let draw = |face: &mut Face, i: u32| -> FitResult<String> {
         face.randomize(&Randomize {
             seed: Some(seed.wrapping_add(i.into())),
-            ..Randomize::default()
+            ..like.clone()
         })?;
         Ok(face.code())
     };

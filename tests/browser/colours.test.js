@@ -464,6 +464,59 @@ describe('colours', () => {
     await context.close();
   });
 
+  test('a picture of a skin is worn where its layout has it, until it is taken off', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true });
+    await choose(page);
+    const look = await looking(page);
+    const before = await picture(page, 'own-skin-before');
+    /** Green, with a blue spot where the forehead is. @param {number} width @param {number} height */
+    const drawn = (width, height) =>
+      page.evaluate(
+        async ([w, h]) => {
+          const { model } = window.designer;
+          const { stencil } = model.landmarks.find(({ name }) => name === 'metopion');
+          const [vertex] = stencil.reduce((best, entry) => (entry[1] > best[1] ? entry : best));
+          const canvas = new OffscreenCanvas(w, h);
+          const context = canvas.getContext('2d');
+          context.fillStyle = 'rgb(60, 170, 60)';
+          context.fillRect(0, 0, w, h);
+          context.fillStyle = 'rgb(50, 60, 200)';
+          context.arc(w * model.uvs[2 * vertex], h * (1 - model.uvs[2 * vertex + 1]), 0.02 * w, 0, 7);
+          context.fill();
+          return [...new Uint8Array(await (await canvas.convertToBlob()).arrayBuffer())];
+        },
+        [width, height],
+      );
+    const picker = page.getByLabel('Wear a picture…').and(page.locator('input'));
+    const give = (/** @type {string} */ name, /** @type {number[]} */ bytes) => picker.setInputFiles({ name, mimeType: 'image/png', buffer: Buffer.from(bytes) });
+    const said = () => page.locator('.toast').textContent();
+    await give('skin.png', await drawn(256, 256));
+    const off = page.getByRole('button', { name: 'Take it off' });
+    await off.waitFor();
+    assert.match((await said()) ?? '', /wears “skin\.png”/);
+    const worn = await picture(page, 'own-skin-worn');
+    const [cheek, forehead] = ['cheek', 'forehead'].map((name) => look.colour(worn, name));
+    assert.ok(cheek[1] > 1.5 * cheek[0] && cheek[1] > 1.5 * cheek[2], `the cheek is ${cheek}`);
+    assert.ok(forehead[2] > 1.5 * forehead[0] && forehead[2] > 1.5 * forehead[1], `the forehead is ${forehead}`);
+    // It is nobody's face: another has it too, and what is no skin leaves it on.
+    await page.getByRole('button', { name: 'Random face' }).click();
+    const other = await picture(page, 'own-skin-other');
+    assert.ok(look.colour(other, 'cheek')[1] > 1.4 * look.colour(other, 'cheek')[0]);
+    for (const [name, bytes, sentence] of /** @type {const} */ ([
+      ['portrait.png', await drawn(256, 200), /“portrait\.png” is not square/],
+      ['tiny.png', await drawn(16, 16), /“tiny\.png” is too small/],
+      ['broken.png', [137, 80, 78, 71], /“broken\.png” is no picture/],
+    ])) {
+      await give(name, [...bytes]);
+      await page.waitForFunction((words) => new RegExp(words).test(document.querySelector('.toast')?.textContent ?? ''), sentence.source);
+    }
+    await page.getByRole('button', { name: 'Undo' }).click();
+    await off.click();
+    assert.ok((await picture(page, 'own-skin-off')).rgb.equals(before.rgb), 'the head is not what it was');
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('lines and cropped hair are painted beside the page before anybody wants them, and longer hair grows there; where they cannot be, all the same', async () => {
     const shown = [];
     for (const blocked of [false, true]) {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::process::Command;
 
+use glam::Vec3;
 use npyz::NpyFile;
 use phiz::{FaceModel, Randomize};
 
@@ -103,6 +104,43 @@ fn arrays_of_a_model_give_its_faces() {
         numbers("uv", &[corners, 2]),
         parts.topology.uvs.as_flattened()
     );
+    let sum: Vec<Vec3> = {
+        let of =
+            |name: &str| -> Vec<u32> { NpyFile::new(files[name]).unwrap().into_vec().unwrap() };
+        let weights = NpyFile::new(files["landmark_weights.npy"]).unwrap();
+        let weights: Vec<f32> = weights.into_vec().unwrap();
+        let mut points = vec![Vec3::ZERO; parts.landmarks.len()];
+        let entries = of("landmark_of.npy")
+            .into_iter()
+            .zip(of("landmark_vertices.npy"));
+        for ((landmark, vertex), weight) in entries.zip(weights) {
+            points[landmark as usize] += weight * face.positions()[vertex as usize];
+        }
+        points
+    };
+    for (point, landmark) in sum.iter().zip(&parts.landmarks) {
+        // Sums of a few f32 of 100 mm.
+        assert!(point.distance(landmark.position(face.positions())) < 1e-4);
+    }
+    let a = parts.attributes.len();
+    let means = numbers("attribute_means", &[count(a)]);
+    let readings = numbers("attribute_readings", &[count(a), count(p)]);
+    for (i, attribute) in parts.attributes.iter().enumerate() {
+        let each = readings[i * p..(i + 1) * p].iter().zip(face.coefficients());
+        let reads = means[i] + each.map(|(w, c)| w * c).sum::<f32>();
+        let own = face.attribute(&attribute.name).unwrap();
+        // Of f32 where that was f64, in years at most.
+        assert!((f64::from(reads) - own).abs() < 1e-3, "{}", attribute.name);
+    }
+    let part_of = places("part_of", &[t]);
+    for (i, part) in parts.topology.parts.iter().enumerate() {
+        let own = part.first as usize..(part.first + part.count) as usize;
+        assert!(
+            part_of[own].iter().all(|&at| at as usize == i),
+            "{}",
+            part.name
+        );
+    }
     let s = parts.controls.len();
     let quantiles = numbers("quantiles", &[count(s), 65]);
     assert_eq!(quantiles[65..130], parts.controls[1].quantiles);

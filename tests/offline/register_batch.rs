@@ -222,6 +222,15 @@ fn folders_that_cannot_be_meant_are_refused() {
     let said = error(&faces);
     let none = "no scans in it (.obj, .ply, .glb, .gltf, .stl)";
     assert_eq!(said, format!("{}: {none}", scans.display()));
+    // A folder a person is told of, not taken for nobody's scans; that of the faces is none of those.
+    let deeper = scans.join("P001");
+    for folder in [&deeper, &scans.join("faces")] {
+        fs::create_dir(folder).expect("makes");
+        fs::write(folder.join("neutral.obj"), "").expect("writes");
+    }
+    let said = error(&scans.join("faces"));
+    assert!(said.contains("but in 1 of its folders, as P001"), "{said}");
+    fs::remove_dir_all(scans.join("faces")).expect("goes");
     fs::write(scans.join("anna.ply"), "").expect("writes");
     let said = error(&scans.join("."));
     assert!(
@@ -246,6 +255,7 @@ fn folders_that_cannot_be_meant_are_refused() {
         fs::write(faces.join(name), "").expect("writes");
     }
     let found = batch::jobs(&scans, &faces).expect("emil");
+    assert_eq!(found.deeper, [deeper]);
     assert_eq!(
         found.strays(&faces).expect("reads"),
         [faces.join("gone.ply")]
@@ -254,6 +264,7 @@ fn folders_that_cannot_be_meant_are_refused() {
         jobs,
         refused,
         unclaimed,
+        ..
     } = found;
     assert_eq!(unclaimed, [scans.join("Emil.json")]);
     let emil = Job {
@@ -625,15 +636,44 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         "emil.ply",
         "labels.json",
         "recipe.json",
+        "register.csv",
     ];
     assert_eq!(names(&faces), there);
     // Whose scans they are and what is known of them is so of the faces.
     let copied = fs::read_to_string(faces.join("labels.json")).expect("labels");
     assert_eq!(copied, labels);
+    // What was found on the way is told of each, and still of those that were there.
+    let table = fs::read(faces.join("register.csv")).expect("a table");
+    let mut reader = csv::Reader::from_reader(&table[..]);
+    let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
+    let cells = |row: usize| rows[row].iter().map(String::from).collect::<Vec<_>>();
+    assert_eq!(
+        [&cells(0)[..2], &cells(1)[..2]],
+        [["anna", "anna.ply"], ["emil", "emil.ply"]]
+    );
+    for row in &rows {
+        let seen: f64 = row[2].parse().expect("a part");
+        // These scans are of all of the skin; a little is near their open edge.
+        assert!((80.0..=100.0).contains(&seen), "{seen}");
+        assert!(row[4].contains("units: "), "{row:?}");
+    }
+    // Labels that were made better beside the faces stay.
+    let better = r#"{"anna": {"age": 41}}"#;
+    fs::write(faces.join("labels.json"), better).expect("writes");
     // Of faces that were there no texture is baked, which is said.
     let again = said(&register(&template_file, &textures).stdout);
     let none = "1 of the faces that were there have no PNG, and get none";
     assert!(again.contains(none), "{again}");
+    assert!(
+        again.contains("labels.json: is not what lies beside the scans, and stays"),
+        "{again}"
+    );
+    let kept = fs::read_to_string(faces.join("labels.json")).expect("labels");
+    assert_eq!(kept, better);
+    assert_eq!(
+        fs::read(faces.join("register.csv")).expect("a table"),
+        table
+    );
     // The texture has the colour that the scan has all over; the skin takes a quarter of the layout.
     let image = image::open(faces.join("anna.png"))
         .expect("a picture")

@@ -1,8 +1,10 @@
 //! People drawn from the default model, as files that other readers take.
 
 use std::path::Path;
+use std::process::Command;
 
 use glam::Vec3;
+use phiz::Randomize;
 use phiz::fit::format::obj::Obj;
 use phiz::fit::format::ply;
 use phiz::fit::sample::{Target, write};
@@ -11,7 +13,8 @@ use crate::common::{self, person};
 
 fn sample(path: &Path, count: u32, seed: u64) {
     let target = Target::parse(path).unwrap();
-    write(common::head_model(), count, seed, &target, |_| ()).unwrap();
+    let like = Randomize::default();
+    write(common::head_model(), count, seed, &like, &target, |_| ()).unwrap();
 }
 
 #[test]
@@ -117,6 +120,65 @@ fn what_cannot_be_written_is_said() {
     let file = folder.path().join("file");
     std::fs::write(&file, "here").unwrap();
     let target = Target::parse(&file.join("a.npy")).unwrap();
-    let error = write(common::head_model(), 1, 1, &target, |_| ()).unwrap_err();
+    let like = Randomize::default();
+    let error = write(common::head_model(), 1, 1, &like, &target, |_| ()).unwrap_err();
     assert!(error.to_string().contains("file"), "{error}");
+}
+
+#[test]
+fn people_are_drawn_as_they_are_asked_for() {
+    let model = common::head_model();
+    let folder = tempfile::tempdir().unwrap();
+    let run = |options: &str, name: &str| {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/model.phiz");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+        command
+            .args(["sample", path, "--count", "4", "-o"])
+            .arg(folder.path().join(name));
+        let done = command.args(options.split_whitespace()).output().unwrap();
+        (done.status.code(), String::from_utf8(done.stderr).unwrap())
+    };
+    let faces = |name: &str| -> Vec<phiz::Face> {
+        let text = std::fs::read(folder.path().join(name).with_extension("json")).unwrap();
+        let about: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        let codes = about["faces"].as_array().unwrap().iter();
+        codes
+            .map(|face| model.from_code(face["code"].as_str().unwrap()).unwrap())
+            .collect()
+    };
+    assert_eq!(
+        run("--attributes age=70,sex=0", "old.npy"),
+        (Some(0), String::new())
+    );
+    for face in faces("old.npy") {
+        // A code's grid is a thousandth of a sigma, of which an age has some years.
+        assert!((face.attribute("age").unwrap() - 70.0).abs() < 0.1);
+        assert!(face.attribute("sex").unwrap().abs() < 0.01);
+    }
+    assert_eq!(run("--spread 0", "mean.npy"), (Some(0), String::new()));
+    let mean = faces("mean.npy");
+    assert!(mean.iter().all(|face| face.code() == mean[0].code()));
+    assert_eq!(run("--regions nose", "noses.npy"), (Some(0), String::new()));
+    let (noses, median) = (faces("noses.npy"), model.face());
+    for face in &noses {
+        assert_eq!(face.get("chin 1").unwrap(), median.get("chin 1").unwrap());
+        assert_ne!(face.get("nose 1").unwrap(), median.get("nose 1").unwrap());
+    }
+    assert_ne!(noses[0].code(), noses[1].code());
+    for (options, said) in [
+        ("--attributes height=3", "height"),
+        ("--regions ears", "ears"),
+        ("--attributes age=900", "900"),
+    ] {
+        let (code, error) = run(options, "none.npy");
+        assert_eq!(code, Some(1), "{error}");
+        assert!(
+            error.contains(said) && error.lines().count() == 1,
+            "{error}"
+        );
+        assert!(!folder.path().join("none.npy").exists());
+    }
+    for options in ["--attributes age", "--attributes age=x", "--spread 4"] {
+        assert_eq!(run(options, "none.npy").0, Some(2));
+    }
 }

@@ -24,6 +24,7 @@ import { createExpressionFile } from './frame/loading.js';
 import { createMeanings } from './panel/meanings.js';
 import { createMix } from './faces/mix.js';
 import { keepOffline } from './keep/offline.js';
+import { createOwnSkin } from './panel/ownskin.js';
 import { createPanel } from './panel/panel.js';
 import { createPhotoTab } from './photo/tab.js';
 import { createPicking } from './stage/picking.js';
@@ -183,7 +184,16 @@ export async function createDesigner(model, stage, chosen) {
     portraits.retake();
   });
   const expressions = createExpressions(editor, file, display);
-  const colouring = createColours(editor, head.pigments);
+  /** What the head has on: a photo's colours while its face is that of the photo, or else a picture of the person's own. */
+  const worn = /** @type {Record<'photo' | 'own', import('./photo/colours.js').Colours | null>} */ ({ photo: null, own: null });
+  /** @param {'photo' | 'own'} which @param {import('./photo/colours.js').Colours | null} colours */
+  function wear(which, colours) {
+    worn[which] = colours;
+    head.wear(worn.photo ?? worn.own);
+    scene.shapeChanged();
+  }
+  const ownSkin = createOwnSkin({ colouring: () => editor.colouring, wear: (colours) => wear('own', colours), say: toast.say });
+  const colouring = createColours(editor, head.pigments, ownSkin.root);
   const meanings = createMeanings(editor, { distributions, limits });
   const compare = createCompare(editor, { library, display, stage: stage.root, wears: () => head.wears });
   const saved = createSaved(editor, { library, portraits, display, canvas, expressions: file, say: toast.say });
@@ -193,10 +203,7 @@ export async function createDesigner(model, stage, chosen) {
     expressions: file,
     sleep: scene.sleep,
     tone: head.tone,
-    wear(colours) {
-      head.wear(colours);
-      scene.shapeChanged();
-    },
+    wear: (colours) => wear('photo', colours),
     choose: () => panel.choose('photo'),
   });
   const explanation = createExplanation(editor);

@@ -589,6 +589,16 @@ export const text = {
     'Under “Person” the face goes along labels, such as age, and you can ask for random faces by them. Nobody in this model was asked for any of these labels: they were learned from synthetic heads that an artist’s shapes were mixed into, each labelled with its mixture. For each label, that gives the mean way a head changes with it; a face takes the most probable way there that leaves its other labels where they are.',
     'So “Male, about 60” is what that artist’s shapes make of it, on top of everything else that varies. It is a start for a description, not what such people look like, and it cannot tell who anybody is.',
   ],
+  /** A picture of a skin in the head's own layout. */
+  ownSkin: {
+    wear: 'Wear a picture…',
+    about: 'A picture in the layout of the head’s texture coordinates: the skin of a scan, as phiz-fit register --texture writes it, or one that you painted on an exported head. It stays on this device, and on until you take it off.',
+    takeOff: 'Take it off',
+    worn: (/** @type {string} */ name) => `The head wears “${name}”. A link or a saved face does not have it.`,
+    unreadable: (/** @type {string} */ name) => `“${name}” is no picture that this browser can open.`,
+    oblong: (/** @type {string} */ name) => `“${name}” is not square, as the head’s layout is. A portrait is opened under Photo.`,
+    small: (/** @type {string} */ name, /** @type {number} */ least) => `“${name}” is too small: a skin has ${least} pixels a side or more.`,
+  },
   explainMoved: (/** @type {string} */ name, /** @type {string} */ rank, /** @type {number} */ inTen) =>
     `You moved ${name} to the ${rank} percentile: about ${inTen} of 10 people have less of it.`,
   explainEnd: (/** @type {string} */ name) => `You moved ${name} to where hardly anyone is, or beyond.`,

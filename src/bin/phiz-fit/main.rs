@@ -7,6 +7,7 @@ mod evaluate;
 mod export;
 mod expressions;
 mod head;
+mod inspect;
 mod landmarks;
 mod measure;
 mod photograph;
@@ -86,7 +87,7 @@ enum Verb {
     /// Write a model as arrays for numpy.
     Export(export::ExportArgs),
     /// Say what is in a model.
-    Inspect(InspectArgs),
+    Inspect(inspect::InspectArgs),
     /// Draw a template (regions, points) or a model (modes at +-3 sigma, random faces).
     Pictures(PicturesArgs),
 }
@@ -190,15 +191,6 @@ impl From<Directions> for Method {
 }
 
 #[derive(Args)]
-struct InspectArgs {
-    /// The model.
-    model: PathBuf,
-    /// As JSON.
-    #[arg(long)]
-    json: bool,
-}
-
-#[derive(Args)]
 struct PicturesArgs {
     /// The template or the model.
     file: PathBuf,
@@ -248,7 +240,7 @@ fn main() -> ExitCode {
         Verb::Measure(args) => measure::run(&args),
         Verb::Sample(args) => sample::run(&args),
         Verb::Export(args) => export::run(&args),
-        Verb::Inspect(args) => inspect(&args),
+        Verb::Inspect(args) => inspect::run(&args),
         Verb::Pictures(args) => draw(&args),
     };
     match done {
@@ -523,62 +515,6 @@ fn cross_talk(table: &Table) -> String {
         text += &format!("  {name:27}{cells}  {sigma:.2} mm, unusual by {length:.1}\n");
     }
     text
-}
-
-fn inspect(args: &InspectArgs) -> FitResult<()> {
-    let model = read_model(&args.model)?;
-    let parts = model.parts();
-    if args.json {
-        let blocks: Vec<_> = parts
-            .blocks
-            .iter()
-            .map(|b| {
-                serde_json::json!({
-                    "name": b.name, "modes": b.sigmas.len(), "vertices": b.support.len(),
-                    "step_mm": b.modes.step(), "sigmas_mm": b.sigmas,
-                    "surround": b.surround.as_ref().map(|s| s.targets.len()),
-                })
-            })
-            .collect();
-        let report = serde_json::json!({
-            "about": parts.about, "vertices": parts.mean.len(),
-            "triangles": parts.topology.uv_triangles.len(), "coefficients": parts.coefficients(),
-            "blocks": blocks, "controls": parts.controls.iter().map(|c| &c.name).collect::<Vec<_>>(),
-            "landmarks": parts.landmarks.len(), "measures": parts.measures, "blending": parts.blending,
-        });
-        println!("{report:#}");
-        return Ok(());
-    }
-    println!(
-        "{}\n{}\n{}",
-        parts.about.title, parts.about.population, parts.about.caveat
-    );
-    for licence in &parts.about.licences {
-        println!(
-            "from {} by {}, {}",
-            licence.source, licence.by, licence.licence
-        );
-    }
-    println!(
-        "learned from {} faces by {}; {} vertices, {} triangles, {} coefficients, {} controls",
-        parts.about.faces,
-        parts.about.made_by,
-        parts.mean.len(),
-        parts.topology.uv_triangles.len(),
-        parts.coefficients(),
-        parts.controls.len()
-    );
-    for block in &parts.blocks {
-        println!(
-            "{:10} {:3} modes on {:5} vertices, {:5} around follow; step {} mm",
-            block.name,
-            block.sigmas.len(),
-            block.support.len(),
-            block.surround.as_ref().map_or(0, |s| s.targets.len()),
-            block.modes.step()
-        );
-    }
-    Ok(())
 }
 
 fn draw(args: &PicturesArgs) -> FitResult<()> {

@@ -21,6 +21,9 @@ pub struct MeasureArgs {
     /// Write the faces here, too, as the model has them: a JSON that the page opens, all at once.
     #[arg(long, value_name = "FILE")]
     designs: Option<PathBuf>,
+    /// What the model is taken to leave of each face, mm RMS, where all are to be drawn towards the mean alike.
+    #[arg(long, value_name = "MM", value_parser = super::within(0.0..=10.0))]
+    left: Option<f64>,
     /// The table to write.
     #[arg(short, value_name = "FILE")]
     output: PathBuf,
@@ -47,19 +50,22 @@ pub fn run(args: &MeasureArgs) -> FitResult<()> {
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} faces, {eta} left");
     let bar = ProgressBar::new(faces.len() as u64);
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let measured = measure(&model, &faces, || bar.inc(1)).map_err(|e| e.of(&args.faces))?;
+    let measured =
+        measure(&model, &faces, args.left, || bar.inc(1)).map_err(|e| e.of(&args.faces))?;
     bar.finish_and_clear();
     write_table(&model, &measured, &args.output)?;
     if let Some(path) = &args.designs {
         write_faces(&model, &measured, path)?;
     }
-    let all = || measured.iter().map(|face| face.left);
+    let squares: f64 = measured.iter().map(|face| face.left * face.left).sum();
+    let worst = measured.iter().max_by(|a, b| a.left.total_cmp(&b.left));
+    let worst = worst.map(|face| format!("{:.2} of {}", face.left, face.name));
     println!(
-        "{}: {} faces, of whose skin the model leaves {:.2} mm RMS, of the one that it has least {:.2}",
+        "{}: {} faces, of whose skin the model leaves {:.2} mm RMS, at most {}",
         args.output.display(),
         measured.len(),
-        (all().map(|mm| mm * mm).sum::<f64>() / measured.len() as f64).sqrt(),
-        all().fold(0.0, f64::max),
+        (squares / measured.len() as f64).sqrt(),
+        worst.unwrap_or_default(),
     );
     Ok(())
 }

@@ -33,7 +33,8 @@ pub struct RegisterArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     landmarks: Option<PathBuf>,
     /// Every scan of a folder, with landmarks in NAME.json (or .txt, .pts, .ljson) beside NAME.ply. Faces that are
-    /// there already, of both as they are, stay. about.json and labels.json go beside the faces.
+    /// there already, of both as they are, stay. about.json and labels.json go beside the faces, where others do not lie
+    /// there already, and register.csv, which says what was decided and found of each scan.
     #[arg(long, value_name = "DIR")]
     scans: Option<PathBuf>,
     /// The scans' unit: mm, cm, m, inch, or how many mm it has; without it, it is guessed and said.
@@ -195,6 +196,7 @@ fn many(
         jobs,
         refused,
         unclaimed,
+        deeper,
     } = &found;
     let all = jobs.len() + refused.len();
     let bytes = super::read(&args.template)?;
@@ -214,6 +216,13 @@ fn many(
     }
     for path in unclaimed {
         println!("{}: belongs to no scan there", path.display());
+    }
+    if let [first, ..] = &deeper[..] {
+        println!(
+            "{}: it and others, {} in all, are folders with scans, which are left out: scans are to lie in one folder",
+            first.display(),
+            deeper.len()
+        );
     }
     let (mut there, mut bare_before) = (0, 0);
     for job in jobs.iter().filter(|job| job.is_done()) {
@@ -265,8 +274,16 @@ fn many(
         );
     }
     for (name, bytes) in told {
-        files::write_atomically(&output.join(name), &bytes)?;
+        let path = output.join(name);
+        match path.is_file() && super::read(&path)? != bytes {
+            true => println!(
+                "{}: is not what lies beside the scans, and stays: it may have been made better since",
+                path.display()
+            ),
+            false => files::write_atomically(&path, &bytes)?,
+        }
     }
+    batch::write_accounts(jobs, output)?;
     let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
     if let Some(said) = tally.summary(settings.neutral) {
         println!("{said}");

@@ -6,6 +6,7 @@ use clap::Args;
 use clap::error::ErrorKind;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use phiz::Randomize;
 use phiz::fit::FitResult;
 use phiz::fit::sample::{Target, write};
 
@@ -19,11 +20,30 @@ pub struct SampleArgs {
     /// The first person's seed; the next person has the next one.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..1 << 52))]
     seed: u64,
+    /// What labels are to say of all of them, such as sex=1,age=60 (`inspect` has a model's attributes); the rest is left
+    /// to chance.
+    #[arg(long, value_name = "NAME=VALUE,...", value_delimiter = ',', value_parser = named)]
+    attributes: Vec<(String, f64)>,
+    /// How unusual they are: 1 is people, 0 their mean.
+    #[arg(long, default_value_t = 1.0, value_parser = super::within(0.0..=3.0))]
+    spread: f64,
+    /// Only these features are drawn, such as nose,mouth; the others are the median person's.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    regions: Option<Vec<String>>,
     /// A folder for PLY files; or a name in it that ends in `.obj`, `.ply` or `.glb`, with which
     /// files start; or a file that ends in `.npy`, an array of faces x vertices x 3. A JSON beside
     /// them has each one's seed and code. A new folder with a dot in its name needs a slash at its end.
     #[arg(short, value_name = "DIR")]
     output: PathBuf,
+}
+
+/// Reads a name with its value.
+fn named(word: &str) -> Result<(String, f64), String> {
+    let pair = word.split_once('=').and_then(|(name, value)| {
+        let value: f64 = value.trim().parse().ok()?;
+        value.is_finite().then(|| (name.trim().to_owned(), value))
+    });
+    pair.ok_or_else(|| "a name with a number is meant, as age=60".into())
 }
 
 pub fn run(args: &SampleArgs) -> FitResult<()> {
@@ -36,7 +56,20 @@ pub fn run(args: &SampleArgs) -> FitResult<()> {
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} faces, {eta} left");
     let bar = ProgressBar::new(args.count.into());
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    write(&model, args.count, args.seed, &target, |n| bar.inc(n))?;
+    let like = Randomize {
+        seed: None,
+        spread: Some(args.spread),
+        regions: args.regions.clone(),
+        attributes: args.attributes.clone(),
+    };
+    // What cannot be drawn is said before anything is written.
+    model.face().randomize(&Randomize {
+        seed: Some(args.seed),
+        ..like.clone()
+    })?;
+    write(&model, args.count, args.seed, &like, &target, |n| {
+        bar.inc(n)
+    })?;
     bar.finish_and_clear();
     println!("{}: {} faces", args.output.display(), args.count);
     Ok(())

@@ -71,10 +71,10 @@ impl Job {
         };
         if let Ok(bytes) = std::fs::read(self.made()) {
             // Dates are not put in order: what is copied keeps its own, and clocks are wrong.
-            return match serde_json::from_slice::<Made>(&bytes) {
-                Ok(made) if made == now => Standing::Done,
-                Ok(_) => Standing::Changed,
-                Err(_) => Standing::Unknown,
+            return match serde_json::from_slice::<Kept>(&bytes).map(|kept| kept.made) {
+                Ok(Some(made)) if made == now => Standing::Done,
+                Ok(Some(_)) => Standing::Changed,
+                Ok(None) | Err(_) => Standing::Unknown,
             };
         }
         let written = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
@@ -110,6 +110,100 @@ enum Standing {
 struct Made {
     scan: Version,
     landmarks: Option<Version>,
+}
+
+/// What is kept of a face that was made.
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
+struct Kept {
+    /// Nothing where it could not be seen.
+    #[serde(flatten)]
+    made: Option<Made>,
+    /// Nothing of a face that an earlier version made.
+    #[serde(default)]
+    account: Option<Account>,
+}
+
+/// What was decided and found on the way from a scan to its face.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Account {
+    /// The part of the head's skin that the scan shows, 0..=1: the rest is carried by what is known of people.
+    pub seen: f64,
+    /// The expressions that it shows, each with its strength.
+    pub shows: Vec<(String, f64)>,
+    /// A line each, as [`Prepared::notes`].
+    pub notes: Vec<String>,
+}
+
+impl Account {
+    fn of(template: &Template, prepared: &Prepared, face: &Registered) -> FitResult<Self> {
+        let skin = template.part_vertices("skin")?;
+        let seen = skin.iter().filter(|&&v| face.covered[v as usize]).count();
+        let told = face.expressions.iter().filter(|e| e.1 >= TOLD);
+        Ok(Self {
+            seen: seen as f64 / skin.len().max(1) as f64,
+            shows: told
+                .map(|(name, strength)| (name.to_string(), *strength))
+                .collect(),
+            notes: prepared.notes.clone(),
+        })
+    }
+}
+
+/// The table of what was decided and found of each scan, beside their faces.
+pub const ACCOUNTS: &str = "register.csv";
+
+/// Its columns.
+const COLUMNS: [&str; 5] = ["name", "scan", "seen (%)", "shows", "notes"];
+
+/// Writes [`ACCOUNTS`] of the faces that are there, by name: also of those that were there before. What other file has
+/// that name is not written over.
+///
+/// # Errors
+/// When it cannot be written, or is something else's.
+pub fn write_accounts(jobs: &[Job], folder: &Path) -> FitResult<()> {
+    let path = folder.join(ACCOUNTS);
+    let fail = |e: csv::Error| FitError::file(&path, e);
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(COLUMNS).map_err(fail)?;
+    for job in jobs.iter().filter(|job| job.output.is_file()) {
+        let name = job.output.file_stem().unwrap_or_default();
+        let kept = std::fs::read(job.made()).ok();
+        let kept = kept.and_then(|bytes| serde_json::from_slice::<Kept>(&bytes).ok());
+        let account = kept.and_then(|kept| kept.account);
+        let [seen, shows, notes] = account.map_or_else(Default::default, |account| {
+            let shows = account.shows.iter();
+            let shows: Vec<_> = shows
+                .map(|(name, strength)| format!("{name} {strength:.2}"))
+                .collect();
+            let seen = format!("{:.1}", 100.0 * account.seen);
+            [seen, shows.join(", "), account.notes.join("; ")]
+        });
+        let scan = job.scan.file_name().unwrap_or_default();
+        let row = [
+            name.to_string_lossy(),
+            scan.to_string_lossy(),
+            seen.into(),
+            shows.into(),
+            notes.into(),
+        ];
+        table
+            .write_record(row.each_ref().map(|cell| cell.as_bytes()))
+            .map_err(fail)?;
+    }
+    let bytes = table
+        .into_inner()
+        .map_err(|e| FitError::file(&path, e.error()))?;
+    let head = bytes
+        .split_inclusive(|&b| b == b'\n')
+        .next()
+        .unwrap_or_default();
+    match std::fs::read(&path) {
+        Ok(there) if !there.starts_with(head) => Err(FitError::file(
+            &path,
+            "is no table of what was registered: it stays, and there is none",
+        )),
+        _ => write_atomically(&path, &bytes),
+    }
 }
 
 /// A file, and which of those that it has been.
@@ -231,6 +325,8 @@ pub struct Jobs {
     pub refused: Vec<FitError>,
     /// Files like landmarks that have no scan's name.
     pub unclaimed: Vec<PathBuf>,
+    /// Folders in the folder that hold scans, which make no jobs.
+    pub deeper: Vec<PathBuf>,
 }
 
 impl Jobs {
@@ -290,11 +386,23 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
             .or_default()
             .push(path.clone());
     }
+    let deeper = folders_of_scans(scans, output);
     if found.is_empty() {
         let none = ENDINGS.map(|ending| format!(".{ending}")).join(", ");
-        return Err(FitError::file(scans, format!("no scans in it ({none})")));
+        let mut cause = format!("no scans in it ({none})");
+        if let [first, ..] = &deeper[..] {
+            let name = first.file_name().unwrap_or_default().display();
+            cause += &format!(
+                ", but in {} of its folders, as {name}: scans are to lie in one, each with a name of its own",
+                deeper.len()
+            );
+        }
+        return Err(FitError::file(scans, cause));
     }
-    let mut all = Jobs::default();
+    let mut all = Jobs {
+        deeper,
+        ..Jobs::default()
+    };
     for (name, mut paths) in found {
         paths.sort();
         let mut points = points.remove(&name).unwrap_or_default();
@@ -350,6 +458,20 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
         .collect();
     all.unclaimed.sort();
     Ok(all)
+}
+
+/// The folders in a folder that hold scans, by name, but for that of their faces. One that cannot be read holds none.
+fn folders_of_scans(folder: &Path, output: &Path) -> Vec<PathBuf> {
+    let is_scan = |path: &PathBuf| {
+        let ending = path.extension().unwrap_or_default().to_string_lossy();
+        ENDINGS.contains(&&*ending.to_lowercase())
+    };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    folders.retain(|path| place(path) != place(output));
+    folders.retain(|path| files_of(path).is_ok_and(|files| files.iter().any(is_scan)));
+    folders.sort();
+    folders
 }
 
 /// Why a job is not done that would write over a file of the scans' folder or another's face, by way of a link: `kept`
@@ -650,8 +772,12 @@ pub fn run(
                 let file = job.output.with_extension("json");
                 landmarks::write(&file, points, &prepared.errors, 1.0, template)?;
                 ply::write_mesh(&job.output, positions, &registrar.triangles)?;
-                let made = serde_json::to_vec(&made).map_err(|e| FitError::file(&job.made(), e))?;
-                write_atomically(&job.made(), &made)
+                let kept = Kept {
+                    made,
+                    account: Some(Account::of(template, &prepared, &face)?),
+                };
+                let kept = serde_json::to_vec(&kept).map_err(|e| FitError::file(&job.made(), e))?;
+                write_atomically(&job.made(), &kept)
             };
             let result = work();
             done(job, &result);

@@ -59,7 +59,13 @@ export function createAbout(model, present, tour) {
       element('p', {}, about.population),
       ...(about.caveat ? [element('p', {}, about.caveat)] : []),
       element('p', {}, text.facesLearned(about.faces)),
-      element('p', { class: 'models' }, text.models, ...modelNames.map((name) => entry(name, present))),
+      element(
+        'p',
+        { class: 'models' },
+        text.models,
+        ...modelNames.map((name) => entry(name, present)),
+        ...(modelNames.includes(present) ? [] : [element('strong', { 'aria-current': 'true' }, about.title)]),
+      ),
       element('h3', {}, text.madeFrom),
       element(
         'ul',

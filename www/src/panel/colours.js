@@ -69,8 +69,9 @@ const PAINTED = {
  * The colours of skin, lips, brows and eyes, each a slider over what it gives.
  * @param {import('../editing/editor.js').Editor} editor
  * @param {(colouring: import('../head/colouring.js').Colouring) => Pigments} paints
+ * @param {HTMLElement} ownSkin stands among what is of the skin
  */
-export function createColours(editor, paints) {
+export function createColours(editor, paints, ownSkin) {
   let visible = false;
   /** What changes with a slider. @param {string} name @param {number} value */
   function moved(name, value) {
@@ -161,6 +162,7 @@ export function createColours(editor, paints) {
             { class: 'part', 'aria-label': text.colourGroups[group] },
             element('h3', {}, text.colourGroups[group]),
             ...startsOf(group),
+            ...(group === 'skin' ? [ownSkin] : []),
             ...names.flatMap((name) => sliders.get(name)?.root ?? []),
           ),
         ),
