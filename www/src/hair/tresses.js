@@ -186,6 +186,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   const drawn = share();
   /** Those strands that are there, of those that are drawn. @type {Uint16Array | null} */
   let standing = null;
+  /** Whether others are to be, once hair is worn again: what is shown stays as it is until a style has grown. */
+  let restands = true;
   /** All that stand, drawn or not. @type {Uint16Array} */
   let remaining = new Uint16Array(0);
   /** @type {import('./standing.js').Thinning} */
@@ -282,7 +284,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
 
   /** Draws the strands that stand, and no others. @param {import('./plant.js').Planting} planting */
   function stand(planting) {
-    if (!standing) {
+    if (restands || !standing) {
+      restands = false;
       remaining = standingOf(planting.strands, planting, thinning);
       // The fewer there are, the more of them are drawn.
       const most = drawn * planting.strands;
@@ -551,7 +554,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       if (JSON.stringify(now) !== JSON.stringify(thinning)) {
         thinning = now;
         thin.value = bare > 0 ? bare : 1 - now.share;
-        standing = null;
+        restands = true;
       }
       const style = styleOf(colours);
       wanted = style.length > 0 && thinning.share > 0 ? { key: JSON.stringify(style), style } : null;

@@ -1,0 +1,83 @@
+// What is shown of longer hair while it grows beside the page, whoever has sat for a portrait meanwhile: on strands of nobody's.
+import assert from 'node:assert/strict';
+import { describe, test } from 'node:test';
+import { Color } from '../../www/node_modules/three/build/three.module.js';
+import { hairLength } from '../../www/src/hair/length.js';
+import { layRibbons, ribbonsOf } from '../../www/src/hair/ribbons.js';
+import { ANCHORS, POINTS } from '../../www/src/hair/strands.js';
+import { createTresses } from '../../www/src/hair/tresses.js';
+import { pigments } from '../../www/src/head/pigments.js';
+
+// A graphics card, of which nothing is asked.
+globalThis.document = /** @type {any} */ ({ createElement: () => ({ getContext: () => null }) });
+
+const STRANDS = 240;
+const planted = { strands: STRANDS, locks: 1, lockOf: new Uint16Array(STRANDS), parts: new Uint8Array(4 * STRANDS).fill(255) };
+const planting = { ...planted, ...layRibbons(planted) };
+const rest = Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0);
+const anchors = { places: new Float32Array(3 * ANCHORS), corners: Uint32Array.from({ length: 3 * ANCHORS }, () => 0), weights: Float32Array.from({ length: 3 * ANCHORS }, (_, i) => (i % 3 ? 0 : 1)) };
+
+/** Strands that hang down side by side, each style's as long as it says. @param {{ length: number }} style */
+function grown({ length }) {
+  const count = STRANDS * POINTS;
+  const points = Float32Array.from({ length: 3 * count }, (_, i) => [Math.floor(i / 3 / POINTS) - STRANDS / 2, -100 * length * (Math.floor(i / 3) % POINTS), 0][i % 3]);
+  return {
+    planting,
+    ribbons: ribbonsOf({ points, outward: Float32Array.from(points, (_, i) => Number(i % 3 === 2)), open: new Float32Array(count).fill(1), breadth: new Float32Array(count).fill(1), ends: new Float32Array(STRANDS).fill(1), anchors }),
+  };
+}
+
+/** Hair that grows when it is told to. */
+function setUp() {
+  /** What was asked for and has not come. @type {{ length: number, come: () => void }[]} */
+  const asked = [];
+  const grower = {
+    now: (/** @type {string} */ _, /** @type {{ length: number }} */ style) => grown(style),
+    later: (/** @type {string} */ _, /** @type {{ length: number }} */ style, /** @type {(grown: object) => void} */ done) => void asked.push({ length: style.length, come: () => done(grown(style)) }),
+    dispose() {},
+  };
+  const tresses = createTresses(
+    { kind: 'hair', style: (paints) => paints.style, thinning: ({ standing, gone }) => ({ share: standing[0], gone: [0, 0, 0, gone[3]] }), long: hairLength, half: 0.83 },
+    { grower: /** @type {any} */ (grower), rest, onGrown() {} },
+    { heatStrength: { value: 0 } },
+    [-1e4, -9e3],
+  );
+  return {
+    tresses,
+    asked,
+    /** @param {import('../../www/src/head/colouring.js').Colouring} colouring @param {boolean} [asks] */
+    paint: (colouring, asks) => tresses.paint(pigments(new Color(0.6, 0.4, 0.3), colouring), asks),
+    /** Of the style that is seen. */
+    length: () => (tresses.worn ? JSON.parse(tresses.worn).length : 0),
+    come: () => asked.shift()?.come(),
+    /** How many corners are drawn, for the light and then for the eye. */
+    drawn() {
+      const { mesh } = tresses;
+      const of = () => (mesh.visible ? mesh.geometry.drawRange.count : 0);
+      /** @type {any} */ (mesh).onBeforeShadow();
+      const shadow = of();
+      /** @type {any} */ (mesh).onAfterShadow();
+      return { shadow, seen: of() };
+    },
+  };
+}
+
+describe('hair that is worn', () => {
+  test('stays until another style has grown, also where there is to be more or less of it', () => {
+    const { paint, come, drawn, length } = setUp();
+    paint({ length: 0.5 });
+    assert.equal(length(), 0);
+    come();
+    const whole = drawn();
+    assert.ok(whole.shadow > 0 && whole.seen > whole.shadow);
+    paint({ length: 0.6, thin: 0.4 });
+    assert.deepEqual([length(), drawn()], [0.5, whole]);
+    come();
+    assert.equal(length(), 0.6);
+    const thinner = drawn();
+    assert.ok(thinner.shadow > 0 && thinner.seen < 0.8 * whole.seen);
+    // And where the style is the same, there is more or less of it at once.
+    paint({ length: 0.6 });
+    assert.ok(drawn().seen > thinner.seen);
+  });
+});
