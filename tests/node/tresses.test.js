@@ -80,4 +80,40 @@ describe('hair that is worn', () => {
     paint({ length: 0.6 });
     assert.ok(drawn().seen > thinner.seen);
   });
+
+  test('follows a slider by what was asked for a moment ago', () => {
+    const { paint, come, length } = setUp();
+    for (const value of [0.5, 0.6, 0.7]) paint({ length: value });
+    come();
+    assert.equal(length(), 0.5);
+    come();
+    assert.equal(length(), 0.7);
+  });
+
+  test('is nobody else’s when what was shown for a moment comes late, and who cannot wait asks for nothing', () => {
+    const { tresses, paint, asked, come, length } = setUp();
+    const own = { length: 0.5 };
+    paint(own);
+    come();
+    // A portrait of somebody.
+    paint({ length: 0.9 }, false);
+    tresses.finish();
+    assert.equal(length(), 0.9);
+    paint(own);
+    assert.deepEqual([length(), asked.length], [0.5, 0]);
+    // Somebody on the stage, who is filmed, or who is left before the hair has come.
+    for (const [somebody, filmed] of /** @type {[number, boolean][]} */ ([[0.8, true], [0.85, false]])) {
+      paint({ length: somebody });
+      if (filmed) tresses.finish();
+      paint(own);
+      assert.deepEqual(asked.map((one) => one.length), [somebody]);
+      paint({ length: somebody - 0.2 });
+      come();
+      assert.equal(length(), 0.5);
+      come();
+      assert.equal(length(), somebody - 0.2);
+      paint(own);
+    }
+    assert.equal(asked.length, 0);
+  });
 });

@@ -251,6 +251,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   let wanted = null;
   /** Whether something is being grown: what is wanted, or was. */
   let growing = false;
+  /** Whether what was wanted since that was asked for has been shown: then nobody waits for it. */
+  let outdated = false;
   /** @type {typeof kept[number] | null} */
   let shown = null;
   /** @type {ArrayLike<number>} */
@@ -363,14 +365,13 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
 
   /** @returns {boolean} whether what is wanted is shown now */
   function show() {
-    if (!wanted || hair === null) {
-      appear(false);
-      return true;
-    }
-    const { key } = wanted;
+    const key = wanted?.key;
     const found = kept.find((one) => one.key === key);
     if (found) wear(found);
-    return Boolean(found);
+    else if (!wanted || hair === null) appear(false);
+    else return false;
+    outdated = true;
+    return true;
   }
 
   /** Has what is wanted grown beside the page; until it comes, what was shown is. */
@@ -378,11 +379,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     if (show() || growing || !wanted) return;
     const asked = wanted;
     growing = true;
+    outdated = false;
     grower.later(kind, asked.style, (grown) => {
       growing = false;
       const one = keep(asked, grown);
-      // While a slider is drawn, what comes is of a moment ago.
-      if (one && wanted) wear(one);
+      // While a slider is drawn, what comes is of a moment ago. It may be somebody's whom nobody looks at any more.
+      if (one && wanted && !outdated) wear(one);
       ask();
       onGrown();
     });
@@ -543,8 +545,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       present = positions;
       follow();
     },
-    /** A style that is new comes when it has grown. @param {Pigments} colours */
-    paint(colours) {
+    /**
+     * A style that is new comes when it has grown.
+     * @param {Pigments} colours
+     * @param {boolean} [asks] otherwise whoever paints it has it grown at once
+     */
+    paint(colours, asks = true) {
       young.value.copy(colours.young);
       old.value.copy(colours.old);
       turned.value = turnedOf(colours);
@@ -558,7 +564,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       }
       const style = styleOf(colours);
       wanted = style.length > 0 && thinning.share > 0 ? { key: JSON.stringify(style), style } : null;
-      ask();
+      if (asks) ask();
+      else show();
     },
     /** Whether what was painted last is not what is shown, yet. */
     get isGrowing() {

@@ -397,11 +397,15 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
 
   /** @type {import('./colouring.js').Colouring} */
   let colouring = {};
-  /** @param {import('./colouring.js').Colouring} now */
-  function paint(now) {
+  /**
+   * @param {import('./colouring.js').Colouring} now
+   * @param {boolean} [asks] whether hair that is new is to grow; otherwise whoever paints it finishes it at once
+   */
+  function paint(now, asks = true) {
     colouring = now;
     const paints = pigments(tone, now);
-    for (const part of [skin, lashes, eyes, ...tresses]) part.paint(paints);
+    for (const part of [skin, lashes, eyes]) part.paint(paints);
+    for (const one of tresses) one.paint(paints, asks);
     if (wornIn) skin.tint(paints, wornIn);
   }
   paint(colouring);

@@ -153,7 +153,7 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
             pose() {
               const sitter = pose();
               head.update(sitter.face);
-              head.paint(sitter.colouring);
+              head.paint(sitter.colouring, false);
               head.finish();
             },
             into,
