@@ -116,4 +116,33 @@ describe('hair that is worn', () => {
     }
     assert.equal(asked.length, 0);
   });
+
+  test('of two heads side by side goes to the graphics card once, and of a slider’s styles no more stay there than it takes', () => {
+    const { tresses, paint, come } = setUp();
+    const { attributes } = tresses.mesh.geometry;
+    const shown = () => attributes.position;
+    for (const length of [0.5, 0.7]) {
+      paint({ length });
+      come();
+    }
+    const before = shown().version;
+    const [left, right] = [0.5, 0.7].map((length) => (paint({ length }), shown()));
+    assert.notEqual(left, right);
+    for (const [length, place] of /** @type {const} */ ([[0.5, left], [0.7, right], [0.5, left]])) {
+      paint({ length });
+      assert.equal(shown(), place);
+    }
+    assert.deepEqual([left.version, right.version], [0, before]);
+    const places = new Set([left, right]);
+    for (let length = 0.71; length < 0.8; length += 0.01) {
+      paint({ length });
+      come();
+      places.add(shown());
+      assert.equal(shown().array[3 * 2 * (POINTS - 1) + 1], Math.fround(-100 * length * (POINTS - 1)));
+      // And who is beside it stays.
+      paint({ length: 0.5 });
+      assert.equal(shown(), left);
+    }
+    assert.deepEqual([places.size, left.version], [3, 0]);
+  });
 });

@@ -32,6 +32,12 @@ const SHORTER = 45;
  */
 const KEPT = 6;
 
+/** Of those so many on the graphics card, each in some megabytes: of two side by side one changes. */
+const LOADED = 3;
+
+/** What of a corner goes by its style, and in how many numbers. */
+const STYLED = /** @type {const} */ ([['position', 3], ['course', 4], ['outward', 4]]);
+
 /** How far from its root a hair may begin, mm: those of a ribbon begin one after the other. */
 const ROOTLESS = 4;
 
@@ -247,6 +253,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   let isShort = 0;
   /** The latest first. @type {{ key: string, style: S, ribbons: import('./plant.js').Ribbons }[]} */
   const kept = [];
+  /** The styles on the graphics card, the one that was worn last first. @type {{ of: typeof kept[number], attributes: BufferAttribute[] }[]} */
+  const loaded = [];
   /** What is asked for. @type {{ key: string, style: S } | null} */
   let wanted = null;
   /** Whether something is being grown: what is wanted, or was. */
@@ -339,6 +347,17 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     stands.value = visible ? carrying : 0;
   }
 
+  /** Puts a style on the graphics card, unless it is there: in the place of one that was worn longest ago. @param {typeof kept[number]} one */
+  function load(one) {
+    const arrays = STYLED.map(([name]) => one.ribbons[name]);
+    const at = loaded.findIndex(({ of }) => of === one);
+    const [place] = loaded.splice(at >= 0 ? at : LOADED - 1, 1);
+    const attributes = place?.attributes ?? STYLED.map(([, size], i) => new BufferAttribute(arrays[i], size, arrays[i] instanceof Int8Array).setUsage(DynamicDrawUsage));
+    if (place && place.of !== one) attributes.forEach((attribute, i) => Object.assign(attribute, { array: arrays[i], needsUpdate: true }));
+    loaded.unshift({ of: one, attributes });
+    attributes.forEach((attribute, i) => geometry.setAttribute(STYLED[i][0], attribute));
+  }
+
   /** @param {typeof kept[number]} one */
   function wear(one) {
     kept.splice(kept.indexOf(one), 1);
@@ -346,17 +365,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     appear(true);
     if (one !== shown) {
       shown = one;
-      const { style, ribbons } = one;
+      const { style } = one;
       gloss.value = glossOf(style);
       gaps.value = gapsOf(style);
       rootless.value = Math.min(0.3, ROOTLESS / long(style));
       isShort = long(style) * (1 + 2 * style.curl) < SHORTER ? 1 : 0;
-      for (const [name, size] of /** @type {const} */ ([['position', 3], ['course', 4], ['outward', 4]])) {
-        const array = ribbons[name];
-        const attribute = /** @type {BufferAttribute | undefined} */ (geometry.getAttribute(name));
-        if (attribute) Object.assign(attribute, { array, needsUpdate: true });
-        else geometry.setAttribute(name, new BufferAttribute(array, size, array instanceof Int8Array).setUsage(DynamicDrawUsage));
-      }
+      load(one);
     }
     if (hair) stand(hair);
     shared.halfWidth.value = broad * slender(one.style);
@@ -399,9 +413,9 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
    */
   function shiftAt(moved, n, point, into) {
     if (!hair || !shown) return;
-    const { locks, lockOf } = hair;
     const at = Math.min(ANCHORS - 1.001, (shown.ribbons.outward[8 * point + 3] / 127) * (ANCHORS - 1));
-    const [before, after] = [0, 1].map((next) => 4 * ((Math.floor(at) + next) * locks + lockOf[n]));
+    const before = 4 * (Math.floor(at) * hair.locks + hair.lockOf[n]);
+    const after = before + 4 * hair.locks;
     for (let k = 0; k < 3; k++) into[k] = moved[before + k] + (moved[after + k] - moved[before + k]) * (at % 1);
   }
 
