@@ -134,8 +134,8 @@ export async function createDesigner(model, stage, chosen) {
     canvas,
     camera: scene.camera,
     head,
-    hover(group, event) {
-      canvas.style.cursor = event && group !== null && group === selected && shaping.grips(event) ? 'move' : group ? 'pointer' : '';
+    hover(group, onSkin) {
+      canvas.style.cursor = onSkin && group === selected ? 'move' : group ? 'pointer' : '';
       glow.hover(group);
     },
     pick: select,

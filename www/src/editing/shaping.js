@@ -173,9 +173,5 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
   canvas.addEventListener('pointerup', (event) => grip?.pointer === event.pointerId && end());
   canvas.addEventListener('pointercancel', (event) => grip?.pointer === event.pointerId && cancel());
 
-  return {
-    marks,
-    /** Whether a drag from there would move the surface. @param {PointerEvent} event */
-    grips: (event) => vertexUnder(event) !== null,
-  };
+  return { marks };
 }
