@@ -271,10 +271,6 @@ export async function createDesigner(model, stage, chosen) {
     combing = false;
     frame();
   });
-  scene.contain((...from) => {
-    const each = head.tresses.map((one) => one.reach(...from));
-    return [Math.min(...each.map(([low]) => low)), Math.max(...each.map(([, high]) => high))];
-  });
   head.adorn(growHair, layFinework, () => {
     scene.shapeChanged();
     frame();
