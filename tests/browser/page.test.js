@@ -573,6 +573,30 @@ describe('one page after another of these', () => {
     await session.detach();
   });
 
+  test('a stage that gets another size is drawn before it is shown', async () => {
+    const { page } = visit;
+    await settled(page);
+    const drawn = await page.evaluate(
+      () =>
+        new Promise((done) => {
+          const canvas = document.querySelector('canvas.view');
+          const { frames } = window.designer;
+          // Hears of it after the stage does.
+          const observer = new ResizeObserver(() => {
+            if (canvas.width === before) return;
+            observer.disconnect();
+            document.body.style.width = '';
+            done(window.designer.frames - frames);
+          });
+          const before = canvas.width;
+          observer.observe(canvas);
+          document.body.style.width = '70%';
+        }),
+    );
+    assert.equal(drawn, 1);
+    await settled(page);
+  });
+
   test('explains itself', async () => {
     const { page } = visit;
     await page.getByRole('button', { name: 'What is this?' }).click();

@@ -255,7 +255,7 @@ export async function createDesigner(model, stage, chosen) {
   });
   editor.onColours(repaint);
   function repaint() {
-    head.paint(bare.colouring());
+    display.repaint();
     // Hair casts shadows.
     scene.shapeChanged();
   }

@@ -52,7 +52,8 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
   }
   /** @param {readonly [number, number]} [range] */
   function refresh(range) {
-    head.update(shown(), split ? undefined : range);
+    // Two that are side by side take their turns as they are drawn.
+    if (!split) head.update(shown(), range);
     heat();
     scene.shapeChanged();
   }
@@ -73,6 +74,8 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
 
   return {
     refresh,
+    /** The colours of what is shown have changed, or how much of them is to be seen. */
+    repaint: () => dress(looks),
     /**
      * Shows another face; null goes back.
      * @param {import('phiz').Face | null} other
