@@ -70,6 +70,37 @@ describe('the stage', () => {
 });
 
 describe('distances', () => {
+  test('are from a face that is looked up when it is another, and not with each change of this one', () => {
+    const { display, head, own } = setUp();
+    const reads = { positions: 0 };
+    const from = {
+      code: 'a',
+      expression: {},
+      get positions() {
+        reads.positions += 1;
+        return Float32Array.of(0, 0, 0, 0, this.code === 'a' ? 0 : 40, 0);
+      },
+    };
+    /** @type {number[]} */
+    let seen = [];
+    head.paintHeat = (/** @type {Float32Array} */ colours) => void (seen = [...colours]);
+    display.heat(/** @type {any} */ (from));
+    const alike = seen;
+    own.positions[0] = 40;
+    display.refresh();
+    assert.notDeepEqual(seen, alike);
+    own.positions[0] = 0;
+    display.refresh();
+    assert.deepEqual([seen, reads.positions], [alike, 1]);
+    from.code = 'b';
+    display.refresh();
+    assert.equal(reads.positions, 2);
+    assert.notDeepEqual(seen, alike);
+    own.expression = { jawOpen: 1 };
+    display.refresh();
+    assert.equal(reads.positions, 3);
+  });
+
   test('end where all but one in a hundred do', () => {
     const away = distances(Float32Array.of(3, 4, 12, 0, 0, 0), Float32Array.of(0, 0, 0, 0, 0, 0));
     assert.deepEqual([...away], [13, 0]);
