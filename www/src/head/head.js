@@ -8,7 +8,7 @@ import { nostrils } from './nostrils.js';
 import { smoothed } from '../groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
-import { manlyOf, told } from './someone.js';
+import { manlyOf, toldOf } from './someone.js';
 import { subdivide } from './subdivision.js';
 import { createTeeth } from './teeth.js';
 import { createMap, createTile } from '../rendering/textures.js';
@@ -324,7 +324,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     const { expression } = from;
     const isAtRest = Object.keys(expression).length === 0;
     if (expression !== folded) skin.fold(expression);
-    const { sex } = told(from);
+    const sex = toldOf(from, 'sex');
     const suited = lashes.suit(sex === undefined ? 0 : manlyOf(sex));
     if (suited || ofEyes[end] > ofEyes[first]) {
       eyes.update(present);
