@@ -1,7 +1,7 @@
 // What is shown of longer hair while it grows beside the page, whoever has sat for a portrait meanwhile: on strands of nobody's.
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { Color } from '../../www/node_modules/three/build/three.module.js';
+import { Color, Vector3 } from '../../www/node_modules/three/build/three.module.js';
 import { hairLength } from '../../www/src/hair/length.js';
 import { layRibbons, ribbonsOf } from '../../www/src/hair/ribbons.js';
 import { ANCHORS, POINTS } from '../../www/src/hair/strands.js';
@@ -115,6 +115,26 @@ describe('hair that is worn', () => {
       paint(own);
     }
     assert.equal(asked.length, 0);
+  });
+
+  test('is in view where it is: with the head, in another style, and with less of it', () => {
+    const { tresses, paint, come } = setUp();
+    // From so far away that all of it is as near.
+    const reach = () => tresses.reach(new Vector3(), 1e9).map((value) => Math.round(value));
+    const breadth = () => tresses.breadth({ x: 0, axis: 0 }, 0, 1e9).map((value) => Math.round(value));
+    paint({ length: 0.5 });
+    come();
+    assert.deepEqual([reach(), breadth()], [[-50 * (POINTS - 1), 0], [STRANDS / 2, STRANDS / 2 - 1]]);
+    tresses.update(rest.map((value, i) => value + [7, 20, 0][i % 3]));
+    assert.deepEqual([reach(), breadth()], [[20 - 50 * (POINTS - 1), 20], [STRANDS / 2 - 7, STRANDS / 2 + 6]]);
+    paint({ length: 0.6 });
+    come();
+    assert.deepEqual(reach(), [20 - 60 * (POINTS - 1), 20]);
+    const [, before] = breadth();
+    paint({ length: 0.6, thin: 0.5 });
+    assert.ok(breadth()[1] < before - 10);
+    paint({});
+    assert.deepEqual(reach(), [Infinity, -Infinity]);
   });
 
   test('of two heads side by side goes to the graphics card once, and of a slider’s styles no more stay there than it takes', () => {

@@ -265,6 +265,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   let shown = null;
   /** @type {ArrayLike<number>} */
   let present = rest;
+  /**
+   * Where its points are and how many, -1 when they have gone elsewhere: when a step ends and when the page gets another size, tens of thousands
+   * are looked at, several times.
+   */
+  let places = new Float32Array(0);
+  let placed = -1;
 
   /** Short hair is seen one by one, the shortest as grains on what is painted of it; and curls would fill what they wind around. */
   const slender = (/** @type {S} */ style) => (0.15 + 0.4 * smoothstep(0, 9, long(style)) + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl) * breadthOf(thinning);
@@ -497,40 +503,55 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   }
 
   function follow() {
+    placed = -1;
     if (!hair || !mesh.visible || !shown) return;
     shiftsOf(shown.ribbons, present, /** @type {Float32Array} */ (shifts.image.data));
     shifts.needsUpdate = true;
   }
 
-  /**
-   * What is to be seen of it.
-   * @param {(x: number, y: number, z: number) => void} visit points of all strands that stand
-   */
-  function scan(visit) {
-    if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return;
-    const { position } = shown.ribbons;
+  /** Finds the points of all strands that stand, where they are to be seen. @returns {number} how many */
+  function place() {
+    if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return 0;
+    if (placed >= 0) return placed;
+    const { position, outward } = shown.ribbons;
+    const { locks, lockOf } = hair;
     const moved = /** @type {Float32Array} */ (shifts.image.data);
-    const shift = [0, 0, 0];
-    for (const n of remaining) {
-      for (const s of SHORT) {
-        const o = 6 * (n * POINTS + s);
-        shiftAt(moved, n, n * POINTS + s, shift);
-        const y = position[o + 1] + shift[1];
-        if (y >= fade[0]) visit(position[o] + shift[0], y, position[o + 2] + shift[2]);
+    const most = 3 * SHORT.length * remaining.length;
+    if (places.length < most) places = new Float32Array(most);
+    let o = 0;
+    for (let i = 0; i < remaining.length; i++) {
+      const n = remaining[i];
+      for (let k = 0; k < SHORT.length; k++) {
+        const point = n * POINTS + SHORT[k];
+        // As in the shader.
+        const at = Math.min(ANCHORS - 1.001, (outward[8 * point + 3] / 127) * (ANCHORS - 1));
+        const anchor = Math.floor(at);
+        const part = at - anchor;
+        const before = 4 * (anchor * locks + lockOf[n]);
+        const after = before + 4 * locks;
+        const y = position[6 * point + 1] + moved[before + 1] + (moved[after + 1] - moved[before + 1]) * part;
+        if (y < fade[0]) continue;
+        places[o] = position[6 * point] + moved[before] + (moved[after] - moved[before]) * part;
+        places[o + 1] = y;
+        places[o + 2] = position[6 * point + 2] + moved[before + 2] + (moved[after + 2] - moved[before + 2]) * part;
+        o += 3;
       }
     }
+    placed = o / 3;
+    return placed;
   }
 
   /** As far up and down as it is seen from any side that the page has a view of. @type {import('../stage/scene.js').Reach} */
   function reach({ x, y, z }, distance) {
     let [low, high] = [Infinity, -Infinity];
-    scan((across, up, along) => {
-      const [aside, ahead] = [Math.abs(across - x), along - z];
+    for (let o = 0, end = 3 * place(); o < end; o += 3) {
+      const aside = Math.abs(places[o] - x);
+      const ahead = places[o + 2] - z;
       const nearer = Math.max(ahead, 0.79 * ahead + 0.62 * aside, aside);
-      const seen = y + ((up - y) * distance) / (distance - nearer);
+      const seen = y + ((places[o + 1] - y) * distance) / (distance - nearer);
       if (seen < low) low = seen;
       if (seen > high) high = seen;
-    });
+    }
     return [low, high];
   }
 
@@ -538,12 +559,13 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   function breadth({ x, axis }, theta, distance) {
     const [sine, cosine] = [Math.sin(theta), Math.cos(theta)];
     let [left, right] = [0, 0];
-    scan((across, _, along) => {
-      const [aside, ahead] = [across - x, along - axis];
+    for (let o = 0, end = 3 * place(); o < end; o += 3) {
+      const aside = places[o] - x;
+      const ahead = places[o + 2] - axis;
       const seen = ((aside * cosine - ahead * sine) * distance) / (distance - aside * sine - ahead * cosine);
       if (seen > right) right = seen;
       if (-seen > left) left = -seen;
-    });
+    }
     return [left, right];
   }
 
