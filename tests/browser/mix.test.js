@@ -418,6 +418,7 @@ describe('between faces, on one page', () => {
     });
     assert.equal(await way.inputValue(), '0');
     await caricature.dispatchEvent('change');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
     await way.fill('100');
     await page.getByRole('button', { name: 'Keep this face' }).click();
     assert.equal(await codeOf(page), four);
