@@ -569,6 +569,17 @@ describe('one page after another of these', () => {
     for (const [deviceScaleFactor, factor] of [[0.5, 2], [0.25, 1]]) {
       await session.send('Emulation.setDeviceMetricsOverride', { ...TALL, deviceScaleFactor, mobile: false });
       await page.waitForFunction((wanted) => document.querySelector('canvas.view')?.width === wanted, factor * before, { timeout: 5000 });
+      if (deviceScaleFactor < 0.5) continue;
+      // A page that is zoomed out to half of its size is refined all the same.
+      await settled(page);
+      const draws = await page.evaluate(async () => {
+        const { frames } = window.designer;
+        window.designer.refine(true);
+        while (!window.designer.isFine) await new Promise((next) => requestAnimationFrame(next));
+        window.designer.refine(false);
+        return window.designer.frames - frames;
+      });
+      assert.ok(draws > 3, `${draws} drawings`);
     }
     await session.detach();
   });
