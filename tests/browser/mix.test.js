@@ -197,8 +197,12 @@ describe('the way as a film', () => {
       ]);
       return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
     };
+    const drawn = () => page.evaluate(() => window.designer.frames);
+    const first = await drawn();
     const gif = await take('As a GIF');
     assert.equal(gif.name, 'morph.gif');
+    const draws = (await drawn()) - first;
+    assert.ok(draws >= 96 && draws < 110, `the stage was drawn ${draws} times for 96 frames`);
     assert.equal(gif.bytes.toString('latin1', 0, 6), 'GIF89a');
     let frames = 0;
     // A graphic control extension before each frame: 4 bytes, no disposal or transparency asked for.
@@ -406,6 +410,15 @@ describe('between faces, on one page', () => {
     assert.ok(frames > 0);
     await settled(page);
     assert.equal(await way.inputValue(), at, 'it plays on while paused');
+    // Who shapes the face sees it from the first move on.
+    const caricature = page.getByRole('slider', { name: 'Caricature', exact: true });
+    await caricature.evaluate((/** @type {HTMLInputElement} */ input) => {
+      input.value = '150';
+      input.dispatchEvent(new Event('input', { bubbles: true }));
+    });
+    assert.equal(await way.inputValue(), '0');
+    await caricature.dispatchEvent('change');
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
     await way.fill('100');
     await page.getByRole('button', { name: 'Keep this face' }).click();
     assert.equal(await codeOf(page), four);

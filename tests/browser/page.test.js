@@ -569,8 +569,43 @@ describe('one page after another of these', () => {
     for (const [deviceScaleFactor, factor] of [[0.5, 2], [0.25, 1]]) {
       await session.send('Emulation.setDeviceMetricsOverride', { ...TALL, deviceScaleFactor, mobile: false });
       await page.waitForFunction((wanted) => document.querySelector('canvas.view')?.width === wanted, factor * before, { timeout: 5000 });
+      if (deviceScaleFactor < 0.5) continue;
+      // A page that is zoomed out to half of its size is refined all the same.
+      await settled(page);
+      const draws = await page.evaluate(async () => {
+        const { frames } = window.designer;
+        window.designer.refine(true);
+        while (!window.designer.isFine) await new Promise((next) => requestAnimationFrame(next));
+        window.designer.refine(false);
+        return window.designer.frames - frames;
+      });
+      assert.ok(draws > 3, `${draws} drawings`);
     }
     await session.detach();
+  });
+
+  test('a stage that gets another size is drawn before it is shown', async () => {
+    const { page } = visit;
+    await settled(page);
+    const drawn = await page.evaluate(
+      () =>
+        new Promise((done) => {
+          const canvas = document.querySelector('canvas.view');
+          const { frames } = window.designer;
+          // Hears of it after the stage does.
+          const observer = new ResizeObserver(() => {
+            if (canvas.width === before) return;
+            observer.disconnect();
+            document.body.style.width = '';
+            done(window.designer.frames - frames);
+          });
+          const before = canvas.width;
+          observer.observe(canvas);
+          document.body.style.width = '70%';
+        }),
+    );
+    assert.equal(drawn, 1);
+    await settled(page);
   });
 
   test('explains itself', async () => {

@@ -3,8 +3,14 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { describe, test } from 'node:test';
 import { load } from '../../pkg/index.js';
+import { Color, Texture } from '../../www/node_modules/three/build/three.module.js';
 import { foldingOf, foldsOf } from '../../www/src/head/folds.js';
 import { paintLines } from '../../www/src/head/lines.js';
+import { pigments } from '../../www/src/head/pigments.js';
+import { createSkin } from '../../www/src/head/skin.js';
+
+// A graphics card, of which nothing is asked.
+globalThis.document = /** @type {any} */ ({ createElement: () => ({ getContext: () => null }) });
 
 const model = await load(readFileSync(new URL('../../www/public/model.phiz', import.meta.url)));
 const face = model.face();
@@ -94,6 +100,28 @@ describe('lines', () => {
     assert.ok(smile.folds[0] === 0 && smile.folds[1] === 0 && smile.folds[2] > 0 && smile.folds[3] > 0 && smile.smooths === 0.5);
     assert.ok(foldsOf({ browInnerUp: 1 }, 'Left').folds[0] === foldsOf({ browInnerUp: 1 }, 'Right').folds[0]);
     assert.ok(foldsOf({ browDownRight: 1 }, 'Right').folds[1] === 1);
+  });
+
+  test('are on the skin when their map has come, and until then it is smooth', () => {
+    const picture = { map: new Texture(), frame: [0, 0, 1, 1] };
+    for (const [told, how] of /** @type {[string, (skin: ReturnType<typeof createSkin>) => void][]} */ ([
+      ['lines', (skin) => skin.paint(pigments(new Color(0.6, 0.4, 0.3), { lines: 0.8 }))],
+      ['an expression', (skin) => skin.fold({ mouthSmileLeft: 1 })],
+    ])) {
+      const skin = createSkin({ pores: picture.map, face: picture, brows: picture, depth: 0, landmarks });
+      /** @type {((work: object) => void) | undefined} */
+      let done;
+      /** @type {string[]} */
+      const asked = [];
+      skin.refine((_, then) => ((done = then), { soon: (what) => void asked.push(what), now() {}, dispose() {} }), () => {});
+      how(skin);
+      const { creased, lineMap, strandMap } = skin.uniforms;
+      assert.deepEqual([asked, skin.isUnfinished, creased.value], [['lines'], true, 0], told);
+      done?.({ lines: { map, frame } });
+      assert.ok(creased.value > 0 && lineMap.value.image.data === map.rgba && !skin.isUnfinished, told);
+      // Nor does hair lean that has not come.
+      assert.deepEqual([...strandMap.value.image.data.subarray(1, 3)], [128, 128]);
+    }
   });
 
   test('every place of the face has its share of them', () => {

@@ -420,10 +420,6 @@ export class PhizDesigner extends HTMLElement {
       const [{ growHair }, { layFinework }] = await Promise.all([import('../src/hair/onhead.js'), import('../src/head/finework.js')]);
       if (isStale() || !this.#head || !this.#scene) return model.free();
       const [head, scene] = [this.#head, this.#scene];
-      scene.contain((...from) => {
-        const each = head.tresses.map((one) => one.reach(...from));
-        return [Math.min(...each.map(([low]) => low)), Math.max(...each.map(([, high]) => high))];
-      });
       head.adorn(growHair, layFinework, () => {
         scene.shapeChanged();
         this.#reframe();

@@ -135,8 +135,8 @@ export async function createDesigner(model, stage, chosen) {
     canvas,
     camera: scene.camera,
     head,
-    hover(group, event) {
-      canvas.style.cursor = event && group !== null && group === selected && shaping.grips(event) ? 'move' : group ? 'pointer' : '';
+    hover(group, onSkin) {
+      canvas.style.cursor = onSkin && group === selected ? 'move' : group ? 'pointer' : '';
       glow.hover(group);
     },
     pick: select,
@@ -262,7 +262,7 @@ export async function createDesigner(model, stage, chosen) {
   });
   editor.onColours(repaint);
   function repaint() {
-    head.paint(bare.colouring());
+    display.repaint();
     // Hair casts shadows.
     scene.shapeChanged();
   }
@@ -277,10 +277,6 @@ export async function createDesigner(model, stage, chosen) {
   editor.onStep(() => {
     combing = false;
     frame();
-  });
-  scene.contain((...from) => {
-    const each = head.tresses.map((one) => one.reach(...from));
-    return [Math.min(...each.map(([low]) => low)), Math.max(...each.map(([, high]) => high))];
   });
   head.adorn(growHair, layFinework, () => {
     scene.shapeChanged();

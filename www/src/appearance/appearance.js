@@ -48,7 +48,7 @@ export async function glbAsShown(renderer, head, face, { targets = true, colouri
    */
   const coloured = (make) =>
     head.lend(() => {
-      if (head.colouring !== colouring) head.paint(colouring);
+      if (head.colouring !== colouring) head.paint(colouring, false);
       head.finish();
       return make();
     });

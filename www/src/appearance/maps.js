@@ -86,14 +86,14 @@ const ROUNDS = {
  * @param {Coloured} coloured
  */
 export async function skinMaps(renderer, { skin, look, eyeballs }, coloured) {
-  const tone = coloured(() => look.material.color.clone());
+  const { tone, roughness } = coloured(() => ({ tone: look.material.color.clone(), roughness: look.material.roughness }));
   const uniforms = {
     ...look.uniforms,
     markStrength: { value: [0, 0] },
     heatStrength: { value: 0 },
     browed: { value: 0 },
     skinTone: { value: tone },
-    roughness: { value: look.material.roughness },
+    roughness: { value: roughness },
     eyeballs: { value: eyeballs.map(({ centre, radius }) => new Vector4(centre.x, centre.y, centre.z, WALL * radius)) },
   };
   const most = renderer.capabilities.maxTextureSize;
@@ -174,10 +174,12 @@ export async function eyeMap(renderer, { eyeLook }, coloured) {
     depthTest: false,
     toneMapped: false,
   });
-  const painted = coloured(() => paint(renderer, new PlaneGeometry(1, 1), material, EYE));
+  const square = new PlaneGeometry(1, 1);
+  const painted = coloured(() => paint(renderer, square, material, EYE));
   try {
     return await jpeg(painted.picture(), 0.92);
   } finally {
     painted.dispose();
+    square.dispose();
   }
 }

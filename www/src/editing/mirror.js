@@ -70,19 +70,21 @@ export async function mirrorOf(model, pause) {
       await pause();
       products.push(odd.map((b) => dot(fields[a], fields[b]) / seen.length));
     }
-    const unlike = (/** @type {ArrayLike<number>} */ coefficients) => {
-      const other = image(coefficients);
-      return other.map((x, k) => coefficients[k] - x);
-    };
+    /** By how much a coefficient and that of the image differ. */
+    const unlike = (/** @type {ArrayLike<number>} */ coefficients, /** @type {number} */ k) => coefficients[k] - twins[k][1] * coefficients[twins[k][0]];
     return {
       image,
-      withSides: (coefficients, times) => {
-        const parts = unlike(coefficients);
-        return coefficients.map((own, k) => own + ((times - 1) * parts[k]) / 2);
-      },
+      withSides: (coefficients, times) => coefficients.map((own, k) => own + ((times - 1) * unlike(coefficients, k)) / 2),
       differ(coefficients) {
-        const parts = unlike(coefficients);
-        const sum = odd.reduce((total, a, i) => total + parts[a] * odd.reduce((row, b, j) => row + parts[b] * products[i][j], 0), 0);
+        // A slider shows it with every event of a drag: these are plain loops.
+        const parts = Float64Array.from(odd, (k) => unlike(coefficients, k));
+        let sum = 0;
+        for (let i = 0; i < parts.length; i++) {
+          const row = products[i];
+          let along = 0;
+          for (let j = 0; j < parts.length; j++) along += parts[j] * row[j];
+          sum += parts[i] * along;
+        }
         return Math.sqrt(Math.max(0, sum));
       },
     };

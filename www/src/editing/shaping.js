@@ -63,12 +63,15 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
     return near.reduce((best, vertex) => (head.vertex(vertex).distanceTo(hit.point) < head.vertex(best).distanceTo(hit.point) ? vertex : best));
   }
 
+  /** Where a vertex of the face itself is: what is shown of it may be in the middle of a blink, or have another beside it. @param {number} index */
+  const own = (index) => new Vector3().fromArray(face.positions, 3 * index);
+
   function mark() {
     const shown = grip?.base ? [grip.vertex, model.mirror[grip.vertex]] : [];
     marks.forEach((dot, i) => {
       dot.hidden = shown[i] === undefined || (i === 1 && shown[1] === shown[0]);
       if (dot.hidden) return;
-      const at = scene.onScreen(head.vertex(shown[i]));
+      const at = scene.onScreen(own(shown[i]));
       const box = canvas.getBoundingClientRect();
       dot.style.translate = `${at.x - box.left}px ${at.y - box.top}px`;
     });
@@ -108,8 +111,6 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
       if (event.button !== 0 || event.shiftKey || grip || !event.isPrimary) return;
       const vertex = vertexUnder(event);
       if (vertex === null) return;
-      // On the face itself: what is shown of it may be in the middle of a blink.
-      const own = (/** @type {number} */ index) => new Vector3().fromArray(face.positions, 3 * index);
       const start = own(vertex);
       const plane = new Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(new Vector3()), start);
       const hit = raycaster.ray.intersectPlane(plane, new Vector3());
@@ -173,9 +174,5 @@ export function createShaping(editor, { canvas, scene, head, selected, dragged }
   canvas.addEventListener('pointerup', (event) => grip?.pointer === event.pointerId && end());
   canvas.addEventListener('pointercancel', (event) => grip?.pointer === event.pointerId && cancel());
 
-  return {
-    marks,
-    /** Whether a drag from there would move the surface. @param {PointerEvent} event */
-    grips: (event) => vertexUnder(event) !== null,
-  };
+  return { marks };
 }

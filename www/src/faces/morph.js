@@ -190,7 +190,10 @@ export function createMorph(editor, { library, display, canvas }) {
     play.disabled = asGif.disabled = asVideo.disabled = start.select.disabled = end.select.disabled = filming !== null;
   }
   refresh();
-  // Whoever shapes the face wants to see it.
+  // Whoever shapes the face wants to see it, from the first move on.
+  editor.onShape(() => {
+    if (showing || filming) leave();
+  });
   editor.onStep(() => {
     leave();
     note();

@@ -32,6 +32,12 @@ const SHORTER = 45;
  */
 const KEPT = 6;
 
+/** Of those so many on the graphics card, each in some megabytes: of two side by side one changes. */
+const LOADED = 3;
+
+/** What of a corner goes by its style, and in how many numbers. */
+const STYLED = /** @type {const} */ ([['position', 3], ['course', 4], ['outward', 4]]);
+
 /** How far from its root a hair may begin, mm: those of a ribbon begin one after the other. */
 const ROOTLESS = 4;
 
@@ -186,6 +192,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   const drawn = share();
   /** Those strands that are there, of those that are drawn. @type {Uint16Array | null} */
   let standing = null;
+  /** Whether others are to be, once hair is worn again: what is shown stays as it is until a style has grown. */
+  let restands = true;
   /** All that stand, drawn or not. @type {Uint16Array} */
   let remaining = new Uint16Array(0);
   /** @type {import('./standing.js').Thinning} */
@@ -245,14 +253,24 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   let isShort = 0;
   /** The latest first. @type {{ key: string, style: S, ribbons: import('./plant.js').Ribbons }[]} */
   const kept = [];
+  /** The styles on the graphics card, the one that was worn last first. @type {{ of: typeof kept[number], attributes: BufferAttribute[] }[]} */
+  const loaded = [];
   /** What is asked for. @type {{ key: string, style: S } | null} */
   let wanted = null;
   /** Whether something is being grown: what is wanted, or was. */
   let growing = false;
+  /** Whether what was wanted since that was asked for has been shown: then nobody waits for it. */
+  let outdated = false;
   /** @type {typeof kept[number] | null} */
   let shown = null;
   /** @type {ArrayLike<number>} */
   let present = rest;
+  /**
+   * Where its points are and how many, -1 when they have gone elsewhere: when a step ends and when the page gets another size, tens of thousands
+   * are looked at, several times.
+   */
+  let places = new Float32Array(0);
+  let placed = -1;
 
   /** Short hair is seen one by one, the shortest as grains on what is painted of it; and curls would fill what they wind around. */
   const slender = (/** @type {S} */ style) => (0.15 + 0.4 * smoothstep(0, 9, long(style)) + 0.45 * smoothstep(12, 60, long(style))) * (1 - 0.4 * style.curl) * breadthOf(thinning);
@@ -282,7 +300,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
 
   /** Draws the strands that stand, and no others. @param {import('./plant.js').Planting} planting */
   function stand(planting) {
-    if (!standing) {
+    if (restands || !standing) {
+      restands = false;
       remaining = standingOf(planting.strands, planting, thinning);
       // The fewer there are, the more of them are drawn.
       const most = drawn * planting.strands;
@@ -334,6 +353,17 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     stands.value = visible ? carrying : 0;
   }
 
+  /** Puts a style on the graphics card, unless it is there: in the place of one that was worn longest ago. @param {typeof kept[number]} one */
+  function load(one) {
+    const arrays = STYLED.map(([name]) => one.ribbons[name]);
+    const at = loaded.findIndex(({ of }) => of === one);
+    const [place] = loaded.splice(at >= 0 ? at : LOADED - 1, 1);
+    const attributes = place?.attributes ?? STYLED.map(([, size], i) => new BufferAttribute(arrays[i], size, arrays[i] instanceof Int8Array).setUsage(DynamicDrawUsage));
+    if (place && place.of !== one) attributes.forEach((attribute, i) => Object.assign(attribute, { array: arrays[i], needsUpdate: true }));
+    loaded.unshift({ of: one, attributes });
+    attributes.forEach((attribute, i) => geometry.setAttribute(STYLED[i][0], attribute));
+  }
+
   /** @param {typeof kept[number]} one */
   function wear(one) {
     kept.splice(kept.indexOf(one), 1);
@@ -341,17 +371,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     appear(true);
     if (one !== shown) {
       shown = one;
-      const { style, ribbons } = one;
+      const { style } = one;
       gloss.value = glossOf(style);
       gaps.value = gapsOf(style);
       rootless.value = Math.min(0.3, ROOTLESS / long(style));
       isShort = long(style) * (1 + 2 * style.curl) < SHORTER ? 1 : 0;
-      for (const [name, size] of /** @type {const} */ ([['position', 3], ['course', 4], ['outward', 4]])) {
-        const array = ribbons[name];
-        const attribute = /** @type {BufferAttribute | undefined} */ (geometry.getAttribute(name));
-        if (attribute) Object.assign(attribute, { array, needsUpdate: true });
-        else geometry.setAttribute(name, new BufferAttribute(array, size, array instanceof Int8Array).setUsage(DynamicDrawUsage));
-      }
+      load(one);
     }
     if (hair) stand(hair);
     shared.halfWidth.value = broad * slender(one.style);
@@ -360,14 +385,13 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
 
   /** @returns {boolean} whether what is wanted is shown now */
   function show() {
-    if (!wanted || hair === null) {
-      appear(false);
-      return true;
-    }
-    const { key } = wanted;
+    const key = wanted?.key;
     const found = kept.find((one) => one.key === key);
     if (found) wear(found);
-    return Boolean(found);
+    else if (!wanted || hair === null) appear(false);
+    else return false;
+    outdated = true;
+    return true;
   }
 
   /** Has what is wanted grown beside the page; until it comes, what was shown is. */
@@ -375,11 +399,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     if (show() || growing || !wanted) return;
     const asked = wanted;
     growing = true;
+    outdated = false;
     grower.later(kind, asked.style, (grown) => {
       growing = false;
       const one = keep(asked, grown);
-      // While a slider is drawn, what comes is of a moment ago.
-      if (one && wanted) wear(one);
+      // While a slider is drawn, what comes is of a moment ago. It may be somebody's whom nobody looks at any more.
+      if (one && wanted && !outdated) wear(one);
       ask();
       onGrown();
     });
@@ -394,9 +419,9 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
    */
   function shiftAt(moved, n, point, into) {
     if (!hair || !shown) return;
-    const { locks, lockOf } = hair;
     const at = Math.min(ANCHORS - 1.001, (shown.ribbons.outward[8 * point + 3] / 127) * (ANCHORS - 1));
-    const [before, after] = [0, 1].map((next) => 4 * ((Math.floor(at) + next) * locks + lockOf[n]));
+    const before = 4 * (Math.floor(at) * hair.locks + hair.lockOf[n]);
+    const after = before + 4 * hair.locks;
     for (let k = 0; k < 3; k++) into[k] = moved[before + k] + (moved[after + k] - moved[before + k]) * (at % 1);
   }
 
@@ -478,40 +503,55 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   }
 
   function follow() {
+    placed = -1;
     if (!hair || !mesh.visible || !shown) return;
     shiftsOf(shown.ribbons, present, /** @type {Float32Array} */ (shifts.image.data));
     shifts.needsUpdate = true;
   }
 
-  /**
-   * What is to be seen of it.
-   * @param {(x: number, y: number, z: number) => void} visit points of all strands that stand
-   */
-  function scan(visit) {
-    if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return;
-    const { position } = shown.ribbons;
+  /** Finds the points of all strands that stand, where they are to be seen. @returns {number} how many */
+  function place() {
+    if (!hair || !mesh.visible || !shown || heatStrength.value > 0.5) return 0;
+    if (placed >= 0) return placed;
+    const { position, outward } = shown.ribbons;
+    const { locks, lockOf } = hair;
     const moved = /** @type {Float32Array} */ (shifts.image.data);
-    const shift = [0, 0, 0];
-    for (const n of remaining) {
-      for (const s of SHORT) {
-        const o = 6 * (n * POINTS + s);
-        shiftAt(moved, n, n * POINTS + s, shift);
-        const y = position[o + 1] + shift[1];
-        if (y >= fade[0]) visit(position[o] + shift[0], y, position[o + 2] + shift[2]);
+    const most = 3 * SHORT.length * remaining.length;
+    if (places.length < most) places = new Float32Array(most);
+    let o = 0;
+    for (let i = 0; i < remaining.length; i++) {
+      const n = remaining[i];
+      for (let k = 0; k < SHORT.length; k++) {
+        const point = n * POINTS + SHORT[k];
+        // As in the shader.
+        const at = Math.min(ANCHORS - 1.001, (outward[8 * point + 3] / 127) * (ANCHORS - 1));
+        const anchor = Math.floor(at);
+        const part = at - anchor;
+        const before = 4 * (anchor * locks + lockOf[n]);
+        const after = before + 4 * locks;
+        const y = position[6 * point + 1] + moved[before + 1] + (moved[after + 1] - moved[before + 1]) * part;
+        if (y < fade[0]) continue;
+        places[o] = position[6 * point] + moved[before] + (moved[after] - moved[before]) * part;
+        places[o + 1] = y;
+        places[o + 2] = position[6 * point + 2] + moved[before + 2] + (moved[after + 2] - moved[before + 2]) * part;
+        o += 3;
       }
     }
+    placed = o / 3;
+    return placed;
   }
 
   /** As far up and down as it is seen from any side that the page has a view of. @type {import('../stage/scene.js').Reach} */
   function reach({ x, y, z }, distance) {
     let [low, high] = [Infinity, -Infinity];
-    scan((across, up, along) => {
-      const [aside, ahead] = [Math.abs(across - x), along - z];
+    for (let o = 0, end = 3 * place(); o < end; o += 3) {
+      const aside = Math.abs(places[o] - x);
+      const ahead = places[o + 2] - z;
       const nearer = Math.max(ahead, 0.79 * ahead + 0.62 * aside, aside);
-      const seen = y + ((up - y) * distance) / (distance - nearer);
+      const seen = y + ((places[o + 1] - y) * distance) / (distance - nearer);
       if (seen < low) low = seen;
       if (seen > high) high = seen;
-    });
+    }
     return [low, high];
   }
 
@@ -519,12 +559,13 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   function breadth({ x, axis }, theta, distance) {
     const [sine, cosine] = [Math.sin(theta), Math.cos(theta)];
     let [left, right] = [0, 0];
-    scan((across, _, along) => {
-      const [aside, ahead] = [across - x, along - axis];
+    for (let o = 0, end = 3 * place(); o < end; o += 3) {
+      const aside = places[o] - x;
+      const ahead = places[o + 2] - axis;
       const seen = ((aside * cosine - ahead * sine) * distance) / (distance - aside * sine - ahead * cosine);
       if (seen > right) right = seen;
       if (-seen > left) left = -seen;
-    });
+    }
     return [left, right];
   }
 
@@ -540,8 +581,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       present = positions;
       follow();
     },
-    /** A style that is new comes when it has grown. @param {Pigments} colours */
-    paint(colours) {
+    /**
+     * A style that is new comes when it has grown.
+     * @param {Pigments} colours
+     * @param {boolean} [asks] otherwise whoever paints it has it grown at once
+     */
+    paint(colours, asks = true) {
       young.value.copy(colours.young);
       old.value.copy(colours.old);
       turned.value = turnedOf(colours);
@@ -551,11 +596,12 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       if (JSON.stringify(now) !== JSON.stringify(thinning)) {
         thinning = now;
         thin.value = bare > 0 ? bare : 1 - now.share;
-        standing = null;
+        restands = true;
       }
       const style = styleOf(colours);
       wanted = style.length > 0 && thinning.share > 0 ? { key: JSON.stringify(style), style } : null;
-      ask();
+      if (asks) ask();
+      else show();
     },
     /** Whether what was painted last is not what is shown, yet. */
     get isGrowing() {

@@ -8,10 +8,13 @@ import { nostrils } from './nostrils.js';
 import { smoothed } from '../groundwork/occlusion.js';
 import { pigments } from './pigments.js';
 import { createSkin } from './skin.js';
-import { manlyOf, told } from './someone.js';
+import { manlyOf, toldOf } from './someone.js';
 import { subdivide } from './subdivision.js';
 import { createTeeth } from './teeth.js';
 import { createMap, createTile } from '../rendering/textures.js';
+
+/** As many parts of the mesh as are uploaded one by one with a frame. */
+const MOST_RANGES = 32;
 
 /**
  * The vertices on edges that only one triangle has.
@@ -307,6 +310,11 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
         array[3 * i + 1] = array[o + 1];
         array[3 * i + 2] = array[o + 2];
       }
+      // While nothing is drawn they would become more and more.
+      if (attribute.updateRanges.length >= MOST_RANGES) {
+        attribute.clearUpdateRanges();
+        attribute.addUpdateRange(0, 3 * cornerCount);
+      }
       attribute.addUpdateRange(3 * first, 3 * (end - first));
       attribute.addUpdateRange(3 * vertexCount, 3 * (cornerCount - vertexCount));
       attribute.needsUpdate = true;
@@ -316,15 +324,15 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     const { expression } = from;
     const isAtRest = Object.keys(expression).length === 0;
     if (expression !== folded) skin.fold(expression);
-    // Eyes that turn go by their size as well.
-    if (expression !== folded || !isAtRest) eyes.turn(turnsOf(expression), !isAtRest);
-    folded = expression;
-    const { sex } = told(from);
+    const sex = toldOf(from, 'sex');
     const suited = lashes.suit(sex === undefined ? 0 : manlyOf(sex));
     if (suited || ofEyes[end] > ofEyes[first]) {
       eyes.update(present);
       lashes.update(present, eyes.centres);
     }
+    // Eyes that turn go by their size as well.
+    if (expression !== folded || !isAtRest) eyes.turn(turnsOf(expression), !isAtRest);
+    folded = expression;
     for (const one of tresses) one.update(present);
     teeth?.update(present, shiftsOf(expression));
   }
@@ -397,11 +405,15 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
 
   /** @type {import('./colouring.js').Colouring} */
   let colouring = {};
-  /** @param {import('./colouring.js').Colouring} now */
-  function paint(now) {
+  /**
+   * @param {import('./colouring.js').Colouring} now
+   * @param {boolean} [asks] whether hair that is new is to grow; otherwise whoever paints it finishes it at once
+   */
+  function paint(now, asks = true) {
     colouring = now;
     const paints = pigments(tone, now);
-    for (const part of [skin, lashes, eyes, ...tresses]) part.paint(paints);
+    for (const part of [skin, lashes, eyes]) part.paint(paints);
+    for (const one of tresses) one.paint(paints, asks);
     if (wornIn) skin.tint(paints, wornIn);
   }
   paint(colouring);

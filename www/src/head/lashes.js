@@ -169,56 +169,53 @@ export function createLashes(triangles, rest, vertexOf) {
     const reach = length * (0.45 + 0.75 * outward * (1 - 0.55 * outward) * 1.6);
     return { from: 3 * lid.path[i], to: 3 * lid.path[i + 1], part: where - i, lid, lean, curl, reach };
   });
+  /** The way of a lash: where its root comes from, and its points from there to its tip. */
+  const way = new Float64Array(3 * (SEGMENTS + 2));
   /**
-   * Follows each lash from its root to its tip. It is traced with every event of a drag, so that all of it is plain numbers.
-   * @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
-   * @param {(x: number, y: number, z: number, dx: number, dy: number, dz: number, t: number) => void} pass where it is, and where from
+   * Follows a lash from its root to its tip. All are traced with every event of a drag: it is plain numbers.
+   * @param {typeof rooted[number]} lash @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first
    */
-  function trace(positions, eyes, pass) {
-    const long = 1 - MANLY.short * manly;
-    for (const { from, to, part, lid, lean, curl, reach: longest } of rooted) {
-      const reach = long * longest;
-      const rootX = positions[from] + part * (positions[to] - positions[from]);
-      const rootY = positions[from + 1] + part * (positions[to + 1] - positions[from + 1]);
-      const rootZ = positions[from + 2] + part * (positions[to + 2] - positions[from + 2]);
-      const { x, y, z } = eyes[lid.outer];
-      const [ox, oy, oz] = [rootX - x, rootY - y, rootZ - z];
-      const far = Math.sqrt(ox * ox + oy * oy + oz * oz);
-      // Lashes fan out: sideways with their place on the lid, always forward.
-      let wayX = (ox / far) * 1.25 + lean * 0.5;
-      let wayY = lid.rise * 0.12;
-      let wayZ = Math.max(0.75, oz / far);
-      const size = Math.sqrt(wayX * wayX + wayY * wayY + wayZ * wayZ);
-      wayX /= size;
-      wayY /= size;
-      wayZ /= size;
-      let [lastX, lastY, lastZ] = [rootX - wayX, rootY - wayY, rootZ - wayZ];
-      for (let s = 0; s <= SEGMENTS; s++) {
-        const t = s / SEGMENTS;
-        const out = reach * (t - 0.22 * t * t);
-        const px = rootX + wayX * out;
-        const py = rootY + wayY * reach * t + lid.rise * reach * (0.42 * curl * t * t - 0.3 * t * (1 - t));
-        const pz = rootZ + wayZ * out;
-        pass(px, py, pz, px - lastX, py - lastY, pz - lastZ, t);
-        lastX = px;
-        lastY = py;
-        lastZ = pz;
-      }
+  function trace({ from, to, part, lid, lean, curl, reach: longest }, positions, eyes) {
+    const reach = (1 - MANLY.short * manly) * longest;
+    const rootX = positions[from] + part * (positions[to] - positions[from]);
+    const rootY = positions[from + 1] + part * (positions[to + 1] - positions[from + 1]);
+    const rootZ = positions[from + 2] + part * (positions[to + 2] - positions[from + 2]);
+    const { x, y, z } = eyes[lid.outer];
+    const [ox, oy, oz] = [rootX - x, rootY - y, rootZ - z];
+    const far = Math.sqrt(ox * ox + oy * oy + oz * oz);
+    // Lashes fan out: sideways with their place on the lid, always forward.
+    let wayX = (ox / far) * 1.25 + lean * 0.5;
+    let wayY = lid.rise * 0.12;
+    let wayZ = Math.max(0.75, oz / far);
+    const size = Math.sqrt(wayX * wayX + wayY * wayY + wayZ * wayZ);
+    wayX /= size;
+    wayY /= size;
+    wayZ /= size;
+    way[0] = rootX - wayX;
+    way[1] = rootY - wayY;
+    way[2] = rootZ - wayZ;
+    for (let s = 0; s <= SEGMENTS; s++) {
+      const t = s / SEGMENTS;
+      const out = reach * (t - 0.22 * t * t);
+      way[3 * s + 3] = rootX + wayX * out;
+      way[3 * s + 4] = rootY + wayY * reach * t + lid.rise * reach * (0.42 * curl * t * t - 0.3 * t * (1 - t));
+      way[3 * s + 5] = rootZ + wayZ * out;
     }
   }
   /** @param {ArrayLike<number>} positions @param {Vector3[]} eyes centres, the subject's right first */
   function update(positions, eyes) {
     let o = 0;
-    trace(positions, eyes, (x, y, z, dx, dy, dz) => {
-      for (let side = 0; side < 2; side++, o += 3) {
-        array[o] = x;
-        array[o + 1] = y;
-        array[o + 2] = z;
-        course[o] = dx;
-        course[o + 1] = dy;
-        course[o + 2] = dz;
+    for (const lash of rooted) {
+      trace(lash, positions, eyes);
+      for (let i = 3; i < way.length; i += 3, o += 6) {
+        array[o] = array[o + 3] = way[i];
+        array[o + 1] = array[o + 4] = way[i + 1];
+        array[o + 2] = array[o + 5] = way[i + 2];
+        course[o] = course[o + 3] = way[i] - way[i - 3];
+        course[o + 1] = course[o + 4] = way[i + 1] - way[i - 2];
+        course[o + 2] = course[o + 5] = way[i + 2] - way[i - 1];
       }
-    });
+    }
     position.needsUpdate = along.needsUpdate = true;
   }
   const each = RINGS.length * SIDES + 1;
@@ -229,23 +226,28 @@ export function createLashes(triangles, rest, vertexOf) {
   function bodiesAt(positions, eyes) {
     const points = new Float32Array(lashes.length * each * 3);
     let o = 0;
-    trace(positions, eyes, (x, y, z, dx, dy, dz, t) => {
-      const isTip = t === 1;
-      if (!isTip && !RINGS.includes(Math.round(t * SEGMENTS))) return;
-      // Across the lash and sideways, and across both.
-      const flat = Math.hypot(dy, dz);
-      const [ay, az] = [-dz / flat, dy / flat];
-      const long = Math.hypot(flat, dx);
-      const [ux, uy, uz] = [(ay * dz - az * dy) / long, (az * dx) / long, (-ay * dx) / long];
-      for (let side = 0; side < (isTip ? 1 : SIDES); side++, o += 3) {
-        const angle = (2 * Math.PI * side) / SIDES;
-        const wide = isTip ? 0 : thick.value * thickness(t);
-        const [cos, sin] = [wide * Math.cos(angle), wide * Math.sin(angle)];
-        points[o] = x + sin * ux;
-        points[o + 1] = y + cos * ay + sin * uy;
-        points[o + 2] = z + cos * az + sin * uz;
+    for (const lash of rooted) {
+      trace(lash, positions, eyes);
+      for (let s = 0; s <= SEGMENTS; s++) {
+        const isTip = s === SEGMENTS;
+        if (!isTip && !RINGS.includes(s)) continue;
+        const [x, y, z] = way.subarray(3 * s + 3, 3 * s + 6);
+        const [dx, dy, dz] = [x - way[3 * s], y - way[3 * s + 1], z - way[3 * s + 2]];
+        // Across the lash and sideways, and across both.
+        const flat = Math.hypot(dy, dz);
+        const [ay, az] = [-dz / flat, dy / flat];
+        const long = Math.hypot(flat, dx);
+        const [ux, uy, uz] = [(ay * dz - az * dy) / long, (az * dx) / long, (-ay * dx) / long];
+        for (let side = 0; side < (isTip ? 1 : SIDES); side++, o += 3) {
+          const angle = (2 * Math.PI * side) / SIDES;
+          const wide = isTip ? 0 : thick.value * thickness(s / SEGMENTS);
+          const [cos, sin] = [wide * Math.cos(angle), wide * Math.sin(angle)];
+          points[o] = x + sin * ux;
+          points[o + 1] = y + cos * ay + sin * uy;
+          points[o + 2] = z + cos * az + sin * uz;
+        }
       }
-    });
+    }
     return points;
   }
   /**

@@ -351,8 +351,11 @@ const FUZZ = new Color(0.95, 0.72, 0.62);
  * }} look `depth` is the z (mm, at rest) from which on the maps apply
  */
 export function createSkin({ pores, face, brows, depth, landmarks }) {
-  /** @type {import('three').Texture} */
-  const hairless = new DataTexture(new Uint8Array(4), 1, 1);
+  /** Until there are lines: nobody looks at it. @type {import('three').Texture} */
+  const lineless = new DataTexture(new Uint8Array(4), 1, 1);
+  /** No hair, which would be neither light nor dark, and leans nowhere. @type {import('three').Texture} */
+  const hairless = new DataTexture(Uint8Array.of(0, 128, 128, 0), 1, 1);
+  hairless.needsUpdate = true;
   const uniforms = {
     ...studioUniforms,
     poreMap: { value: pores },
@@ -380,7 +383,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     /** At rest, mm. */
     noseBase: { value: (landmarks.get('ibug_33')?.[1] ?? 0) - BELOW },
     /** Painted when there are lines or freckles. */
-    lineMap: { value: hairless },
+    lineMap: { value: lineless },
     lineFrame: { value: new Vector4(0, 0, 1, 1) },
     aged: { value: new Vector2() },
     creased: { value: 0 },
@@ -475,8 +478,10 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
   const most = (/** @type {Vector4} */ { x, y, z, w }) => Math.max(x, y, z, w);
   function crease() {
     const { aged, foldsRight, foldsLeft, creased, lineMap } = uniforms;
-    creased.value = Math.max(aged.value.x, aged.value.y, most(foldsRight.value), most(foldsLeft.value));
-    if (creased.value > 0) want('lines');
+    const deepest = Math.max(aged.value.x, aged.value.y, most(foldsRight.value), most(foldsLeft.value));
+    if (deepest > 0) want('lines');
+    // What there is until they come would tilt all of the face.
+    creased.value = lineMap.value === lineless ? 0 : deepest;
   }
   /** @type {ReturnType<typeof import('./finework.js').layFinework> | null} */
   let finework = null;
@@ -485,7 +490,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
   const maps = { lines: uniforms.lineMap, strands: uniforms.strandMap };
   /** @param {keyof typeof maps} what */
   function want(what) {
-    if (!finework || wanted.has(what) || maps[what].value !== hairless) return;
+    if (!finework || wanted.has(what) || ![lineless, hairless].includes(maps[what].value)) return;
     wanted.add(what);
     finework.soon(what);
   }
@@ -495,6 +500,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.lineMap.value = createMap(lines.map);
       uniforms.lineFrame.value.fromArray(lines.frame);
       wanted.delete('lines');
+      crease();
     }
     if (strands) {
       const tile = createTile(strands);

@@ -4,19 +4,25 @@ import { readColouring, whole } from './colouring.js';
 /** How deep skin is, where a model tells the shares of a shape by these names. */
 const TONES = /** @type {const} */ ({ african: 0.85, asian: 0.4, caucasian: 0.22 });
 
+/** @typedef {Pick<import('phiz').Face, 'model' | 'attribute'>} Labelled */
+
+/**
+ * What a model's label says of a face, from 0 to 1; undefined without that label.
+ * @param {Labelled} face @param {string} name
+ */
+export function toldOf(face, name) {
+  const attribute = face.model.attributes.find((one) => one.name === name);
+  if (!attribute) return undefined;
+  const [least, most] = attribute.limits;
+  return Math.min(1, Math.max(0, (face.attribute(name) - least) / (most - least)));
+}
+
 /**
  * What a model's labels say of a face, each from 0 to 1; what it has no labels for is absent.
- * @param {Pick<import('phiz').Face, 'model' | 'attribute'>} face
+ * @param {Labelled} face
  */
 export function told(face) {
-  const { attributes } = face.model;
-  /** @param {string} name */
-  function part(name) {
-    const attribute = attributes.find((one) => one.name === name);
-    if (!attribute) return undefined;
-    const [least, most] = attribute.limits;
-    return Math.min(1, Math.max(0, (face.attribute(name) - least) / (most - least)));
-  }
+  const part = (/** @type {string} */ name) => toldOf(face, name);
   const shares = Object.entries(TONES).map(([name, tone]) => ({ name, tone, share: part(name) ?? 0 }));
   const sum = shares.reduce((total, { share }) => total + share, 0);
   return {

@@ -24,7 +24,10 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
   let split = null;
   /** The face that distances are from. @type {import('phiz').Face | null} */
   let reference = null;
-  const colours = new Float32Array(3 * face.model.vertexCount);
+  /** Where its vertices were when they were asked for last. @type {{ code: string, expression: object, positions: Float32Array } | null} */
+  let from = null;
+  const away = new Float32Array(face.model.vertexCount);
+  const colours = new Float32Array(3 * away.length);
 
   /** Another face beside this one, or in its place, makes the same face. @param {import('phiz').Face} other */
   function alike(other) {
@@ -41,10 +44,18 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
     head.wornStrength.value = worn && head.wears ? 1 : 0;
   }
 
+  /** The face that distances are from stays as it is while this one changes. @param {import('phiz').Face} other */
+  function positionsOf(other) {
+    const { code, expression } = alike(other);
+    if (from?.code !== code || from.expression !== expression) from = { code, expression, positions: other.positions.slice() };
+    return from.positions;
+  }
+
   function heat() {
     if (!reference || plain) return head.paintHeat(null);
-    const from = alike(reference).positions.slice();
-    const away = distances(shown().positions, from);
+    // First what may be evaluated, and move the module's memory.
+    const there = positionsOf(reference);
+    distances(shown().positions, there, away);
     const end = scaleEnd(away);
     heatColours(away, end, colours);
     head.paintHeat(colours);
@@ -52,7 +63,8 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
   }
   /** @param {readonly [number, number]} [range] */
   function refresh(range) {
-    head.update(shown(), split ? undefined : range);
+    // Two that are side by side take their turns as they are drawn.
+    if (!split) head.update(shown(), range);
     heat();
     scene.shapeChanged();
   }
@@ -73,6 +85,8 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
 
   return {
     refresh,
+    /** The colours of what is shown have changed, or how much of them is to be seen. */
+    repaint: () => dress(looks),
     /**
      * Shows another face; null goes back.
      * @param {import('phiz').Face | null} other
@@ -153,7 +167,7 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
             pose() {
               const sitter = pose();
               head.update(sitter.face);
-              head.paint(sitter.colouring);
+              head.paint(sitter.colouring, false);
               head.finish();
             },
             into,

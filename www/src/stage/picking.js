@@ -9,9 +9,9 @@ const CLICK_REACH = 6;
  *   canvas: HTMLCanvasElement,
  *   camera: import('three').Camera,
  *   head: ReturnType<typeof import('../head/head.js').createHead>,
- *   hover: (group: string | null, event: PointerEvent | null) => void,
+ *   hover: (group: string | null, onSkin: boolean) => void,
  *   pick: (group: string | null) => void,
- * }} on
+ * }} on `onSkin`: whether it is the skin that the pointer is on there
  */
 export function createPicking({ canvas, camera, head, hover, pick }) {
   const raycaster = new Raycaster();
@@ -22,8 +22,8 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
   let down = null;
   let touches = 0;
 
-  /** @param {PointerEvent} event */
-  function groupUnder(event) {
+  /** @param {PointerEvent} event @returns {{ group: string | null, onSkin: boolean }} */
+  function under(event) {
     const box = canvas.getBoundingClientRect();
     pointer.set(
       ((event.clientX - box.left) / box.width) * 2 - 1,
@@ -34,13 +34,13 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
       head.group.children.filter((child) => child !== head.skin),
     );
     const [skin] = raycaster.intersectObject(head.skin);
-    if (eye && (!skin || eye.distance < skin.distance)) return 'eyes';
-    return skin?.face ? head.groupAt(skin.face.a) : null;
+    if (eye && (!skin || eye.distance < skin.distance)) return { group: 'eyes', onSkin: false };
+    return skin?.face ? { group: head.groupAt(skin.face.a), onSkin: true } : { group: null, onSkin: false };
   }
 
   /** The same for a pointer that something else holds. @param {PointerEvent} event */
   function groupOnHead(event) {
-    return document.elementFromPoint(event.clientX, event.clientY) === canvas ? groupUnder(event) : null;
+    return document.elementFromPoint(event.clientX, event.clientY) === canvas ? under(event).group : null;
   }
 
   canvas.addEventListener('pointermove', (event) => {
@@ -48,7 +48,10 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
     // One look-up a frame, however many events.
     if (!waiting) {
       requestAnimationFrame(() => {
-        if (waiting) hover(groupUnder(waiting), waiting);
+        if (waiting) {
+          const { group, onSkin } = under(waiting);
+          hover(group, onSkin);
+        }
         waiting = null;
       });
     }
@@ -56,7 +59,7 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
   });
   canvas.addEventListener('pointerleave', () => {
     waiting = null;
-    hover(null, null);
+    hover(null, false);
   });
   canvas.addEventListener('pointerdown', (event) => {
     touches += 1;
@@ -72,7 +75,7 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
     const moved = Math.hypot(event.clientX - down.x, event.clientY - down.y);
     down = null;
     if (moved > CLICK_REACH) return;
-    pick(groupUnder(event));
+    pick(under(event).group);
   });
 
   return { groupUnder: groupOnHead };

@@ -1,12 +1,11 @@
 import { element } from '../frame/element.js';
 import { among, shows } from '../head/expression.js';
+import { batchOf } from './batch.js';
 import { createRemembered } from './remembered.js';
 
 /** The pictures' size, pixels; shown at half of it. */
 const WIDTH = 144;
 const HEIGHT = 176;
-/** How many are taken between two frames: the stage is drawn again after each batch. */
-const BATCH = 4;
 /** How many are remembered, of some 40 kB each: each face that was ever listed has one. */
 const MOST = 200;
 /** How long to wait for a graphics card that was lost, ms. */
@@ -28,13 +27,10 @@ export function createPortraits(model, display) {
 
   function work() {
     scheduled = false;
-    const codes = [...waiting.keys()].slice(0, BATCH);
-    const sheets = codes.map((code) => ({
+    const sheets = batchOf(waiting.keys()).map(([code, { code: shape, expression = {}, colouring = {} }]) => ({
       code,
       into: /** @type {HTMLCanvasElement} */ (sheet.cloneNode()),
       pose() {
-        /** @type {import('../keep/library.js').Likeness} */
-        const { code: shape, expression = {}, colouring = {} } = JSON.parse(code);
         sitter.code = shape;
         // Before the expressions are there it is at rest; when they come, it is taken again.
         sitter.expression = among(expression, model.expressions);

@@ -97,7 +97,9 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   const camera = new PerspectiveCamera(22, 1, 20, 5000);
   const controls = new OrbitControls(camera, canvas);
   const still = window.matchMedia('(prefers-reduced-motion: reduce)');
-  controls.enableDamping = !still.matches;
+  const damp = () => (controls.enableDamping = !still.matches);
+  damp();
+  still.addEventListener('change', damp);
   controls.dampingFactor = 0.09;
   controls.rotateSpeed = 0.75;
   controls.zoomSpeed = 0.8;
@@ -135,6 +137,8 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
 
   /** @param {number} now */
   function draw(now) {
+    // Who draws at once does it for whoever asked for a frame.
+    cancelAnimationFrame(scheduled);
     scheduled = 0;
     if (flight) {
       const t = still.matches ? 1 : Math.min(1, Math.max(0, (now - flight.start) / 450));
@@ -162,8 +166,8 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   function rest() {
     clearTimeout(resting);
     resting = 0;
-    // Who asks for fewer pixels than the screen has does not look at edges.
-    fine = !refines || renderer.getPixelRatio() < 1;
+    // Who asks for so few pixels does not look at edges. A page that is zoomed out has as many as the screen.
+    fine = !refines || renderer.getPixelRatio() < 0.5;
     if (fine || scheduled) return;
     averaging.begin();
     resting = window.setTimeout(refine, RESTS);
@@ -209,7 +213,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
    * Small pictures from the front, drawn in a corner of the canvas and copied from there. The
    * caller poses the head each time, sets it back, and the stage is drawn again at once.
    * @param {{ pose: () => void, into: HTMLCanvasElement }[]} sitters all of one size
-   * @returns {boolean} false while the graphics card is lost
+   * @returns {boolean} false when the graphics card is lost, or went on the way
    */
   function portraits(sitters) {
     if (sitters.length === 0 || renderer.getContext().isContextLost()) return false;
@@ -234,7 +238,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     renderer.setScissorTest(false);
     renderer.setViewport(0, 0, canvas.clientWidth, canvas.clientHeight);
     backdropUniforms.backdropSize.value.copy(stageSize);
-    return true;
+    return !renderer.getContext().isContextLost();
   }
 
   // While they are damped, each frame moves the camera a little further.
@@ -317,10 +321,10 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   /** Hair has grown, or is gone: the view that was chosen is on all of it, unless somebody went elsewhere from there. */
   function reframe() {
     const { phi, theta } = VIEWS[chosen];
-    const rests = flight || new Vector3().setFromSphericalCoords(fitted, phi, theta).add(controls.cursor).distanceTo(camera.position) < 1;
+    if (!flight && new Vector3().setFromSphericalCoords(fitted, phi, theta).add(controls.cursor).distanceTo(camera.position) >= 1) return;
     const { distance, middle, aside } = framed();
     // Less is not worth a move.
-    if (rests && Math.abs(distance - fitted) + Math.abs(middle - controls.cursor.y) + Math.abs(aside - beside) > 0.01 * fitted) view(chosen);
+    if (Math.abs(distance - fitted) + Math.abs(middle - controls.cursor.y) + Math.abs(aside - beside) > 0.01 * fitted) view(chosen);
   }
 
   /**
@@ -355,7 +359,9 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     controls.target.add(controls.cursor);
     camera.position.copy(controls.target).add(arm.multiplyScalar(scale));
     for (const end of flight ? [flight.from, flight.to] : []) end.radius *= scale;
-    invalidate();
+    // A canvas that gets another size is blank, and this frame is shown before the next one is drawn.
+    if (asleep || frames === 0) invalidate();
+    else draw(performance.now());
   }
 
   // As if the canvas was a square, until it has a size: it may be hidden.
@@ -459,6 +465,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
       resting = 0;
       observer.disconnect();
       density.removeEventListener('change', fitDensity);
+      still.removeEventListener('change', damp);
       beforeFrame.clear();
       controls.dispose();
       averaging.dispose();

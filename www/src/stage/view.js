@@ -31,6 +31,11 @@ export function createView(model, canvas, laying, covered) {
       preview.dispose();
       scene.scene.add(head.group);
       scene.light(groundwork.studio);
+      // Hair that comes later is to be in view as well.
+      scene.contain((...from) => {
+        const each = head.tresses.map((one) => one.reach(...from));
+        return [Math.min(...each.map(([low]) => low)), Math.max(...each.map(([, high]) => high))];
+      });
       scene.widen((...from) => {
         const each = head.tresses.map((one) => one.breadth(...from));
         return [Math.max(0, ...each.map(([left]) => left)), Math.max(0, ...each.map(([, right]) => right))];
