@@ -6,11 +6,12 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde_json::json;
 
+use crate::anatomy::Measure;
 use crate::fit::format::files::write_atomically;
 use crate::fit::likeness::Likenesses;
 use crate::fit::mesh::align::vertex_areas;
 use crate::fit::{FitError, FitResult};
-use crate::{Face, FaceModel, Measure};
+use crate::{Face, FaceModel};
 
 /// What is in the table, for `--help`.
 pub const TABLE: &str = "\
