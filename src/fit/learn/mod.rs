@@ -1,8 +1,8 @@
 //! From registered faces to a model: align, learn each region, smooth, blend, learn the rest.
 //!
 //! By way of [`smooth`] and [`surround`]; [`measures`](mod@measures) and [`describe`](mod@describe) put it into words, [`semantic`] makes
-//! named controls of it, [`attributes`] are what labels tell of its faces, [`about`] says who they are, and [`crease`] how
-//! clean its seams are.
+//! named controls of it, [`attributes`] are what [`labels`] tell of its faces, [`about`] says who they are and
+//! [`persons`] which of them are one person's, and [`crease`] how clean its seams are.
 
 pub mod about;
 pub mod attributes;
@@ -10,7 +10,9 @@ pub mod crease;
 pub mod describe;
 mod distribution;
 mod feature;
+pub mod labels;
 pub mod measures;
+pub mod persons;
 pub mod semantic;
 pub mod smooth;
 pub mod surround;
