@@ -409,9 +409,12 @@ fn scanned(template: &Template, people: usize, times: usize) -> Option<Vec<Vec<V
         .unwrap()
         .faces;
     let (own, others) = faces.split_at(people);
+    let scan = |face: &[DVec3], other: &[DVec3]| -> Vec<DVec3> {
+        let both = face.iter().zip(other);
+        both.map(|(p, q)| p.lerp(*q, 0.05)).collect()
+    };
     let scans = |(face, others): (&Vec<DVec3>, &[Vec<DVec3>])| {
-        let scan = |other: &Vec<DVec3>| face.iter().zip(other).map(|(p, q)| p.lerp(*q, 0.05));
-        others.iter().map(|other| scan(other).collect()).collect()
+        others.iter().map(|other| scan(face, other)).collect()
     };
     Some(own.iter().zip(others.chunks(times)).map(scans).collect())
 }
