@@ -10,13 +10,15 @@ use phiz::fit::format::ply::write_mesh;
 use phiz::fit::head::cage::Cage;
 use phiz::fit::head::prior::ShapePrior;
 use phiz::fit::head::template::Template;
-use phiz::fit::learn::attributes::{self, Labels};
+use phiz::fit::learn::attributes;
 use phiz::fit::learn::crease::{Seam, seams};
+use phiz::fit::learn::labels::{Labels, Told};
+use phiz::fit::learn::persons::Persons;
 use phiz::fit::learn::{Learned, Settings, doubled, far_beyond, learn};
 use phiz::fit::truth::population;
 use phiz::fit::validate::rounding;
 use phiz::quantise::BLOCK_ERROR;
-use phiz::{FaceModel, Randomize};
+use phiz::{FaceModel, Random, Randomize};
 
 use crate::{base_mesh, common, heads};
 
@@ -343,6 +345,7 @@ fn labels_are_learned_each_by_itself() {
     let column = |of: &dyn Fn(usize) -> Option<f64>| (0..40).map(of).collect::<Vec<_>>();
     let sex = |f: usize| people.labels[f].sex;
     let labels = |told: Vec<(&str, Vec<Option<f64>>)>| Labels {
+        persons: Persons::each(40),
         together: (0..told.len()).map(|i| i..i + 1).collect(),
         told: told
             .into_iter()
@@ -397,6 +400,185 @@ fn labels_are_learned_each_by_itself() {
     let said = "no label can be learned; same: the same for all 40 people";
     assert!(none.to_string().starts_with(said), "{none}");
     learn(&Labels::default()).unwrap_err();
+}
+
+/// So many people, each scanned so many times: what is unlike from scan to scan is a part of how unlike people are.
+fn scanned(template: &Template, people: usize, times: usize) -> Option<Vec<Vec<Vec<DVec3>>>> {
+    let count = people * (1 + times);
+    let faces = population::sample(template, &base_mesh::folder()?, count, 21)
+        .unwrap()
+        .faces;
+    let (own, others) = faces.split_at(people);
+    let scan = |face: &[DVec3], other: &[DVec3]| -> Vec<DVec3> {
+        let both = face.iter().zip(other);
+        both.map(|(p, q)| p.lerp(*q, 0.05)).collect()
+    };
+    let scans = |(face, others): (&Vec<DVec3>, &[Vec<DVec3>])| {
+        others.iter().map(|other| scan(face, other)).collect()
+    };
+    Some(own.iter().zip(others.chunks(times)).map(scans).collect())
+}
+
+/// Ten people with five scans each: what their files are called has no part in what labels are said to tell, and labels
+/// that are drawn at random tell nothing, unless a person's scans are taken for those of five.
+#[test]
+fn names_of_files_tell_no_labels() {
+    const LABELS: usize = 12;
+    let Some(template) = heads::plain() else {
+        return;
+    };
+    let Some(people) = scanned(template, 10, 5) else {
+        return;
+    };
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/synthetic.phiz");
+    let model = FaceModel::parse(&std::fs::read(path).unwrap()).unwrap();
+    let mut random = Random::new(8);
+    let values: Vec<Vec<f64>> = (0..10)
+        .map(|_| (0..LABELS).map(|_| random.normal()).collect())
+        .collect();
+    let namings: [fn(usize, usize) -> String; 2] = [
+        |person, scan| format!("person {person}, scan {scan}"),
+        |person, scan| format!("scan {scan}, person {person}"),
+    ];
+    let learned = |naming: fn(usize, usize) -> String, told: bool| {
+        let all = (0..10).flat_map(|p| (0..5).map(move |s| (naming(p, s), p, s)));
+        let mut all: Vec<(String, usize, usize)> = all.collect();
+        all.sort();
+        let of = |p: usize| {
+            let labels = values[p].iter().enumerate();
+            let labels = labels.map(|(l, y)| (format!("label {l:02}"), serde_json::json!(y)));
+            let mut labels: serde_json::Map<String, serde_json::Value> = labels.collect();
+            if told {
+                labels.insert("person".into(), serde_json::json!(p));
+            }
+            labels
+        };
+        let json: std::collections::BTreeMap<_, _> =
+            all.iter().map(|(name, p, _)| (name, of(*p))).collect();
+        let folder = tempfile::tempdir().unwrap();
+        let json = serde_json::to_vec(&json).unwrap();
+        std::fs::write(folder.path().join("labels.json"), json).unwrap();
+        let names: Vec<String> = all.iter().map(|(name, ..)| name.clone()).collect();
+        let faces: Vec<Vec<DVec3>> = all.iter().map(|(_, p, s)| people[*p][*s].clone()).collect();
+        let told = Told::beside(folder.path()).unwrap().unwrap();
+        let labels = Labels::of(&told, &names);
+        attributes::learn(template, &model, &faces, &labels, "they")
+            .unwrap()
+            .told
+    };
+    let [by_person, by_scan] = namings.map(|naming| learned(naming, true));
+    assert_eq!(by_person.len(), LABELS);
+    for (a, b) in by_person.iter().zip(&by_scan) {
+        assert_eq!((a.people, b.people), (10, 10));
+        // The same sums in another order; what is explained is in f32.
+        assert!((a.error / b.error - 1.0).abs() < 1e-6);
+        assert!((a.attribute.explained - b.attribute.explained).abs() < 1e-5);
+        for (x, y) in a.attribute.reading.iter().zip(&b.attribute.reading) {
+            assert!((x - y).abs() < 1e-4 * (1.0 + x.abs()), "{x} {y}");
+        }
+    }
+    let mean = |told: &[attributes::Outcome]| {
+        let sum: f32 = told.iter().map(|told| told.attribute.explained).sum();
+        sum / LABELS as f32
+    };
+    let alone = mean(&learned(namings[0], false));
+    println!(
+        "explained {:.3}, {alone:.3} as other people's",
+        mean(&by_person)
+    );
+    // Of ten people two numbers that have nothing to do with each other share a ninth of their variance by chance.
+    assert!(mean(&by_person) < 0.12);
+    assert!(alone > 0.5);
+}
+
+/// What a user types about scans of one person, and what is said of it.
+#[test]
+fn scans_of_one_person_are_told_and_labels_chosen() {
+    let Some(template) = heads::plain() else {
+        return;
+    };
+    let Some(people) = scanned(template, 12, 2) else {
+        return;
+    };
+    let root = tempfile::tempdir().unwrap();
+    let at = |name: &str| root.path().join(name);
+    std::fs::write(at("t.phiz"), template.to_bytes().unwrap()).unwrap();
+    std::fs::create_dir(at("faces")).unwrap();
+    let mut random = Random::new(2);
+    let (mut json, mut csv) = (serde_json::Map::new(), String::new());
+    for (p, scans) in people.iter().enumerate() {
+        let (age, asian) = (20.0 + 3.0 * p as f64, random.uniform());
+        for (s, face) in scans.iter().enumerate() {
+            let name = format!("p{p} s{s}");
+            let path = at("faces").join(format!("{name}.ply"));
+            write_mesh(&path, face, &template.triangles()).unwrap();
+            csv += &format!("{name},{p},{age},{asian},0,{}\n", 1.0 - asian);
+            let told = serde_json::json!({
+                "person": p, "age": age, "ethnicity": [0.0, asian, 1.0 - asian],
+            });
+            json.insert(name, told);
+        }
+    }
+    json.insert("nobody".into(), serde_json::json!({"age": 3}));
+    let json = serde_json::to_vec(&json).unwrap();
+    std::fs::write(at("faces/labels.json"), &json).unwrap();
+    let run = |arguments: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+        let done = command.current_dir(root.path()).args(arguments.split(' '));
+        let done = done.output().unwrap();
+        let said = [done.stdout, done.stderr].map(|said| String::from_utf8(said).unwrap());
+        (done.status.code(), said)
+    };
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/synthetic.phiz");
+    let attributes = format!("attributes --template t.phiz --faces faces {model} -o m.phiz");
+    let (code, [out, err]) = run(&attributes);
+    assert_eq!(code, Some(0), "{err}");
+    let mut lines = out.lines();
+    let strange = "faces/labels.json: 1 of its names are of no face there: nobody";
+    assert_eq!(lines.next(), Some(strange), "{out}");
+    let counted = "24 scans of 12 people, of whose skin the model leaves ";
+    assert!(lines.next().unwrap().starts_with(counted), "{out}");
+    // Nobody has any of the one share: the two others are learned without it.
+    let left_out = "african    skipped: the same for all 12 people of whom it is known";
+    assert_eq!(lines.next(), Some(left_out), "{out}");
+    let told: Vec<&str> = lines.filter_map(|line| line.split(' ').next()).collect();
+    assert_eq!(told, ["age", "asian", "caucasian", "m.phiz:"], "{out}");
+    // A table that tells the same.
+    std::fs::remove_file(at("faces/labels.json")).unwrap();
+    csv.insert_str(0, "name,person,age,asian,african,caucasian\n");
+    std::fs::write(at("faces/labels.csv"), csv).unwrap();
+    let (_, [table, err]) = run(&attributes);
+    assert_eq!(out.split_once('\n').unwrap().1, table, "{err}");
+    let (_, [out, err]) = run(&format!("{attributes} --labels age"));
+    let told: Vec<&str> = out.lines().skip(1).collect();
+    assert!(told.len() == 2 && told[0].starts_with("age "), "{out}{err}");
+    let (code, [_, err]) = run(&format!("{attributes} --labels age,agee"));
+    assert_eq!(code, Some(1));
+    let said = "phiz-fit: faces/labels.csv: no label of these faces is called \"agee\"; there are age, ethnicity\n";
+    assert_eq!(err, said);
+    let over = "attributes --template t.phiz --faces faces m.phiz -o faces/labels.csv";
+    let (code, [_, err]) = run(over);
+    assert!(
+        code == Some(1) && err.contains("is one of the files of the faces"),
+        "{err}"
+    );
+    // What is learned from is said to be scans.
+    let (code, [_, err]) = run("train --template t.phiz --faces faces -o n.phiz");
+    assert_eq!(code, Some(0), "{err}");
+    let warned = "phiz-fit: warning: faces: 24 scans of 12 people; each scan counts as one face in what is learned\n";
+    assert!(err.starts_with(warned), "{err}");
+    // Other people than there are cannot be drawn.
+    let (code, [out, err]) =
+        run("basis --template t.phiz --faces faces --compare 9 --test 4 -o b.json");
+    assert_eq!(code, Some(1));
+    assert_eq!(
+        out,
+        "faces: 24 scans of 12 people, of each of whom the first is taken\n"
+    );
+    assert!(
+        err.contains("12 faces are too few to learn from 9 and to test on 4 others"),
+        "{err}"
+    );
 }
 
 /// Where people differ on one side only, so do their controls; elsewhere what is of one eye is the image of the other's.

@@ -765,6 +765,16 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         "{err}"
     );
     fs::remove_file(scans.join("labels.json")).expect("goes");
+    fs::write(scans.join("labels.csv"), "name,age\nanna,old\n").expect("writes");
+    let refused = register(&template_file, &folder);
+    let err = said(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        err.contains("labels.csv: row 2, column age: \"old\" is no number")
+            && err.lines().count() == 1,
+        "{err}"
+    );
+    fs::remove_file(scans.join("labels.csv")).expect("goes");
     assert_eq!(files(&faces), after);
 
     // Where no face is left, nothing is mixed.

@@ -7,6 +7,8 @@ use std::sync::OnceLock;
 use glam::{DVec3, Vec3};
 use phiz::FaceModel;
 use phiz::fit::head::template::Template;
+use phiz::fit::learn::labels::Told;
+use phiz::fit::learn::persons::Persons;
 use phiz::fit::mesh::align::{Rigid, vertex_areas};
 use phiz::fit::register::Settings as Registration;
 use phiz::fit::sparse::compare::BASES;
@@ -14,6 +16,7 @@ use phiz::fit::statistics::subspace::Subspace;
 use phiz::fit::truth::population::{self, Labels};
 use phiz::fit::truth::simulate::{self, Settings, Simulator};
 use phiz::fit::validate::areas::{Areas, FEATURES};
+use phiz::fit::validate::held_out::Interval;
 use phiz::fit::validate::{Population, Report, STEPS, bases, page, validate};
 use rayon::prelude::*;
 
@@ -42,6 +45,7 @@ fn report_of(template: &Template, faces: Vec<Vec<Vec3>>) -> Result<Report, Strin
         template,
         names: Vec::new(),
         both_sides: true,
+        persons: Persons::each(faces.len()),
         faces,
         labels: Vec::new(),
         about: population::about(),
@@ -64,6 +68,7 @@ fn a_small_population_gets_a_whole_report() {
         names: names.collect(),
         both_sides: true,
         faces: faces.clone(),
+        persons: Persons::each(12),
         labels: labels.clone(),
         about: population::about(),
         drift: None,
@@ -148,6 +153,97 @@ fn a_small_population_gets_a_whole_report() {
         let name = picture.split(')').next().unwrap();
         assert!(short.join(name).is_file(), "{name}");
     }
+}
+
+/// Whoever was scanned twice is held out with both scans, and counts once.
+#[test]
+fn a_person_is_not_held_out_from_a_scan_of_the_same() {
+    let Some((template, faces, _)) = dozen() else {
+        return;
+    };
+    // Five people; the second scan of each is a tenth of the way to somebody else.
+    let again = |face: &Vec<Vec3>| -> Vec<Vec3> {
+        let other = &faces[11];
+        face.iter()
+            .zip(other)
+            .map(|(p, q)| p.lerp(*q, 0.1))
+            .collect()
+    };
+    let scans: Vec<Vec<Vec3>> = (faces[..5].iter().cloned())
+        .chain(faces[..5].iter().map(again))
+        .collect();
+    let names: Vec<String> = (0..10).map(|i| format!("{i}")).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let told = (0..10).map(|i| format!("\"{i}\": {{\"person\": {}}}", i % 5));
+    let told = format!("{{{}}}", told.collect::<Vec<_>>().join(", "));
+    std::fs::write(folder.path().join("labels.json"), told).unwrap();
+    let told = Told::beside(folder.path()).unwrap().unwrap();
+    let validated = |persons: Persons, scans: &[Vec<Vec3>]| {
+        let population = Population {
+            template,
+            names: names[..scans.len()].to_vec(),
+            both_sides: true,
+            persons,
+            faces: scans.to_vec(),
+            labels: Vec::new(),
+            about: population::about(),
+            drift: None,
+        };
+        validate(population, |_| ())
+    };
+    let persons = Persons::told(&names, &told);
+    let found = validated(persons.clone(), &scans).unwrap();
+    let apart = &found.report;
+    let mixed = validated(Persons::each(10), &scans).unwrap().report;
+    let error = |report: &Report| report.held_out[0].regions.last().unwrap().rms;
+    // With the other scan among those learned from, what is left of a face is little more than what the model leaves out.
+    assert!(
+        error(apart).mean > 2.0 * error(&mixed).mean,
+        "{:?} {:?}",
+        error(apart),
+        error(&mixed)
+    );
+    // Half as wide an interval would be of ten people.
+    let held_out: Vec<f64> = apart.people.iter().map(|p| p.held_out).collect();
+    let of_people = Interval::of(&persons.means(&held_out));
+    // Means of the same numbers, in another order.
+    assert!((of_people.high - error(apart).high).abs() < 1e-9);
+    assert!((of_people.mean - error(apart).mean).abs() < 1e-9);
+    // The nearest other person is farther than the other scan.
+    let nearest = |report: &Report| report.specificity.population.mean;
+    assert!(nearest(apart) > 2.0 * nearest(&mixed));
+    assert_eq!((apart.folds, apart.normality.faces), (5, 5));
+
+    let (out, short) = (folder.path().join("report"), folder.path().join("short"));
+    page::write(&found, &out, Some(&short)).unwrap();
+    let text = std::fs::read_to_string(short.join("README.md")).unwrap();
+    assert!(text.contains(
+        "10 scans of 5 people in 5 parts, each held out once; means over the people with"
+    ));
+    assert!(text.contains("2 people drawn at random and held out together:"));
+    let json = std::fs::read(out.join("report.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!(json["persons"][6], 1);
+    let json = serde_json::to_value(&mixed).unwrap();
+    assert!(json.get("persons").is_none());
+
+    // People are too few, and not scans; and other faces' persons are none of these.
+    let some: Vec<usize> = vec![0, 1, 2, 5, 6, 7];
+    let few: Vec<Vec<Vec3>> = some.iter().map(|&i| scans[i].clone()).collect();
+    let refused = |persons: Persons| {
+        let error = validated(persons, &few).map(|_| ());
+        error.expect_err("refused").to_string()
+    };
+    let said = refused(persons.some(&some));
+    assert!(
+        said.starts_with("6 scans of 3 people are too few"),
+        "{said}"
+    );
+    let said = refused(persons);
+    assert!(
+        said.contains("those of 10 faces, and not of these 6"),
+        "{said}"
+    );
 }
 
 #[test]

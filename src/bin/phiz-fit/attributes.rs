@@ -6,10 +6,11 @@ use clap::Args;
 
 use phiz::FaceModel;
 use phiz::blob::pack;
-use phiz::fit::FitResult;
 use phiz::fit::format::files::{check_apart, check_writable, write_atomically};
 use phiz::fit::learn::about;
-use phiz::fit::learn::attributes::{FORMAT, Labels, learn};
+use phiz::fit::learn::attributes::learn;
+use phiz::fit::learn::labels::{FORMAT, Labels, Told};
+use phiz::fit::{FitError, FitResult};
 use phiz::model::Attribute;
 
 #[derive(Args)]
@@ -18,9 +19,12 @@ pub struct AttributesArgs {
     /// The generic head.
     #[arg(long, value_name = "FILE")]
     template: PathBuf,
-    /// The folder of labelled registered faces (PLY) with their `labels.json`.
+    /// The folder of labelled registered faces (PLY) with their `labels.json` or `labels.csv`.
     #[arg(long, value_name = "DIR")]
     faces: PathBuf,
+    /// Learn these labels alone, as age,sex; the three shares are ethnicity.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    labels: Vec<String>,
     /// The model, of these people or of others.
     model: PathBuf,
     /// The file to write: the model, with these attributes and no others.
@@ -37,15 +41,24 @@ pub fn run(args: &AttributesArgs) -> FitResult<()> {
     super::check_varies(&args.model, &model)?;
     let template = super::read_template(&args.template)?;
     let (names, faces) = super::read_faces(&args.faces, &template)?;
-    let labels = Labels::read(&args.faces.join("labels.json"), &names)?;
+    let told = Told::beside(&args.faces)?
+        .ok_or_else(|| FitError::file(&args.faces, "no labels.json or labels.csv there"))?;
+    if let Some(line) = told.of_no_face(&args.faces)? {
+        println!("{line}");
+    }
+    let mut labels = Labels::of(&told, &names);
+    if !args.labels.is_empty() {
+        (labels.only(&args.labels)).map_err(|e| e.of(told.path()))?;
+    }
+    let persons = &labels.persons;
     let source = about::read(&args.faces)?.title;
     let learned = super::step("learning", || {
         learn(&template, &model, &faces, &labels, &source)
     })
     .map_err(|e| e.of(&args.faces))?;
     println!(
-        "{} people, of whose skin the model leaves {:.2} mm RMS; held out:",
-        faces.len(),
+        "{}, of whose skin the model leaves {:.2} mm RMS; held out:",
+        persons.said("people"),
         learned.left
     );
     let mut parts = model.parts().clone();
@@ -66,9 +79,9 @@ pub fn run(args: &AttributesArgs) -> FitResult<()> {
             100.0 * told.attribute.explained,
             told.error,
             told.length,
-            match told.people == faces.len() {
+            match told.people == persons.count() {
                 true => String::new(),
-                false => format!("; known of {}", told.people),
+                false => format!("; known of {} people", told.people),
             },
             match parts.attributes.contains(&told.attribute) {
                 true => "",

@@ -57,7 +57,8 @@ pub struct BasisArgs {
     #[arg(long, value_name = "DIR")]
     save_problem: Option<PathBuf>,
     /// Compare bases instead: learn each from this many of the faces, chosen at random, and
-    /// measure it on others. Prints mean errors over the splits, and writes all of them.
+    /// measure it on others. Prints mean errors over the splits, and writes all of them. Of scans that labels.json tells
+    /// to be of one person the first is taken.
     #[arg(
         long,
         value_name = "COUNT",
@@ -150,10 +151,19 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     super::check_apart_from(&args.faces, &[&args.output])?;
     check_writable(&args.output)?;
     let template = super::read_template(&args.template)?;
-    let (_, mut faces) = super::read_faces(&args.faces, &template)?;
+    let (names, mut faces) = super::read_faces(&args.faces, &template)?;
+    let persons = super::persons_of(&args.faces, &names)?;
     if let Some(train) = args.compare {
-        return compare(args, &template, &faces, train);
+        if !persons.are_single() {
+            let (folder, all) = (args.faces.display(), persons.said("faces"));
+            println!("{folder}: {all}, of each of whom the first is taken");
+        }
+        // Nobody is learned from and tried.
+        let of_each = persons.one_each().into_iter();
+        let of_each: Vec<_> = of_each.map(|i| std::mem::take(&mut faces[i])).collect();
+        return compare(args, &template, &of_each, train);
     }
+    super::warn_of_scans(&args.faces, &persons);
     let of_faces = |e: FitError| e.of(&args.faces);
     let triangles = template.triangles();
     let parts = face_parts(&template).map_err(|e| e.of(&args.template))?;

@@ -33,6 +33,8 @@ use phiz::fit::head::generic_head;
 use phiz::fit::head::people::People;
 use phiz::fit::head::template::Template;
 use phiz::fit::learn::about;
+use phiz::fit::learn::labels::Told;
+use phiz::fit::learn::persons::Persons;
 use phiz::fit::learn::semantic::{Method, Table};
 use phiz::fit::learn::{FaceReport, Learned, Settings, doubled, far_beyond, learn};
 use phiz::fit::picture::pictures;
@@ -145,7 +147,8 @@ const BESIDE: &str = r#"about.json beside the faces, if it is there, says who th
   {"title": "...", "population": "...", "caveat": "...",
    "licences": [{"source": "...", "by": "...", "licence": "..."}]}
 labels.json, what is known of each, is for `phiz-fit attributes`, which puts it into the model; its --help says how it
-is written."#;
+is written. Each scan counts as one face, also where it tells that several are of one person: who has many then counts
+for more in the mean, the modes and the percentiles."#;
 
 #[derive(Args)]
 #[command(after_help = BESIDE)]
@@ -319,6 +322,31 @@ fn read_faces(folder: &Path, template: &Template) -> FitResult<(Vec<String>, Vec
     Ok(once(read, |face| face).into_iter().unzip())
 }
 
+/// Whose the named faces of a folder are, by what is told beside them. Where persons are told there, what is told of no
+/// face is said: a name that is written otherwise would leave a scan to be another's.
+fn persons_of(folder: &Path, names: &[String]) -> FitResult<Persons> {
+    let Some(told) = Told::beside(folder)? else {
+        return Ok(Persons::each(names.len()));
+    };
+    if told.has_persons()
+        && let Some(line) = told.of_no_face(folder)?
+    {
+        println!("{line}");
+    }
+    Ok(Persons::told(names, &told))
+}
+
+/// Warns of several scans of one person, each of which is learned from as if it were another's.
+fn warn_of_scans(folder: &Path, persons: &Persons) {
+    if !persons.are_single() {
+        eprintln!(
+            "phiz-fit: warning: {}: {}; each scan counts as one face in what is learned",
+            folder.display(),
+            persons.said("faces")
+        );
+    }
+}
+
 /// Leaves each face once, and says which were there before by another name.
 fn once<T>(named: Vec<(String, T)>, positions: impl Fn(&T) -> &Vec<DVec3>) -> Vec<(String, T)> {
     let faces: Vec<&Vec<DVec3>> = named.iter().map(|(_, face)| positions(face)).collect();
@@ -349,7 +377,12 @@ fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
     let told = ["ply", "json"];
     let is_read = |path: &&PathBuf| {
         let ending = path.extension().unwrap_or_default();
+        let name = path.file_name().unwrap_or_default();
+        // Other tables than that of labels may be written there.
         told.iter().any(|end| ending.eq_ignore_ascii_case(end))
+            || Told::FILES
+                .iter()
+                .any(|file| name.eq_ignore_ascii_case(file))
     };
     let read = files.iter().filter(is_read);
     let read = read.map(|path| ("one of the files of the faces", path.as_path()));
@@ -443,10 +476,13 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     let template = read_template(&args.template)?;
     let (names, faces) = read_faces(&args.faces, &template)?;
     let about = about::read(&args.faces)?;
+    let persons = persons_of(&args.faces, &names)?;
+    warn_of_scans(&args.faces, &persons);
     let settings = Settings {
         tau: args.tau,
         semantic: args.semantic.into(),
         both_sides: !args.one_sided,
+        people: Some(persons.count()),
         ..Settings::default()
     };
     let learned = step("learning", || learn(&template, faces, about, &settings))

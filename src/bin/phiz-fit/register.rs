@@ -11,7 +11,8 @@ use phiz::blob::{Blob, Kind};
 use phiz::fit::format::files;
 use phiz::fit::format::ply;
 use phiz::fit::head::template::Template;
-use phiz::fit::learn::{about, attributes};
+use phiz::fit::learn::about;
+use phiz::fit::learn::labels::Told;
 use phiz::fit::picture::pictures;
 use phiz::fit::register::batch::{self, Job, Jobs, Prepared, Recipe, Tally};
 use phiz::fit::register::texture;
@@ -183,11 +184,8 @@ fn many(
     let found = batch::jobs(folder, output)?;
     // Whose scans they are is whose faces they become: what is no use then is told before the work.
     about::read(folder)?;
-    let labels = folder.join("labels.json");
-    if labels.is_file() {
-        attributes::read(&labels)?;
-    }
-    let told = ["about.json", "labels.json"].into_iter();
+    Told::beside(folder)?;
+    let told = ["about.json"].into_iter().chain(Told::FILES);
     let told = told.filter(|name| folder.join(name).is_file());
     let told = told.map(|name| Ok((name, super::read(&folder.join(name))?)));
     let told = told.collect::<FitResult<Vec<_>>>()?;

@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use phiz::fit::evaluate::{self, Evaluator};
 use phiz::fit::format::files::check_writable;
 use phiz::fit::learn::about;
+use phiz::fit::learn::labels::Told;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population::Labels;
 use phiz::fit::validate::bases;
@@ -15,7 +16,13 @@ use phiz::fit::validate::held_out::Interval;
 use phiz::fit::validate::{Drift, Population, STEPS, page, validate};
 use phiz::fit::{FitError, FitResult};
 
+/// How persons are told, for `--help`.
+const PERSONS: &str = r#"labels.json or labels.csv beside the faces, if it is there, may tell which are scans of one person ("person", see
+`phiz-fit attributes --help`): these are held out together, and count once in errors. Each scan that is learned from
+counts as one face."#;
+
 #[derive(Args)]
+#[command(after_help = PERSONS)]
 pub struct ValidateArgs {
     /// The generic head.
     #[arg(long, value_name = "FILE")]
@@ -30,8 +37,8 @@ pub struct ValidateArgs {
     /// The folder of ICT-FaceKit (holds `FaceXModel`).
     #[arg(long, value_name = "DIR", requires = "scans")]
     ict: Option<PathBuf>,
-    /// Compare sparse bases with principal components too, over so many splits of the faces; takes
-    /// some minutes.
+    /// Compare sparse bases with principal components too, over so many splits of the faces, one of each person; takes
+    /// some minutes, and 45 people at least.
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
     splits: u64,
     /// Learn from the faces as they are, without the mirror image of each, as `train --one-sided` does. (Sparse bases
@@ -61,6 +68,8 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     super::check_apart_from(&args.faces, &written)?;
     let template = super::read_template(&args.template)?;
     let (names, faces) = super::read_faces(&args.faces, &template)?;
+    let persons = super::persons_of(&args.faces, &names)?;
+    super::warn_of_scans(&args.faces, &persons);
     let named: Vec<_> = names.into_iter().zip(faces).collect();
     for folder in [Some(&args.output), args.short.as_ref()]
         .into_iter()
@@ -83,12 +92,18 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     };
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len}, {msg}, {eta} left");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(args.splits.saturating_mul(bases::STEPS)).with_style(style.clone());
+    let people = if args.splits > 0 { persons.count() } else { 0 };
+    let steps = args.splits.saturating_mul(bases::steps(people));
+    let bar = ProgressBar::new(steps).with_style(style.clone());
     bar.set_message("sparse bases");
-    let asked = if args.splits > 0 { named.len() } else { 0 };
-    let faces: Vec<_> = (named.iter().take(asked))
-        .map(|(_, face)| face.clone())
-        .collect();
+    // One of each person, so that nobody is learned from and tried.
+    let one_each = persons.one_each().into_iter().take(people);
+    let faces: Vec<_> = one_each.map(|i| named[i].1.clone()).collect();
+    if args.splits > 0 {
+        for line in bases::too_few(people) {
+            println!("{}: {line}", args.faces.display());
+        }
+    }
     let compared = bases::bases(&template, &faces, args.splits, || bar.inc(1))
         .map_err(|e| e.of(&args.faces))?;
     bar.finish_and_clear();
@@ -103,6 +118,7 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
         names,
         both_sides: !args.one_sided,
         faces,
+        persons,
         labels,
         about,
         drift,
@@ -161,7 +177,7 @@ fn labels(folder: &Path, faces: &[(String, Vec<glam::DVec3>)]) -> FitResult<Opti
     }
     let names: Vec<&str> = faces.iter().map(|(name, _)| name.as_str()).collect();
     let labels = Labels::read(&path, &names)?;
-    if labels.is_none() {
+    if labels.is_none() && Told::beside(folder)?.is_some_and(|told| told.has_labels()) {
         println!(
             "{}: other labels than those of a synthetic population are not counted",
             path.display()

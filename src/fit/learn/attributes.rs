@@ -12,18 +12,15 @@
 //! artist's heads and scans differ by would be taken for a label. So the read-out is counted from the
 //! mean face, which stands for the mean of the labels.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
-use std::path::Path;
 
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
 use glam::DVec3;
 use rayon::prelude::*;
-use serde_json::Value;
 
+use super::labels::Labels;
 use crate::FaceModel;
-use crate::fit::format::text::json;
 use crate::fit::head::generic_head::ETHNICITIES;
 use crate::fit::head::template::Template;
 use crate::fit::likeness::{Likenesses, correlation};
@@ -34,127 +31,15 @@ use crate::model::Attribute;
 /// The labelled people are held out in so many parts, each once.
 const FOLDS: usize = 5;
 
+/// Of the order in which they are, which is not that of their names.
+const SEED: u64 = 5;
+
 /// A label of which less is explained is none that the model's faces tell: read-outs and labels
 /// are correlated by less than a half.
 const LEAST_EXPLAINED: f32 = 0.25;
 
-/// The format of `labels.json`, for `--help`.
-pub const FORMAT: &str = r#"labels.json holds an object for each person, by the name of the face's file without its ending:
-  {"anna": {"age": 34, "sex": 0, "ethnicity": [0, 0.5, 0.5], "scanner": {"height": 1.2}},
-   "emil": {"age": null, "sex": 1}}
-A number is a label. "ethnicity" is three shares, African, Asian and Caucasian, which sum to 1. The numbers of an
-object in it are what else is known of a person: their part of the faces is taken out before labels are learned.
-Who has no value of a label (null, or nothing), or is not there at all, is left out for that label alone."#;
-
-/// What `labels.json` says of the people it knows, by their names.
-pub type Told = BTreeMap<String, BTreeMap<String, Value>>;
-
-/// Reads a `labels.json` ([`FORMAT`]).
-///
-/// # Errors
-/// When the file cannot be read, or says of somebody what is no label: with the person and the label.
-pub fn read(path: &Path) -> FitResult<Told> {
-    let all: Told = json(path)?;
-    for (person, labels) in &all {
-        let bad = |label: &str, is: &str| {
-            Err(FitError::file(
-                path,
-                format!("{person}: its {label} is {is}"),
-            ))
-        };
-        for (label, value) in labels {
-            match value {
-                Value::Null | Value::Number(_) => {}
-                Value::Array(shares) if label == SHARES => {
-                    if shares.len() != ETHNICITIES.len() || !shares.iter().all(Value::is_number) {
-                        return bad(label, "not three numbers");
-                    }
-                }
-                Value::Object(more) => {
-                    for (name, value) in more {
-                        if !value.is_number() && !value.is_null() {
-                            return bad(&format!("{label}, {name}"), "no number");
-                        }
-                    }
-                }
-                _ => return bad(label, "no number"),
-            }
-        }
-    }
-    Ok(all)
-}
-
-/// The label that is three shares.
-const SHARES: &str = "ethnicity";
-
-/// The labels of a population, one value a face, where it is known.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Labels {
-    /// What is learned, by name.
-    pub told: Vec<(String, Vec<Option<f64>>)>,
-    /// Which of these are learned together: shares, which sum to 1, as one, all else alone.
-    pub together: Vec<Range<usize>>,
-    /// What else is known of each face. Its part of the faces is taken out of them first, so that
-    /// it is not taken for that of a label. Who has no value counts as the mean.
-    pub besides: Vec<Vec<f64>>,
-}
-
-impl Labels {
-    /// Reads `labels.json` ([`FORMAT`]), of the named faces. Who else is in it does not count.
-    ///
-    /// # Errors
-    /// As [`read`].
-    pub fn read(path: &Path, names: &[String]) -> FitResult<Self> {
-        let all = read(path)?;
-        let people: Vec<_> = names.iter().map(|name| all.get(name)).collect();
-        // Of all that anybody has, by name: shares apart from a number of that name.
-        let (mut told, mut besides) = (BTreeSet::new(), BTreeSet::new());
-        for (label, value) in people.iter().copied().flatten().flatten() {
-            match value {
-                Value::Object(more) => besides.extend(more.keys().map(|name| (label, name))),
-                Value::Null => {}
-                value => {
-                    told.insert((label, value.is_array()));
-                }
-            }
-        }
-        let of = |person: &Option<&BTreeMap<String, Value>>, label: &str| -> Option<Value> {
-            person.and_then(|labels| labels.get(label)).cloned()
-        };
-        let mut labels = Labels::default();
-        for (label, is_shares) in told {
-            let first = labels.told.len();
-            let values = || people.iter().map(|person| of(person, label));
-            match is_shares {
-                true => {
-                    for (i, name) in ETHNICITIES.into_iter().enumerate() {
-                        let share = |value: Option<Value>| value?.get(i)?.as_f64();
-                        labels
-                            .told
-                            .push((name.into(), values().map(share).collect()));
-                    }
-                }
-                false => {
-                    let number = |value: Option<Value>| value?.as_f64();
-                    labels
-                        .told
-                        .push((label.clone(), values().map(number).collect()));
-                }
-            }
-            labels.together.push(first..labels.told.len());
-        }
-        for (label, name) in besides {
-            let number = |person| of(person, label)?.get(name)?.as_f64();
-            let column: Vec<Option<f64>> = people.iter().map(number).collect();
-            let known: Vec<f64> = column.iter().copied().flatten().collect();
-            let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
-            labels
-                .besides
-                .push(column.iter().map(|x| x.unwrap_or(mean)).collect());
-        }
-        Ok(labels)
-    }
-}
+/// A label's name, and its value of each face of which it is known.
+type Label = (String, Vec<Option<f64>>);
 
 /// What is said of a label: unit and meaning.
 fn meaning(name: &str) -> (&'static str, &'static str) {
@@ -173,11 +58,14 @@ fn meaning(name: &str) -> (&'static str, &'static str) {
 pub struct Learned {
     /// One a label that could be learned.
     pub told: Vec<Outcome>,
-    /// The others: labels that are learned together, and why they are not.
-    pub skipped: Vec<(Vec<String>, String)>,
+    /// The others.
+    pub skipped: Vec<Skipped>,
     /// What the model leaves of the labelled faces' skin, mm RMS.
     pub left: f64,
 }
+
+/// Labels that are learned together, and why they are not.
+pub type Skipped = (Vec<String>, String);
 
 /// What came of a label.
 #[derive(Debug, Clone, PartialEq)]
@@ -187,7 +75,7 @@ pub struct Outcome {
     /// Of how many people the label is known.
     pub people: usize,
     /// The root mean square by which read-outs of held-out people, counted from the mean of all
-    /// labelled people, miss their labels, in the label's unit.
+    /// labelled people, miss their labels, in the label's unit. Of one person's faces it is the mean of the squares.
     pub error: f64,
     /// The length of its direction for a standard deviation of the label, sigmas.
     pub length: f64,
@@ -208,8 +96,10 @@ impl Learned {
 /// opposite of it ([`crate::model::ModelParts::odd`]), the part of the faces that is unlike on their two sides tells
 /// nothing of it, and how some people happen to be crooked is not read as their age.
 ///
+/// A person counts once, however many of the faces are theirs, and is held out with all of them.
+///
 /// # Errors
-/// With fewer faces than what else is known of each would need, without labels, when none of them can be learned, or
+/// With fewer people than what else is known of each would need, without labels, when none of them can be learned, or
 /// with a model that does not vary.
 pub fn learn(
     template: &Template,
@@ -222,16 +112,19 @@ pub fn learn(
         let cause = "the model has one face, which tells no label";
         return Err(FitError::Input(cause.into()));
     }
-    let people = faces.len();
-    if people < 2 * (FOLDS + labels.besides.len()) {
-        return Err(FitError::Input(format!(
-            "{people} faces are too few to tell labels by"
-        )));
+    let persons = &labels.persons;
+    if persons.faces() != faces.len() {
+        let (told, there) = (persons.faces(), faces.len());
+        let cause = format!("the labels are those of {told} faces, and not of these {there}");
+        return Err(FitError::Input(cause));
     }
-    if labels.told.is_empty() {
-        return Err(FitError::Input(
-            "labels.json has no label of these faces".into(),
-        ));
+    if persons.count() < 2 * (FOLDS + labels.besides.len()) {
+        let cause = format!("{} are too few to tell labels by", persons.said("faces"));
+        return Err(FitError::Input(cause));
+    }
+    if labels.together.is_empty() {
+        let cause = "no label of these faces is known";
+        return Err(FitError::Input(cause.into()));
     }
     if model.parts().mean.len() != template.positions.len()
         || model.parts().topology.uv_triangles != template.topology.uv_triangles
@@ -247,61 +140,72 @@ pub fn learn(
     let prior = correlation
         .llt(Side::Lower)
         .map_err(|_| FitError::Input("the model's correlation is not definite".into()))?;
-    let data = Data {
-        without: &without,
-        coefficients: &coefficients,
-        prior: &prior,
-    };
-    let one = |own: &Range<usize>| -> Result<Vec<Outcome>, (Vec<String>, String)> {
-        let labels = &labels.told[own.clone()];
-        let skipped = |why: String| (labels.iter().map(|label| label.0.clone()).collect(), why);
-        let has = |f: &usize| labels.iter().all(|label| label.1[*f].is_some());
-        let all: Vec<usize> = (0..people).filter(has).collect();
-        let count = all.len();
+    let one = |own: &Range<usize>| -> Result<(Vec<Outcome>, Option<Skipped>), Skipped> {
+        let together: Vec<&Label> = labels.told[own.clone()].iter().collect();
+        let has = |f: &usize| together.iter().all(|label| label.1[*f].is_some());
+        let all: Vec<usize> = (0..faces.len()).filter(has).collect();
+        let people = persons.some(&all);
+        let count = people.count();
+        // Of whom it is not known nothing is read.
+        let read = |label: &&Label| label.1.iter().map(|x| x.unwrap_or(f64::NAN)).collect();
+        let skipped = |labels: &[&Label], why: String| {
+            (labels.iter().map(|label| label.0.clone()).collect(), why)
+        };
         if count < 2 * FOLDS {
             let why = format!(
                 "known of {count} people, where {} are the fewest",
                 2 * FOLDS
             );
-            return Err(skipped(why));
+            return Err(skipped(&together, why));
         }
-        // Of whom it is not known nothing is read.
-        let values: Vec<Vec<f64>> = (labels.iter())
-            .map(|label| label.1.iter().map(|x| x.unwrap_or(f64::NAN)).collect())
-            .collect();
-        let is_still = |values: &Vec<f64>| all.iter().all(|&f| values[f] == values[all[0]]);
-        if values.iter().all(is_still) {
-            return Err(skipped(format!(
-                "the same for all {count} people of whom it is known"
-            )));
+        // A share that nobody has, or all have as much of, leaves the others to be learned.
+        let is_still = |label: &&Label| all.iter().all(|&f| label.1[f] == label.1[all[0]]);
+        let (still, labels): (Vec<&Label>, Vec<&Label>) = together.into_iter().partition(is_still);
+        let same = format!("the same for all {count} people of whom it is known");
+        if labels.is_empty() {
+            return Err(skipped(&still, same));
         }
+        let values: Vec<Vec<f64>> = labels.iter().map(read).collect();
         let values: Vec<&[f64]> = values.iter().map(|values| &values[..]).collect();
-        let one_way = || skipped("one of its shares does not vary by itself".into());
+        let mut weights = vec![0.0; faces.len()];
+        for (&f, weight) in all.iter().zip(people.weights()) {
+            weights[f] = weight;
+        }
+        let data = Data {
+            without: &without,
+            coefficients: &coefficients,
+            weights: &weights,
+            prior: &prior,
+        };
+        let one_way = || {
+            let why = "one of its shares goes with another, and does not vary by itself";
+            skipped(&labels, why.into())
+        };
         let readouts = data.learn(&values, &all).ok_or_else(one_way)?;
         let mut sums = vec![[0.0; 3]; labels.len()];
-        for part in 0..FOLDS {
-            let held = all.iter().copied().skip(part).step_by(FOLDS);
-            let held: Vec<usize> = held.collect();
-            let known = all.iter().copied().filter(|f| !held.contains(f));
+        for held in people.folds(FOLDS, SEED) {
+            let mut is_held = vec![false; faces.len()];
+            held.iter().for_each(|&i| is_held[all[i]] = true);
+            let known = all.iter().copied().filter(|&f| !is_held[f]);
             let known: Vec<usize> = known.collect();
             let rare = || {
                 let why = "so few people differ in it that, without a fifth of all, none do: it cannot be tried on \
                            others";
-                skipped(why.into())
+                skipped(&labels, why.into())
             };
             let learned = data.learn(&values, &known).ok_or_else(rare)?;
             for ((readout, values), sums) in learned.iter().zip(&values).zip(&mut sums) {
-                for &f in &held {
+                for f in held.iter().map(|&i| all[i]) {
                     let reads = readout.read(&coefficients[f]);
                     let (centre, value) = (readout.centre, values[f]);
                     let guess = centre + readout.slope * (reads - centre);
                     for (sum, off) in sums.iter_mut().zip([reads, guess, centre]) {
-                        *sum += (off - value).powi(2);
+                        *sum += weights[f] * (off - value).powi(2);
                     }
                 }
             }
         }
-        let told = readouts.into_iter().zip(labels).zip(sums);
+        let told = readouts.into_iter().zip(&labels).zip(sums);
         let told = told.map(|((readout, (name, values)), [missed, guessed, total])| {
             let (unit, means) = meaning(name);
             let values: Vec<f64> = all.iter().filter_map(|&f| values[f]).collect();
@@ -322,13 +226,17 @@ pub fn learn(
                 length: readout.length,
             }
         });
-        Ok(told.collect())
+        let left_out = (!still.is_empty()).then(|| skipped(&still, same));
+        Ok((told.collect(), left_out))
     };
     let each: Vec<_> = labels.together.par_iter().map(one).collect();
     let (mut told, mut skipped) = (Vec::new(), Vec::new());
     for outcome in each {
         match outcome {
-            Ok(some) => told.extend(some),
+            Ok((some, left_out)) => {
+                told.extend(some);
+                skipped.extend(left_out);
+            }
             Err(why) => skipped.push(why),
         }
     }
@@ -361,6 +269,8 @@ struct Data<'a> {
     coefficients: &'a [Vec<f64>],
     /// Those less what else is known of the people.
     without: &'a [Vec<f64>],
+    /// How much each face counts.
+    weights: &'a [f64],
     /// The factor of the model's correlation.
     prior: &'a Llt<f64>,
 }
@@ -379,22 +289,27 @@ struct Readout {
 }
 
 impl Data<'_> {
-    /// The read-outs of labels that are learned together, from some people: with D their directions
-    /// R^-1 D (D' R^-1 D)^-1. `None` when they do not vary.
+    /// The read-outs of labels that are learned together, from some faces: with D their directions
+    /// R^-1 D (D' R^-1 D)^-1. `None` when one of them does not vary, or not by itself.
     fn learn(&self, labels: &[&[f64]], some: &[usize]) -> Option<Vec<Readout>> {
-        let (count, g) = (some.len() as f64, labels.len());
-        let k = self.coefficients[0].len();
-        let mean = |values: &[f64]| some.iter().map(|&f| values[f]).sum::<f64>() / count;
+        let weight = |f: usize| self.weights[some[f]];
+        let count: f64 = (0..some.len()).map(weight).sum();
+        let (g, k) = (labels.len(), self.coefficients[0].len());
+        let mean = |values: &[f64]| {
+            let each = some.iter().map(|&f| self.weights[f] * values[f]);
+            each.sum::<f64>() / count
+        };
         let centres: Vec<f64> = labels.iter().map(|values| mean(values)).collect();
         let y = Mat::from_fn(some.len(), g, |f, l| labels[l][some[f]] - centres[l]);
         // What is left of equal numbers about their mean is rounding.
         let largest = |l: usize| some.iter().map(|&f| labels[l][f].abs()).fold(0.0, f64::max);
         let varies = |l: usize| (0..some.len()).any(|f| y[(f, l)].abs() > 1e-12 * largest(l));
-        if !(0..g).any(varies) {
+        if !(0..g).all(varies) {
             return None;
         }
         let c = Mat::from_fn(some.len(), k, |f, i| self.without[some[f]][i]);
-        let directions = c.transpose() * &y * inverse(y.transpose() * &y)?;
+        let weighted = Mat::from_fn(some.len(), g, |f, l| weight(f) * y[(f, l)]);
+        let directions = c.transpose() * &weighted * inverse(y.transpose() * &weighted)?;
         let pulled = self.prior.solve(&directions);
         let squares = directions.transpose() * &pulled;
         let weights = pulled * inverse(squares.clone())?;
@@ -402,12 +317,13 @@ impl Data<'_> {
             let weights: Vec<f64> = (0..k).map(|i| weights[(i, l)]).collect();
             let reads = some.iter().map(|&f| dot(&weights, &self.coefficients[f]));
             let reads: Vec<f64> = reads.collect();
-            let middle = reads.iter().sum::<f64>() / count;
+            let each = reads.iter().enumerate();
+            let middle = each.clone().map(|(f, r)| weight(f) * r).sum::<f64>() / count;
             let (mut both, mut own, mut variance) = (0.0, 0.0, 0.0);
-            for (f, r) in reads.iter().enumerate() {
-                both += (r - middle) * y[(f, l)];
-                own += (r - middle).powi(2);
-                variance += y[(f, l)].powi(2) / count;
+            for (f, r) in each {
+                both += weight(f) * (r - middle) * y[(f, l)];
+                own += weight(f) * (r - middle).powi(2);
+                variance += weight(f) * y[(f, l)].powi(2) / count;
             }
             Readout {
                 weights,
@@ -442,7 +358,9 @@ fn inverse(mut matrix: Mat<f64>) -> Option<Mat<f64>> {
         matrix += constant;
     }
     let factor = matrix.llt(Side::Lower).ok()?;
-    (trace > 0.0).then(|| factor.solve(Mat::<f64>::identity(g, g)))
+    // Of one that is not definite rounding may leave a pivot of some 1e-16 of it.
+    let definite = (0..g).all(|i| factor.L()[(i, i)].powi(2) > 1e-12 * trace);
+    definite.then(|| factor.solve(Mat::<f64>::identity(g, g)))
 }
 
 /// Coefficients, each less its linear least squares by what else is known of the people.
@@ -519,6 +437,7 @@ mod tests {
         let data = Data {
             coefficients: &coefficients,
             without: &coefficients,
+            weights: &vec![1.0; people],
             prior: &prior,
         };
         let all: Vec<usize> = (0..people).collect();
@@ -545,6 +464,59 @@ mod tests {
         }
         let still = vec![0.5; people];
         assert!(data.learn(&[&still], &all).is_none());
+        // Nor are shares of which one is nobody's, or of which two go together; without the one, the others are.
+        let some: Vec<f64> = values[3].to_vec();
+        let rest: Vec<f64> = some.iter().map(|x| 1.0 - x).collect();
+        let halves: Vec<f64> = some.iter().map(|x| 0.5 * x).collect();
+        let none = vec![0.0; people];
+        assert!(data.learn(&[&none, &some, &rest], &all).is_none());
+        assert!(data.learn(&[&halves, &halves, &rest], &all).is_none());
+        let [one, other] = &data.learn(&[&some, &rest], &all).unwrap()[..] else {
+            panic!("two")
+        };
+        for coefficients in &coefficients[..10] {
+            // Exact but for the rounding of solves.
+            let sum = one.read(coefficients) + other.read(coefficients);
+            assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+        }
+    }
+
+    #[test]
+    fn a_person_with_more_scans_counts_as_much_as_others() {
+        let mut random = Random::new(6);
+        let labels: Vec<f64> = (0..12).map(|_| random.normal()).collect();
+        let rows = labels
+            .iter()
+            .map(|y| vec![y + random.normal(), random.normal()]);
+        let coefficients: Vec<Vec<f64>> = rows.collect();
+        let prior = Mat::<f64>::identity(2, 2).llt(Side::Lower).unwrap();
+        let read = |some: &[usize], weights: &[f64]| {
+            let data = Data {
+                coefficients: &coefficients,
+                without: &coefficients,
+                weights,
+                prior: &prior,
+            };
+            let readout = data.learn(&[&labels], some).unwrap().remove(0);
+            let own = [
+                readout.origin,
+                readout.centre,
+                readout.slope,
+                readout.length,
+            ];
+            [&own[..], &readout.weights].concat()
+        };
+        let once: Vec<usize> = (0..12).collect();
+        // The third person has three scans.
+        let thrice: Vec<usize> = once.iter().copied().chain([2, 2]).collect();
+        let mut weights = vec![1.0; 12];
+        let plain = read(&once, &weights);
+        weights[2] = 1.0 / 3.0;
+        let weighted = read(&thrice, &weights);
+        // The same sums in another order.
+        let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-9);
+        assert!(!apart(&plain, &weighted), "{plain:?} {weighted:?}");
+        assert!(apart(&plain, &read(&thrice, &[1.0; 12])));
     }
 
     #[test]
@@ -563,6 +535,7 @@ mod tests {
             let data = Data {
                 coefficients,
                 without,
+                weights: &vec![1.0; labels.len()],
                 prior: &prior,
             };
             let all: Vec<usize> = (0..labels.len()).collect();
@@ -579,73 +552,5 @@ mod tests {
             "{all:?} {own:?}"
         );
         assert!(weights(&coefficients, &coefficients, &labels)[1].abs() > 0.1);
-    }
-
-    #[test]
-    fn labels_are_read_or_refused_with_the_face_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("labels.json");
-        let names = ["a", "b"].map(str::to_owned);
-        let read = |text: &str| {
-            std::fs::write(&path, text).unwrap();
-            Labels::read(&path, &names)
-        };
-        let labels = read(
-            r#"{"a": {"age": 20, "ethnicity": [0.2, 0.3, 0.5], "local": {"nose": 1}},
-                "b": {"age": 30, "ethnicity": [1, 0, 0], "local": {"nose": -1}},
-                "of no face": {"height": 170}}"#,
-        )
-        .unwrap();
-        let told: Vec<&str> = labels.told.iter().map(|t| t.0.as_str()).collect();
-        assert_eq!(told, ["age", "african", "asian", "caucasian"]);
-        assert_eq!(labels.told[0].1, [20.0, 30.0].map(Some));
-        assert_eq!(labels.told[3].1, [0.5, 0.0].map(Some));
-        assert_eq!(labels.together, [0..1, 1..4]);
-        assert_eq!(labels.besides, [[1.0, -1.0]]);
-        // As Windows writes text.
-        let text = "\u{feff}{\"a\": {\"age\": 20}, \"b\": {\"age\": 30}}";
-        assert_eq!(read(text).unwrap().told[0].1, [20.0, 30.0].map(Some));
-        // Who has no value, or is not there, is known less of; what else is known of others counts as its mean.
-        let text = r#"{"a": {"age": 20, "sex": null, "ethnicity": null, "local": {"nose": 1}}}"#;
-        let labels = read(text).unwrap();
-        assert_eq!(labels.told, [("age".into(), vec![Some(20.0), None])]);
-        assert_eq!(labels.besides, [[1.0, 1.0]]);
-        let labels = read(r#"{"b": {"sex": 1}, "a": {"age": 20}}"#).unwrap();
-        let sparse = [
-            ("age".into(), vec![Some(20.0), None]),
-            ("sex".into(), vec![None, Some(1.0)]),
-        ];
-        assert_eq!(labels.told, sparse);
-        // The example of the help is one.
-        let example = FORMAT.split_once("ending:").unwrap().1;
-        let example = example.split_once("\nA number").unwrap().0;
-        std::fs::write(&path, example).unwrap();
-        assert_eq!(super::read(&path).unwrap().len(), 2);
-        for (text, why) in [
-            (
-                r#"{"a": {"age": 20}, "b": {"age": "x"}}"#,
-                "b: its age is no number",
-            ),
-            (r#"{"a": {"sex": true}}"#, "a: its sex is no number"),
-            (
-                r#"{"a": {"ethnicity": [1, 0]}}"#,
-                "a: its ethnicity is not three numbers",
-            ),
-            (
-                r#"{"a": {"ethnicity": [1, 0, "x"]}}"#,
-                "a: its ethnicity is not three numbers",
-            ),
-            (
-                r#"{"a": {"local": {"nose": "x"}}}"#,
-                "a: its local, nose is no number",
-            ),
-            ("[]", "labels.json"),
-        ] {
-            let error = read(text).unwrap_err().to_string();
-            assert!(
-                error.contains(why) && error.contains("labels.json"),
-                "{error}"
-            );
-        }
     }
 }

@@ -1,8 +1,8 @@
 //! From registered faces to a model: align, learn each region, smooth, blend, learn the rest.
 //!
 //! By way of [`smooth`] and [`surround`]; [`measures`](mod@measures) and [`describe`](mod@describe) put it into words, [`semantic`] makes
-//! named controls of it, [`attributes`] are what labels tell of its faces, [`about`] says who they are, and [`crease`] how
-//! clean its seams are.
+//! named controls of it, [`attributes`] are what [`labels`] tell of its faces, [`about`] says who they are and
+//! [`persons`] which of them are one person's, and [`crease`] how clean its seams are.
 
 pub mod about;
 pub mod attributes;
@@ -10,7 +10,9 @@ pub mod crease;
 pub mod describe;
 mod distribution;
 mod feature;
+pub mod labels;
 pub mod measures;
+pub mod persons;
 pub mod semantic;
 pub mod smooth;
 pub mod surround;
@@ -57,6 +59,9 @@ pub struct Settings {
     pub both_sides: bool,
     /// How semantic controls are found.
     pub semantic: Method,
+    /// How many people the faces are of, where some are scans of one person. Each scan is learned from as a face; how
+    /// much chance there is in correlations goes by people.
+    pub people: Option<usize>,
 }
 
 impl Default for Settings {
@@ -69,6 +74,7 @@ impl Default for Settings {
             },
             both_sides: true,
             semantic: Method::Constrained,
+            people: None,
         }
     }
 }
@@ -217,6 +223,7 @@ pub fn doubled(faces: &[impl AsRef<[DVec3]>]) -> Vec<(usize, usize)> {
 pub struct Learner<'a> {
     template: &'a Template,
     blending: Blending,
+    people: usize,
     /// The template's mirror map, where mirror images count.
     mirror: Option<&'a [u32]>,
     skin: Vec<u32>,
@@ -272,6 +279,7 @@ impl<'a> Learner<'a> {
                 faces[other].len()
             )));
         }
+        let people = settings.people.unwrap_or(faces.len());
         let triangles = template.triangles();
         let areas = vertex_areas(&template.positions, &triangles);
         let skin = template.part_vertices("skin")?;
@@ -319,6 +327,7 @@ impl<'a> Learner<'a> {
         Ok(Self {
             template,
             blending,
+            people,
             mirror,
             skin,
             areas,
@@ -468,6 +477,9 @@ impl<'a> Learner<'a> {
                 own.map(|(&c, &odd)| if odd { -c } else { c }).collect()
             }));
         }
+        let block_of =
+            (blocks.iter().enumerate()).flat_map(|(b, own)| own.coefficients().map(move |_| b));
+        let block_of: Vec<usize> = block_of.collect();
         // The features' coefficients have mean zero, so their part of the mean face is none.
         let (landmarks, measures) = measures(self.template)?;
         let mut parts = ModelParts {
@@ -479,7 +491,7 @@ impl<'a> Learner<'a> {
             topology: self.template.topology.clone(),
             controls: controls(&blocks, &coefficients, &odd),
             blocks,
-            correlation: correlation(&population),
+            correlation: correlation(&population, self.people, &block_of, &odd),
             attributes: Vec::new(),
             landmarks,
             measures,

@@ -68,9 +68,9 @@ pub fn error(basis: &SparseBasis, faces: &[Vec<DVec3>]) -> FitResult<f64> {
 }
 
 /// Learns every basis of [`BASES`] with every number of components from the same faces and
-/// measures each on the others. `faces` are registered faces in any pose, mm; `settings` are
-/// those of the sparse bases but for the number of components and the kind; `done` is told of each
-/// basis that was learned.
+/// measures each on the others. `faces` are registered faces in any pose, mm, each of another person, so that nobody is
+/// among both; `settings` are those of the sparse bases but for the number of components and the kind; `done` is told
+/// of each basis that was learned.
 ///
 /// What is measured is the skin of the five parts of the face ([`face_parts`]); training faces are
 /// aligned to each other on it, test faces each to the training faces' mean. PCA stops at one

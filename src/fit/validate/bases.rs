@@ -11,12 +11,12 @@ use crate::fit::sparse::{Kind, Settings};
 
 /// Faces that are learned from: few, as most have who train a model, and the paper's number.
 pub const TRAINING: [usize; 2] = [25, 100];
-/// Other faces that each basis is tried on.
+/// Other faces that each basis is tried on, where there are so many.
 pub const TEST: usize = 100;
+/// Fewer say nothing of others.
+pub const FEWEST_TEST: usize = 20;
 /// Numbers of components.
 pub const COMPONENTS: [usize; 7] = [5, 15, 25, 35, 45, 55, 65];
-/// Bases that one split of the faces learns.
-pub const STEPS: u64 = (TRAINING.len() * COMPONENTS.len() * BASES.len()) as u64;
 
 /// The places among the bases of whole-face PCA of the faces alone, and of PCA and of the basis that semantic controls
 /// are made of, that of regions, which both learn from the faces and their mirror images.
@@ -67,8 +67,32 @@ pub struct Verdict {
     pub beside: Vec<(usize, f64)>,
 }
 
-/// Compares bases over some splits of the faces, which are registered faces in any pose, mm. Calls
-/// `done` [`STEPS`] times a split. Of sets with too few faces there is nothing.
+/// How many of so many faces are learned from, and how many others are tried, where both can be.
+fn sets(faces: usize) -> impl Iterator<Item = [usize; 2]> {
+    let set = move |training| [training, TEST.min(faces.saturating_sub(training))];
+    (TRAINING.into_iter().map(set)).filter(|[_, test]| *test >= FEWEST_TEST)
+}
+
+/// Bases that one split of so many faces learns.
+pub fn steps(faces: usize) -> u64 {
+    (sets(faces).count() * COMPONENTS.len() * BASES.len()) as u64
+}
+
+/// Why so few faces are not learned from in one of the ways, or in any: a line each.
+pub fn too_few(faces: usize) -> Vec<String> {
+    let missing = TRAINING.into_iter().skip(sets(faces).count());
+    let line = |training: usize| {
+        format!(
+            "{faces} people are too few to compare sparse bases that {training} are learned from: {} are the least, as \
+             {FEWEST_TEST} others are tried",
+            training + FEWEST_TEST
+        )
+    };
+    missing.map(line).collect()
+}
+
+/// Compares bases over some splits of the faces, which are registered faces in any pose, mm, each of another person.
+/// Calls `done` [`steps`] times a split. Of sets with too few faces there is nothing ([`too_few`]).
 ///
 /// # Errors
 /// When a basis cannot be learned.
@@ -79,15 +103,15 @@ pub fn bases(
     done: impl Fn(),
 ) -> FitResult<Vec<Bases>> {
     let mut all = Vec::new();
-    for training in TRAINING {
-        if splits < 1 || faces.len() < training + TEST {
-            continue;
-        }
+    if splits < 1 {
+        return Ok(all);
+    }
+    for [training, test] in sets(faces.len()) {
         let mut found = Vec::new();
         for split in 0..splits {
             let trial = Trial {
                 train: training,
-                test: TEST,
+                test,
                 seed: split.wrapping_add(1),
                 components: COMPONENTS.to_vec(),
             };
@@ -122,7 +146,7 @@ pub fn bases(
         });
         all.push(Bases {
             training,
-            test: TEST,
+            test,
             splits,
             components: COMPONENTS.to_vec(),
             errors: errors.collect(),
@@ -154,6 +178,27 @@ impl Bases {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bases_are_tried_on_as_many_others_as_there_are() {
+        let all = |faces: usize| sets(faces).collect::<Vec<_>>();
+        assert_eq!(all(300), [[25, 100], [100, 100]]);
+        assert_eq!(all(200), [[25, 100], [100, 100]]);
+        assert_eq!(all(120), [[25, 95], [100, 20]]);
+        assert_eq!(all(119), [[25, 94]]);
+        assert_eq!(all(45), [[25, 20]]);
+        assert_eq!(all(44), [[0; 2]; 0]);
+        assert_eq!(steps(300), 2 * steps(45));
+        assert!(steps(45) > 0 && steps(10) == 0 && too_few(120).is_empty());
+        let said = too_few(80);
+        assert!(
+            said.len() == 1
+                && said[0].contains("80 people")
+                && said[0].contains("120 are the least"),
+            "{said:?}"
+        );
+        assert!(too_few(44)[0].contains("45 are the least"));
+    }
 
     #[test]
     fn a_basis_that_learned_from_mirror_images_is_judged_by_pca_that_did() {

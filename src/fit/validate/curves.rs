@@ -6,10 +6,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::areas::Areas;
-use super::held_out::{less, shuffled, whole_faces};
+use super::held_out::{less, whole_faces};
 use super::wide;
 use crate::fit::FitResult;
 use crate::fit::head::template::Template;
+use crate::fit::learn::persons::{Persons, shuffled};
 use crate::fit::learn::{Learner, Settings};
 use crate::fit::statistics::gram::inner;
 use crate::fit::statistics::subspace::Subspace;
@@ -56,20 +57,23 @@ pub const REGIONS: &str = "region PCA, blended";
 /// The name of the PCA of whole faces.
 pub const WHOLE: &str = "whole-face PCA";
 
-/// Learns from `training` faces, drawn at random, and tries `test` others.
+/// Learns from the faces of `training` people, drawn at random, and tries those of `test` others: one scan of each, as
+/// how many coefficients there can be goes by faces.
 ///
 /// # Errors
 /// As [`Learner::new`].
 pub fn curves(
     template: &Template,
     faces: &[Vec<Vec3>],
-    training: usize,
-    test: usize,
+    persons: &Persons,
+    [training, test]: [usize; 2],
     seed: u64,
     settings: &Settings,
 ) -> FitResult<Curves> {
     let areas = Areas::new(template)?;
-    let order = shuffled(faces.len(), seed);
+    let each = persons.one_each();
+    let order = shuffled(each.len(), seed).into_iter();
+    let order: Vec<usize> = order.map(|person| each[person]).collect();
     let (learned, rest) = order.split_at(training.min(order.len()));
     let rest = &rest[..test.min(rest.len())];
     let learned = wide(learned.iter().map(|&i| &faces[i]));

@@ -10,15 +10,15 @@ use serde::Serialize;
 
 use super::areas::{Areas, Errors};
 use super::wide;
-use crate::Random;
 use crate::fit::FitResult;
 use crate::fit::head::template::Template;
+use crate::fit::learn::persons::Persons;
 use crate::fit::learn::{Learner, Settings, spectrum};
 use crate::fit::statistics::gram::{inner, sums};
 use crate::fit::statistics::pca::Spectrum;
 use crate::fit::statistics::subspace::Subspace;
 
-/// A mean over faces and its 95 % confidence interval.
+/// A mean over people and its 95 % confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Interval {
     /// The mean.
@@ -30,7 +30,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Of values of independent faces, by Student's t.
+    /// Of values of independent people, by Student's t.
     pub fn of(values: &[f64]) -> Self {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
@@ -73,8 +73,8 @@ fn student_t(degrees: usize) -> f64 {
         + (3.0 * x7 + 19.0 * x5 + 17.0 * x3 - 15.0 * x) / (384.0 * n.powi(3))
 }
 
-/// How well one area of held-out faces comes back. Each number is the mean over the faces of what
-/// was found on each.
+/// How well one area of held-out faces comes back. Each number is the mean over the people of what was found on each:
+/// of who has several scans, on average.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AreaErrors {
     /// The area.
@@ -139,32 +139,15 @@ pub struct Pair {
 /// What was found on one face: errors an area, and the diameter of its head.
 type OfFace = (Vec<Errors>, f64);
 
-/// Splits `count` faces at random into `folds` test sets of nearly the same size.
-pub fn folds(count: usize, folds: usize, seed: u64) -> Vec<Vec<usize>> {
-    let order = shuffled(count, seed);
-    (0..folds)
-        .map(|fold| order.iter().copied().skip(fold).step_by(folds).collect())
-        .collect()
-}
-
-/// The numbers below `count` in random order.
-pub fn shuffled(count: usize, seed: u64) -> Vec<usize> {
-    let mut random = Random::new(seed);
-    let mut order: Vec<usize> = (0..count).collect();
-    for last in (1..count).rev() {
-        order.swap(last, (random.uniform() * (last + 1) as f64) as usize);
-    }
-    order
-}
-
-/// Learns from all faces but those of each test set, and gives these back by least squares over
-/// the skin. Calls `done` after each test set. Also returns the pairs of the first tau.
+/// Learns from all faces but those of each test set, in which people are whole, and gives these back by least squares
+/// over the skin. Calls `done` after each test set. Also returns the pairs of the first tau, one a person.
 ///
 /// # Errors
 /// As [`Learner::new`].
 pub fn cross_validate(
     template: &Template,
     faces: &[Vec<Vec3>],
+    persons: &Persons,
     tests: &[Vec<usize>],
     taus: &[f64],
     settings: &Settings,
@@ -172,7 +155,7 @@ pub fn cross_validate(
 ) -> FitResult<(Vec<HeldOut>, Vec<Pair>)> {
     let areas = Areas::new(template)?;
     let mut found = vec![Found::default(); taus.len()];
-    let mut pairs = Vec::new();
+    let mut pairs: Vec<Pair> = Vec::new();
     for test in tests {
         let others = (faces.iter().enumerate()).filter(|(i, _)| !test.contains(i));
         let mut learner = Learner::new(template, wide(others.map(|(_, face)| face)), settings)?;
@@ -200,7 +183,8 @@ pub fn cross_validate(
                 let head = plus(&learner.mean, output);
                 let rms = errors.last().map_or(0.0, |all| all.rms);
                 found[t].faces.push((face, rms));
-                if t == 0 && pairs.len() < PAIRS {
+                let is_new = |pair: &Pair| persons.of(pair.face) != persons.of(face);
+                if t == 0 && pairs.len() < PAIRS && pairs.iter().all(is_new) {
                     pairs.push(Pair {
                         face,
                         input: plus(&learner.mean, input),
@@ -255,18 +239,20 @@ pub fn cross_validate(
         }
         done();
     }
+    let tested = persons.some(&tests.concat());
+    let interval = |values: &[f64]| Interval::of(&tested.means(values));
     let summary = (taus.iter().zip(&found))
         .map(|(&tau, found)| HeldOut {
             tau,
             coefficients: found.coefficients,
-            regions: summarise(&areas, &found.regions),
-            whole_face: summarise(&areas, &found.whole),
+            regions: summarise(&areas, &found.regions, &tested),
+            whole_face: summarise(&areas, &found.whole, &tested),
             faces: found.faces.clone(),
             shapes: (found.shapes.iter().zip(found.whole_shapes.values()))
                 .map(|((&f, own), whole)| ShapeErrors {
                     feature: areas.names[f].clone(),
-                    region: Interval::of(own),
-                    whole_face: Interval::of(whole),
+                    region: interval(own),
+                    whole_face: interval(whole),
                 })
                 .collect(),
         })
@@ -373,26 +359,28 @@ pub fn plus(mean: &[DVec3], field: &[DVec3]) -> Vec<DVec3> {
     mean.iter().zip(field).map(|(m, d)| *m + *d).collect()
 }
 
-fn summarise(areas: &Areas, faces: &[OfFace]) -> Vec<AreaErrors> {
+fn summarise(areas: &Areas, faces: &[OfFace], persons: &Persons) -> Vec<AreaErrors> {
     areas
         .names
         .iter()
         .enumerate()
         .map(|(a, name)| {
-            let of = |value: &dyn Fn(&Errors) -> f64| -> Vec<f64> {
-                faces.iter().map(|(errors, _)| value(&errors[a])).collect()
+            let of = |value: &dyn Fn(&Errors) -> f64| -> Interval {
+                let each = faces.iter().map(|(errors, _)| value(&errors[a]));
+                Interval::of(&persons.means(&each.collect::<Vec<_>>()))
             };
             let percent = |value: &dyn Fn(&Errors) -> f64| -> f64 {
-                let parts = faces
+                let each = faces
                     .iter()
                     .map(|(errors, diameter)| 100.0 * value(&errors[a]) / diameter);
-                parts.sum::<f64>() / faces.len() as f64
+                let means = persons.means(&each.collect::<Vec<_>>());
+                means.iter().sum::<f64>() / means.len() as f64
             };
             AreaErrors {
                 area: name.clone(),
-                max: Interval::of(&of(&|e| e.max)),
-                mean: Interval::of(&of(&|e| e.mean)),
-                rms: Interval::of(&of(&|e| e.rms)),
+                max: of(&|e| e.max),
+                mean: of(&|e| e.mean),
+                rms: of(&|e| e.rms),
                 rms_percent: percent(&|e| e.rms),
                 max_percent: percent(&|e| e.max),
                 mean_percent: percent(&|e| e.mean),
@@ -404,16 +392,6 @@ fn summarise(areas: &Areas, faces: &[OfFace]) -> Vec<AreaErrors> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_face_is_held_out_once() {
-        let tests = folds(23, 5, 1);
-        let mut all = tests.concat();
-        all.sort_unstable();
-        assert_eq!(all, (0..23).collect::<Vec<_>>());
-        assert!(tests.iter().all(|test| (4..=5).contains(&test.len())));
-        assert_ne!(tests, folds(23, 5, 2));
-    }
 
     #[test]
     fn intervals_are_students() {

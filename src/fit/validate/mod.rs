@@ -22,6 +22,7 @@ use serde::Serialize;
 use crate::blob::pack;
 use crate::fit::head::template::Template;
 use crate::fit::learn::crease::{Seam, seams};
+use crate::fit::learn::persons::Persons;
 use crate::fit::learn::{
     BlockReport, FaceReport, Learned, Learner, Settings as Learning, far_beyond,
 };
@@ -33,16 +34,16 @@ use crate::model::About;
 use crate::{FaceModel, Randomize};
 use areas::Areas;
 use curves::{Curves, curves};
-use held_out::{HeldOut, Interval, Pair, cross_validate, folds, shuffled, whole_faces};
+use held_out::{HeldOut, Interval, Pair, cross_validate, whole_faces};
 use normality::{Normality, normality};
 
-/// The fewest faces of which a part can be held out and the rest learned from.
+/// The fewest people of whom a part can be held out and the rest learned from.
 const FEWEST: usize = 4;
 /// The parts of the variance whose numbers of modes are counted (Table 1).
 const COUNTED: [f64; 4] = [0.9, 0.95, 0.98, 0.99];
 /// The parts of the variance at which faces are held out.
 const TRIED: [f64; 2] = [0.95, 0.99];
-/// Faces that the paper held out.
+/// People whom the paper held out.
 const PAPER: usize = 10;
 /// Parts into which all faces are split, each of which is held out once.
 const FOLDS: usize = 5;
@@ -62,6 +63,8 @@ pub struct Population<'a> {
     /// Registered faces, all vertices, mm, in any pose; in f32, as files of scans have them, since
     /// all of them are kept beside what is learned from most of them.
     pub faces: Vec<Vec<Vec3>>,
+    /// Which of them are of one person.
+    pub persons: Persons,
     /// What is known of those of whom anything is.
     pub labels: Vec<Labels>,
     /// What a model that is learned from them says of itself.
@@ -88,6 +91,9 @@ pub struct Report {
     pub about: About,
     /// Registered faces.
     pub faces: usize,
+    /// The number of each face's person, where some have several: these count as one in all means over people.
+    #[serde(skip_serializing_if = "Persons::are_single")]
+    pub persons: Persons,
     /// Vertices of each.
     pub vertices: usize,
     /// What is known of the faces.
@@ -102,7 +108,7 @@ pub struct Report {
     pub modes: Vec<Modes>,
     /// Coefficients, variance and smoothing of each block of the model at tau = 95 %.
     pub blocks: Vec<BlockReport>,
-    /// Ten faces at random, as in the paper.
+    /// Ten people at random, as in the paper.
     pub ten_held_out: Vec<HeldOut>,
     /// All faces, each held out once.
     pub held_out: Vec<HeldOut>,
@@ -202,7 +208,7 @@ impl Modes {
 }
 
 /// The mean distance of the skin of random faces to the nearest face of the population, mm, and the
-/// same from each face of the population to the nearest other one.
+/// same from each face of the population to the nearest one of another person.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Specificity {
     /// Random faces of the model.
@@ -237,8 +243,11 @@ pub const STEPS: u64 = (3 + FOLDS + 1 + SPLITS.len()) as u64;
 
 /// Computes the report. Calls `done` with what comes next, [`STEPS`] times.
 ///
+/// Whoever has several scans is held out with all of them, and counts once in what is found of the others; each scan
+/// that is learned from counts as a face.
+///
 /// # Errors
-/// With fewer than 4 faces, of which none can be held out; and as [`Learner::new`].
+/// With fewer than 4 people, of whom none can be held out, or persons of other faces; and as [`Learner::new`].
 pub fn validate<'a>(
     population: Population<'a>,
     mut done: impl FnMut(&'static str),
@@ -248,18 +257,26 @@ pub fn validate<'a>(
         names,
         both_sides,
         faces,
+        persons,
         labels,
         about,
         drift,
     } = population;
-    if faces.len() < FEWEST {
+    if persons.faces() != faces.len() {
+        let (told, there) = (persons.faces(), faces.len());
+        let cause = format!("the persons are those of {told} faces, and not of these {there}");
+        return Err(FitError::Input(cause));
+    }
+    let count_of_people = persons.count();
+    if count_of_people < FEWEST {
         return Err(FitError::Input(format!(
-            "{} faces are too few to hold any out and learn from the others; {FEWEST} is the least",
-            faces.len()
+            "{} are too few to hold any out and learn from the others; {FEWEST} is the least",
+            persons.said("faces")
         )));
     }
     let settings = Learning {
         both_sides,
+        people: Some(count_of_people),
         ..Learning::default()
     };
     let areas = Areas::new(template)?;
@@ -293,12 +310,15 @@ pub fn validate<'a>(
         .filter(|c| c.measure.is_none())
         .map(|c| c.name.clone())
         .collect();
-    let normality = normality(&controls, &learned.coefficients);
+    // The scans of one person are no more than one sample of what people are.
+    let of_each = persons.one_each().into_iter();
+    let of_each: Vec<Vec<f64>> = of_each.map(|i| learned.coefficients[i].clone()).collect();
+    let normality = normality(&controls, &of_each);
     let rounding = Rounding {
         bytes: file.len(),
         rms: rounding(&learned, &model)?,
     };
-    let specificity = specificity(&learned, &model, &whole_modes, &areas.skin)?;
+    let specificity = specificity(&learned, &persons, &model, &whole_modes, &areas.skin)?;
     done("seams");
     let kept = whole.modes_for(settings.tau)?;
     let seams = seams(template, &model, &whole_modes[..kept], &|face| face)?;
@@ -313,25 +333,30 @@ pub fn validate<'a>(
 
     done("holding out ten faces");
     // Of as few as may be, one is held out: the others are what is learned from.
-    let held = PAPER.min(faces.len() / 2).min(faces.len() + 1 - FEWEST);
-    let ten = shuffled(faces.len(), 10)[..held].to_vec();
-    let (ten_held_out, pairs) = cross_validate(template, &faces, &[ten], &TRIED, &settings, || ())?;
-    let parts_of = FOLDS.min(faces.len());
-    let tests = folds(faces.len(), parts_of, 5);
-    let (held_out, _) = cross_validate(template, &faces, &tests, &TRIED, &settings, || {
+    let held = PAPER
+        .min(count_of_people / 2)
+        .min(count_of_people + 1 - FEWEST);
+    let hold_out = |tests: &[Vec<usize>], done: &mut dyn FnMut()| {
+        cross_validate(template, &faces, &persons, tests, &TRIED, &settings, done)
+    };
+    let (ten_held_out, pairs) = hold_out(&[persons.draw(held, 10)], &mut || ())?;
+    let parts_of = FOLDS.min(count_of_people);
+    let (held_out, _) = hold_out(&persons.folds(parts_of, 5), &mut || {
         done("holding out every face");
     })?;
     let mut split = Vec::new();
     for [training, test] in SPLITS {
         done("error against the number of coefficients");
-        if faces.len() >= training + FEWEST {
-            split.push(curves(template, &faces, training, test, 100, &settings)?);
+        if count_of_people >= training + FEWEST {
+            let counts = [training, test];
+            split.push(curves(template, &faces, &persons, counts, 100, &settings)?);
         }
     }
     Ok(Validated {
         report: Report {
             about: parts.about,
             faces: faces.len(),
+            persons,
             vertices: template.positions.len(),
             labels: LabelCounts::of(&labels),
             one_sided: !both_sides,
@@ -440,15 +465,17 @@ pub fn rounding(learned: &Learned, model: &FaceModel) -> FitResult<f64> {
 
 fn specificity(
     learned: &Learned,
+    persons: &Persons,
     model: &FaceModel,
     whole_modes: &[Vec<DVec3>],
     skin: &[u32],
 ) -> FitResult<Specificity> {
     let mean: Vec<DVec3> = model.parts().mean.iter().map(|p| p.as_dvec3()).collect();
     let people = &learned.aligned;
-    // Mean distance to the nearest of people; one that is farther already is not followed further.
-    let nearest = |face: &[DVec3], but: usize| {
-        let others = people.iter().enumerate().filter(|(i, _)| *i != but);
+    // Mean distance to the nearest of people, but for one person; who is farther already is not followed further.
+    let nearest = |face: &[DVec3], but: Option<usize>| {
+        let is_other = |(i, _): &(usize, &Vec<DVec3>)| Some(persons.of(*i)) != but;
+        let others = people.iter().enumerate().filter(is_other);
         let least = others.fold(f64::INFINITY, |least, (_, other)| {
             let mut sum = 0.0;
             for some in skin.chunks(512) {
@@ -466,7 +493,7 @@ fn specificity(
     };
     let regions = (0..RANDOM_FACES)
         .into_par_iter()
-        .map(|seed| Ok(nearest(&positions(&random_face(model, seed)?), usize::MAX)))
+        .map(|seed| Ok(nearest(&positions(&random_face(model, seed)?), None)))
         .collect::<FitResult<Vec<f64>>>()?;
     let coefficients: Vec<Vec<f64>> = (0..RANDOM_FACES)
         .map(|seed| {
@@ -475,14 +502,14 @@ fn specificity(
         })
         .collect();
     let whole: Vec<f64> = (fields(whole_modes, &coefficients).par_iter())
-        .map(|field| nearest(&held_out::plus(&mean, field), usize::MAX))
+        .map(|field| nearest(&held_out::plus(&mean, field), None))
         .collect();
     let between: Vec<f64> = (people.par_iter().enumerate())
-        .map(|(i, face)| nearest(face, i))
+        .map(|(i, face)| nearest(face, Some(persons.of(i))))
         .collect();
     Ok(Specificity {
         regions: Interval::of(&regions),
         whole_face: Interval::of(&whole),
-        population: Interval::of(&between),
+        population: Interval::of(&persons.means(&between)),
     })
 }

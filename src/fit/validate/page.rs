@@ -6,6 +6,7 @@ use std::path::Path;
 
 use base64ct::{Base64, Encoding};
 
+use super::bases::{FEWEST_TEST, TRAINING};
 use super::held_out::{AreaErrors, HeldOut, Interval};
 use super::plots::{self, Axes, Line};
 use super::{COUNTED, PAPER, Person, Report, Validated, pictures};
@@ -132,6 +133,13 @@ fn population(report: &Report) -> FitResult<Section> {
         "{} {}",
         report.about.population, report.about.caveat
     ))];
+    if !report.persons.are_single() {
+        content.push(Content::Text(format!(
+            "They are {}. Whoever has several is held out with all of them and counts once in all means over faces and \
+             their intervals; each scan that is learned from counts as a face.",
+            report.persons.said("faces")
+        )));
+    }
     match &report.labels {
         None => content.push(Content::Text(
             "The faces carry no labels: nothing is known of their sex, age or origin.".into(),
@@ -166,7 +174,7 @@ fn population(report: &Report) -> FitResult<Section> {
             }
         }
     }
-    let left = Interval::of(&report.alignment);
+    let left = Interval::of(&report.persons.means(&report.alignment));
     let axes = Axes {
         title: "What alignment leaves",
         x: "root mean square distance from the mean, mm",
@@ -326,22 +334,25 @@ fn held_out(validated: &Validated) -> FitResult<Section> {
     let report = &validated.report;
     let mut content = vec![Content::Text(format!(
         "Faces that the model has not learned from, given back by least squares over the skin. {} \
-         faces in {} parts, each held out once; means over the faces with 95 % confidence \
+         in {} parts, each held out once; means over the {} with 95 % confidence \
          intervals, in mm, and in percent of the diameter of the head's bounding box. On the right \
          a PCA of whole faces with as many coefficients.",
-        report.faces, report.folds
+        report.persons.said("faces"),
+        report.folds,
+        who(report)
     ))];
     for part in &report.held_out {
         content.extend(table_of(part));
     }
+    let who = who(report);
     let (drawn, of_drawn, as_in_paper) = match validated.pairs.len() {
         PAPER => (
-            "Ten faces".into(),
+            format!("Ten {who}"),
             "ten".into(),
             ", as in the paper (Table 2)",
         ),
         1 => ("One face".into(), "one".into(), ""),
-        count => (format!("{count} faces"), count.to_string(), ""),
+        count => (format!("{count} {who}"), count.to_string(), ""),
     };
     content.push(Content::Text(format!(
         "{drawn} drawn at random and held out together{as_in_paper}:"
@@ -362,6 +373,14 @@ fn held_out(validated: &Validated) -> FitResult<Section> {
         content,
         short: true,
     })
+}
+
+/// What means are over, in words.
+fn who(report: &Report) -> &'static str {
+    match report.persons.are_single() {
+        true => "faces",
+        false => "people",
+    }
 }
 
 fn table_of(part: &HeldOut) -> [Content; 4] {
@@ -544,7 +563,10 @@ fn bases(report: &Report) -> FitResult<Section> {
     }
     if content.is_empty() {
         content.push(Content::Text(
-            "Sparse bases were not compared: ask with --splits, and give 125 faces or more.".into(),
+            format!(
+                "Sparse bases were not compared: ask with --splits, and give {} faces or more, each of another person.",
+                TRAINING[0] + FEWEST_TEST
+            ),
         ));
     } else {
         let about = &report.about;
