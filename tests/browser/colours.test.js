@@ -444,7 +444,7 @@ describe('colours', () => {
 
     // A file brings them; one from before they were kept leaves what is there.
     const bring = (/** @type {object} */ content) =>
-      page.locator('input[type=file]').first().setInputFiles({ name: 'face.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify(content)) });
+      page.locator('input[type=file][accept*=json]').setInputFiles({ name: 'face.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify(content)) });
     await bring({ ...file, name: 'from a file', colouring: { skin: 0.7, iris: 7, tail: 1, hair: 'no' } });
     await page.getByRole('button', { name: 'Open from a file' }).waitFor();
     assert.deepEqual(await colouring(page), { skin: 0.7, iris: 1 }, 'numbers are brought within their limits, and all else is left out');

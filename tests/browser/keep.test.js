@@ -326,7 +326,7 @@ describe('nothing is lost', () => {
     assert.deepEqual(JSON.parse(content).map(({ name }) => name), [...(await names()), 'Stranger']);
     const before = await codeOf(page);
     const give = (/** @type {string} */ body) =>
-      page.locator('input[type=file]').first().setInputFiles({ name: 'faces.json', mimeType: 'application/json', buffer: Buffer.from(body) });
+      page.locator('input[type=file][accept*=json]').setInputFiles({ name: 'faces.json', mimeType: 'application/json', buffer: Buffer.from(body) });
     await page.getByRole('button', { name: 'Delete Tarō' }).click();
     await give(content);
     await says('One face was added to yours; 3 were there; 1 is of another model or damaged.');
@@ -417,7 +417,7 @@ describe('nothing is lost', () => {
     const other = await open(browser, site);
     await other.page.getByRole('tab', { name: 'Faces' }).click();
     const give = (name, body) =>
-      other.page.locator('input[type=file]').setInputFiles({ name, mimeType: 'application/json', buffer: Buffer.from(body) });
+      other.page.locator('input[type=file][accept*=json]').setInputFiles({ name, mimeType: 'application/json', buffer: Buffer.from(body) });
     await give('sailor.json', JSON.stringify(content));
     await other.page.getByRole('button', { name: 'Open Young sailor' }).waitFor();
     assert.equal(await codeOf(other.page), mine);
@@ -532,7 +532,7 @@ describe('nothing is lost', () => {
 
     // Files: the new one, one with an expression that nobody has, and the old ones, which leave what there is.
     const give = (/** @type {object} */ body) =>
-      page.locator('input[type=file]').first().setInputFiles({ name: 'face.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify(body)) });
+      page.locator('input[type=file][accept*=json]').setInputFiles({ name: 'face.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify(body)) });
     await give({ ...content, name: 'Odd', expression: { jawOpen: 0.5, wiggleEars: 1, mouthClose: 'much', browInnerUp: -1 } });
     await page.getByRole('button', { name: 'Open Odd' }).waitFor();
     await wait(page, { jawOpen: 50 });

@@ -52,7 +52,7 @@ export function createOwnSkin({ colouring, wear, say }) {
   let asked = 0;
   const picker = element('input', {
     type: 'file',
-    accept: 'image/*',
+    accept: 'image/png, image/jpeg, image/webp',
     hidden: true,
     'aria-label': text.ownSkin.wear,
     onchange: async () => {
