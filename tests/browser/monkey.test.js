@@ -213,8 +213,9 @@ test(`a monkey for ${MINUTES} min, seed ${SEED}`, { timeout: MINUTES * 60_000 + 
       }));
       assert.ok(sound, last());
     }
-    // Once everything has been opened and looked at.
-    if (!early && performance.now() > end - 0.6 * MINUTES * 60_000) early = await inTime(weight(session, page));
+    // Once everything has been opened and looked at, which takes a busy machine longer.
+    const left = (end - performance.now()) / (MINUTES * 60_000);
+    if (!early && left < (done.length < 40 ? 0.25 : 0.6)) early = await inTime(weight(session, page));
   }
 
   // Whatever is open is closed, and the card comes back.
