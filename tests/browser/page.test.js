@@ -591,7 +591,7 @@ describe('one page after another of these', () => {
       () =>
         new Promise((done) => {
           const canvas = document.querySelector('canvas.view');
-          const { frames } = window.designer;
+          let { frames } = window.designer;
           // Hears of it after the stage does.
           const observer = new ResizeObserver(() => {
             if (canvas.width === before) return;
@@ -602,6 +602,8 @@ describe('one page after another of these', () => {
           const before = canvas.width;
           observer.observe(canvas);
           document.body.style.width = '70%';
+          // What is drawn for something else is drawn before sizes are looked at.
+          requestAnimationFrame(() => (frames = window.designer.frames));
         }),
     );
     assert.equal(drawn, 1);
