@@ -38,6 +38,8 @@ const asByCard = (page) =>
 
 const site = await serve();
 const browser = await launch();
+/** A picture is drawn for minutes, and what is pressed meanwhile waits for it. */
+const PATIENCE = 600_000;
 const { page } = await open(browser, site, {
   prepare: asByCard,
   fine: true,
@@ -46,6 +48,7 @@ const { page } = await open(browser, site, {
   viewport: { width: 1280, height: 800 },
   colorScheme: 'light',
 });
+page.setDefaultTimeout(PATIENCE);
 await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
 await page.getByRole('tab', { name: 'Looks' }).click();
 await moveSlider(page, 'Length, cropped to below the chin', 0.3);
