@@ -92,6 +92,7 @@ const PEOPLE = [
 ];
 const WIDTH = 300;
 const HEIGHT = 400;
+  page.setDefaultTimeout(PATIENCE);
 /** A page whose stage has so much room, without what lies on it. */
 async function portraitPage() {
   const { page } = await open(browser, site, { prepare: asByCard, sharp: true, fine: true, deviceScaleFactor: 2, viewport: { width: 900, height: HEIGHT + 55 }, colorScheme: 'light' });
