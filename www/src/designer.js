@@ -185,8 +185,8 @@ export async function createDesigner(model, stage, chosen) {
   });
   const expressions = createExpressions(editor, file, display);
   /** What the head has on: a photo's colours while its face is that of the photo, or else a picture of the person's own. */
-  const worn = /** @type {Record<'photo' | 'own', import('./photo/colours.js').Colours | null>} */ ({ photo: null, own: null });
-  /** @param {'photo' | 'own'} which @param {import('./photo/colours.js').Colours | null} colours */
+  const worn = /** @type {Record<'photo' | 'own', import('./head/head.js').Worn | null>} */ ({ photo: null, own: null });
+  /** @param {'photo' | 'own'} which @param {import('./head/head.js').Worn | null} colours */
   function wear(which, colours) {
     worn[which] = colours;
     head.wear(worn.photo ?? worn.own);

@@ -385,8 +385,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   let wornIn = null;
   /**
    * Shows a person's own colours in place of the skin's; null takes them off.
-   * @param {{ size: number, rgba: Uint8ClampedArray, colouring: import('./colouring.js').Colouring } | null} texture as
-   *   `PhotoEdit.texture` has it, and the looks in which it is worn as it is: others change it by as much as the skin's own
+   * @param {Worn | null} texture
    */
   function wear(texture) {
     worn?.dispose();
@@ -560,3 +559,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     unmarked: false,
   };
 }
+
+/**
+ * Colours that a head wears in place of its skin's, as `PhotoEdit.texture` has them, and the looks in which they are worn as they are: others
+ * change them by as much as the skin's own.
+ * @typedef {{ size: number, rgba: Uint8ClampedArray, colouring: import('./colouring.js').Colouring }} Worn
+ */

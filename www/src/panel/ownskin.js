@@ -10,8 +10,6 @@ const LEAST = 64;
 /** A side may be this much longer than the other: the layout is square. */
 const SQUARE = 1.02;
 
-/** @typedef {{ size: number, rgba: Uint8ClampedArray, colouring: import('../head/colouring.js').Colouring }} Worn */
-
 /**
  * @param {File} file
  * @returns {Promise<{ size: number, rgba: Uint8ClampedArray }>}
@@ -43,7 +41,7 @@ async function readSkin(file) {
  *
  * @param {{
  *   colouring: () => import('../head/colouring.js').Colouring,
- *   wear: (worn: Worn | null) => void,
+ *   wear: (worn: import('../head/head.js').Worn | null) => void,
  *   say: (sentence: string) => void,
  * }} parts `colouring`: the looks in which it is shown as it is
  */

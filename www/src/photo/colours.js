@@ -6,7 +6,7 @@ import { coloured } from './grey.js';
 /** Texels a side of the colours that the 3D head takes from the photo. */
 const SIDE = 1024;
 
-/** With the looks that the head has as it is in the photo. @typedef {{ size: number, rgba: Uint8ClampedArray, colouring: import('../head/colouring.js').Colouring }} Colours */
+/** With the looks that the head has as it is in the photo. @typedef {import('../head/head.js').Worn} Colours */
 
 /**
  * The 3D head's colours: the photo's once somebody looks at it, if that is wanted, or its own.
