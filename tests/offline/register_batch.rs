@@ -670,6 +670,17 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
     );
     let kept = fs::read_to_string(faces.join("labels.json")).expect("labels");
     assert_eq!(kept, better);
+    // Nor does a file join a table, where one of them is to be.
+    fs::remove_file(faces.join("labels.json")).expect("goes");
+    fs::write(faces.join("labels.csv"), "name,age\nanna,41\n").expect("writes");
+    let as_table = said(&register(&template_file, &textures).stdout);
+    assert!(
+        as_table.contains("labels.csv: is not what lies beside the scans, and stays"),
+        "{as_table}"
+    );
+    assert!(!faces.join("labels.json").exists());
+    fs::remove_file(faces.join("labels.csv")).expect("goes");
+    fs::write(faces.join("labels.json"), better).expect("writes");
     assert_eq!(
         fs::read(faces.join("register.csv")).expect("a table"),
         table

@@ -272,13 +272,18 @@ fn many(
         );
     }
     for (name, bytes) in told {
+        // Of the two that labels may be in, one is to be there.
+        let same_kind = Told::FILES.iter().filter(|_| Told::FILES.contains(&name));
+        let mut there = std::iter::once(&name)
+            .chain(same_kind)
+            .map(|name| output.join(name));
         let path = output.join(name);
-        match path.is_file() && super::read(&path)? != bytes {
-            true => println!(
+        match there.find(|there| there.is_file()) {
+            Some(other) if other != path || super::read(&path)? != bytes => println!(
                 "{}: is not what lies beside the scans, and stays: it may have been made better since",
-                path.display()
+                other.display()
             ),
-            false => files::write_atomically(&path, &bytes)?,
+            _ => files::write_atomically(&path, &bytes)?,
         }
     }
     batch::write_accounts(jobs, output)?;
