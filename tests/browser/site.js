@@ -106,9 +106,9 @@ const WITHOUT = [
  * that plays one would take half of the time that a test's drawing takes for that.
  * @param {{ measured?: boolean }} [options]
  */
-export function launch({ measured = false } = {}) {
+export async function launch({ measured = false } = {}) {
   mkdirSync(SCREENSHOTS, { recursive: true });
-  return chromium.launch({
+  const options = {
     executablePath: findChromium(),
     args: [
       '--headless',
@@ -123,7 +123,15 @@ export function launch({ measured = false } = {}) {
       `--disable-features=${WITHOUT}`,
       ...(measured ? [] : ['--disable-gpu-compositing']),
     ],
-  });
+  };
+  try {
+    return await chromium.launch(options);
+  } catch (error) {
+    // Of some thousand starts one ends in a fault of Chromium's own, before there is a page.
+    if (!`${error}`.includes('signal=SIG')) throw error;
+    console.error(`Chromium is started again, as it fell while it started: ${`${error}`.split('\n')[0]}`);
+    return chromium.launch(options);
+  }
 }
 
 /** The page on its server and a browser, for the tests of one file: both end with them. */
