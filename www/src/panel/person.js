@@ -129,7 +129,7 @@ export function createPerson(editor, limits) {
       },
       finish: done,
     });
-    return { name, placeOf, slider };
+    return { name, placeOf, slider, isAsked: () => last !== null };
   });
   median.free();
 
@@ -139,11 +139,12 @@ export function createPerson(editor, limits) {
   let visible = false;
   function refresh() {
     if (!visible) return;
-    for (const { name, placeOf, slider } of rows) {
-      // What one slider moves of the others by what nobody sees is not shown anew.
-      const at = Math.round(1e4 * placeOf(face.attribute(name))) / 1e4;
-      slider.show(at);
+    for (const { name, placeOf, slider, isAsked } of rows) {
+      const at = placeOf(face.attribute(name));
       const was = start && placeOf(start.reads.get(name) ?? 0);
+      // What one slider moves of the others by what nobody sees is not shown anew with each event.
+      const stays = was !== null && !isAsked() && Math.abs(was - at) <= 0.005;
+      slider.show(Math.round(1e4 * (stays ? was : at)) / 1e4);
       slider.ghost(was !== null && Math.abs(was - at) > 0.005 ? was : null);
     }
   }
