@@ -20,10 +20,18 @@ describe('the panels of one page', () => {
     await page.getByRole('button', { name: 'STL' }).click();
     await page.getByText('The file could not be written: this needs a connection once.').waitFor();
     await page.getByRole('button', { name: 'Close', exact: true }).last().click();
+    // What is dropped meanwhile waits for it.
+    await page.evaluate(() => {
+      const files = new DataTransfer();
+      files.items.add(new File(['no picture'], 'me.jpg', { type: 'image/jpeg' }));
+      window.dispatchEvent(new DragEvent('drop', { dataTransfer: files, bubbles: true, cancelable: true }));
+    });
+    await page.waitForFunction(() => /could not/.test(document.querySelector('.photo-panel [role=status]')?.textContent ?? ''));
     // It may come later.
     await page.unroute(/\/(room|export|gif)-[^/]*\.(js|css)$/);
     await page.getByRole('button', { name: 'Try again' }).click();
     await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    await page.getByText('This is not a picture that your browser can show.').waitFor();
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'STL' }).click()]);
     assert.equal(file.suggestedFilename(), 'face.stl');
