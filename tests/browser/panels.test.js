@@ -11,7 +11,9 @@ describe('the panels of one page', () => {
 
   test('without a connection a part that never came says that it needs one, once', async () => {
     const { page } = visit;
-    await page.route(/\/(room|export|gif)-[^/]*\.(js|css)$/, (route) => route.abort());
+    // Also where it is asked for once more.
+    const parts = /\/(room|export|gif)-[^/]*\.(js|css)(\?|$)/;
+    await page.route(parts, (route) => route.abort());
     await page.getByRole('tab', { name: 'Photo' }).click();
     const said = page.locator('.photo-panel [role=status]');
     await page.waitForFunction(() => /could not/.test(document.querySelector('.photo-panel [role=status]')?.textContent ?? ''));
@@ -28,7 +30,7 @@ describe('the panels of one page', () => {
     });
     await page.waitForFunction(() => /could not/.test(document.querySelector('.photo-panel [role=status]')?.textContent ?? ''));
     // It may come later.
-    await page.unroute(/\/(room|export|gif)-[^/]*\.(js|css)$/);
+    await page.unroute(parts);
     await page.getByRole('button', { name: 'Try again' }).click();
     await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
     await page.getByText('This is not a picture that your browser can show.').waitFor();
