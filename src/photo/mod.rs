@@ -84,8 +84,8 @@ pub struct Photo<'a> {
     /// The 68 points of iBUG (Sagonas et al. 2013), px, in their order: the subject's right jaw
     /// first. x to the right and y down, from the upper left corner.
     pub points: &'a [[f64; 2]],
-    /// The focal length in px, if it is known: that of EXIF as if for film of 36 mm, over 36, times
-    /// the image's longer side.
+    /// The focal length in px, if it is known: that of EXIF as if for film, over the 43.3 mm of its
+    /// diagonal, times that of the image, unless it was cut.
     pub focal: Option<f64>,
     /// The standard deviation of the points along each axis, px, if it is known. Otherwise it is
     /// estimated.

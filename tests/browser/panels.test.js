@@ -11,7 +11,9 @@ describe('the panels of one page', () => {
 
   test('without a connection a part that never came says that it needs one, once', async () => {
     const { page } = visit;
-    await page.route(/\/(room|export|gif)-[^/]*\.(js|css)$/, (route) => route.abort());
+    // Also where it is asked for once more.
+    const parts = /\/(room|export|gif)-[^/]*\.(js|css)(\?|$)/;
+    await page.route(parts, (route) => route.abort());
     await page.getByRole('tab', { name: 'Photo' }).click();
     const said = page.locator('.photo-panel [role=status]');
     await page.waitForFunction(() => /could not/.test(document.querySelector('.photo-panel [role=status]')?.textContent ?? ''));
@@ -20,10 +22,18 @@ describe('the panels of one page', () => {
     await page.getByRole('button', { name: 'STL' }).click();
     await page.getByText('The file could not be written: this needs a connection once.').waitFor();
     await page.getByRole('button', { name: 'Close', exact: true }).last().click();
+    // What is dropped meanwhile waits for it.
+    await page.evaluate(() => {
+      const files = new DataTransfer();
+      files.items.add(new File(['no picture'], 'me.jpg', { type: 'image/jpeg' }));
+      window.dispatchEvent(new DragEvent('drop', { dataTransfer: files, bubbles: true, cancelable: true }));
+    });
+    await page.waitForFunction(() => /could not/.test(document.querySelector('.photo-panel [role=status]')?.textContent ?? ''));
     // It may come later.
-    await page.unroute(/\/(room|export|gif)-[^/]*\.(js|css)$/);
+    await page.unroute(parts);
     await page.getByRole('button', { name: 'Try again' }).click();
     await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    await page.getByText('This is not a picture that your browser can show.').waitFor();
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'STL' }).click()]);
     assert.equal(file.suggestedFilename(), 'face.stl');

@@ -8,8 +8,9 @@ import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
 import { headerOf } from '../../www/src/photo/exif.js';
 import { spaceOf } from '../../www/src/photo/profile.js';
+import { xmpPacket } from '../../www/src/photo/xmp.js';
 import { readPicture } from './glb.js';
-import { decodePng, differing, download, holdBack, landmarkOnScreen, moveSlider, onePage, open, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, holdBack, landmarkOnScreen, moveSlider, onePage, open, pressQuickly, settled, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
@@ -557,6 +558,52 @@ describe('a face in a photo', () => {
     assert.ok(await page.locator('.photo-lens').isHidden());
     const dragged = await stateOf(page);
     assert.ok(Math.abs(dragged.points[17] - state.points[17] - 30 * scale) < 0.6 * scale, `the chin went ${dragged.points[17] - state.points[17]} px`);
+    // It goes as far as the pointer, wherever that took hold of it, and that is a step of its own: the face has others.
+    const points = async () => (await stateOf(page)).points;
+    const pull = async (/** @type {number} */ by) => {
+      const { x, y, width, height } = await page.getByRole('button', { name: 'Jaw from right to left, 9 of 17' }).boundingBox();
+      await page.mouse.move(x + width / 2 + 7, y + height / 2 + 4);
+      await page.mouse.down();
+      await page.mouse.move(x + width / 2 + 7 + by, y + height / 2 + 4);
+    };
+    await pull(5);
+    await page.mouse.up();
+    const pulled = await points();
+    const went = [16, 17].map((k) => (pulled[k] - dragged.points[k]) / scale);
+    assert.ok(Math.abs(went[0] - 5) < 0.1 && Math.abs(went[1]) < 0.1, `the chin went ${went} px of the screen`);
+    await page.keyboard.press('Control+z');
+    assert.deepEqual(await points(), dragged.points);
+    await page.keyboard.press('Control+y');
+    assert.deepEqual(await points(), pulled);
+    await page.keyboard.press('Control+z');
+    // Escape lets go of what is held.
+    await pull(40);
+    await page.keyboard.press('Escape');
+    await page.mouse.move(20, 20);
+    await page.mouse.up();
+    assert.deepEqual(await points(), dragged.points);
+    await page.getByRole('button', { name: 'As found' }).click();
+    assert.deepEqual(await points(), state.points);
+    await page.getByRole('button', { name: 'Take back' }).click();
+    assert.deepEqual(await points(), dragged.points);
+    assert.equal(await page.evaluate(() => window.designer.face.code), code);
+    // What is taken hold of at the edge of the stage stays under the pointer.
+    const ridge = page.getByRole('button', { name: 'Ridge of the nose, 1 of 4' });
+    const place = () => page.locator('.photo-canvas').evaluate(({ style }) => style.transform);
+    const stage = await page.locator('.photo-window').boundingBox();
+    const corner = [stage.x + 20, stage.y + stage.height - 20];
+    const { y: high } = await ridge.boundingBox();
+    await page.mouse.move(corner[0], corner[1]);
+    await page.mouse.down();
+    await page.mouse.move(corner[0], corner[1] + stage.y + 20 - high);
+    await page.mouse.up();
+    const there = await place();
+    const near = await ridge.boundingBox();
+    assert.ok(Math.abs(near.y - stage.y - 20) < 1, `it is ${near.y - stage.y} px below the edge`);
+    await page.mouse.move(near.x + 12, near.y + 12);
+    await page.mouse.down();
+    assert.equal(await place(), there);
+    await page.mouse.up();
     // Who stops the fit, or opens what is no photo, still has the points.
     const pressed = (/** @type {string[]} */ ...names) =>
       page.evaluate((words) => {
@@ -584,14 +631,16 @@ describe('a face in a photo', () => {
     assert.equal(await page.evaluate(() => window.designer.face.code), code);
 
     // Where the fit is taken and the edit is not, the photo is edited as it was.
-    await page.evaluate(() => {
-      const { postMessage } = Worker.prototype;
-      Worker.prototype.postMessage = function (message, ...rest) {
-        if (message.task !== 'edit') return postMessage.call(this, message, ...rest);
-        Worker.prototype.postMessage = postMessage;
-        return postMessage.call(this, { ...message, photo: { ...message.photo, width: 0 } });
-      };
-    });
+    const failOnce = () =>
+      page.evaluate(() => {
+        const { postMessage } = Worker.prototype;
+        Worker.prototype.postMessage = function (message, ...rest) {
+          if (message.task !== 'edit') return postMessage.call(this, message, ...rest);
+          Worker.prototype.postMessage = postMessage;
+          return postMessage.call(this, { ...message, photo: { ...message.photo, width: 0 } });
+        };
+      });
+    await failOnce();
     await page.getByRole('button', { name: 'Correct the points' }).click();
     await page.getByRole('button', { name: 'As found' }).click();
     await again.click();
@@ -632,6 +681,16 @@ describe('a face in a photo', () => {
     assert.ok((await stateOf(page)).changed);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
 
+    // A photo whose face is not fitted for once can be tried again.
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    await page.getByRole('button', { name: 'Leave' }).click();
+    await failOnce();
+    assert.equal((await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg')).mode, 'adjust');
+    await again.click();
+    assert.equal((await done(page)).mode, 'ready');
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    await page.getByRole('button', { name: 'Leave' }).click();
+
     // Where no face is found, a mean drawing is placed as a whole.
     const wall = await choose(page, await drawn(page, [['draw', 256, 300, 256, 212, 0, 0, 400, 332]], 400, 332));
     assert.equal(wall.mode, 'none');
@@ -642,6 +701,9 @@ describe('a face in a photo', () => {
     await page.keyboard.press('ArrowLeft');
     await page.keyboard.press('+');
     await page.keyboard.press(']');
+    // With the key that many keyboards need for brackets.
+    await page.keyboard.press('Alt+]');
+    await page.keyboard.press('[');
     const after = await stateOf(page);
     assert.ok(middle(after.points)[0] < middle(placed.points)[0]);
     assert.ok(Math.abs(height(after.points) / height(placed.points) - 1.03) < 1e-6);
@@ -652,13 +714,32 @@ describe('a face in a photo', () => {
     await page.mouse.down();
     await page.mouse.move(handle.x + handle.width / 2 + 30, handle.y + handle.height / 2 + 30, { steps: 3 });
     await page.mouse.up();
-    assert.ok(height((await stateOf(page)).points) > 1.05 * height(after.points));
+    const sized = await points();
+    assert.ok(height(sized) > 1.05 * height(after.points));
+    await page.mouse.down();
+    await page.mouse.move(handle.x, handle.y);
+    assert.notDeepEqual(await points(), sized);
+    await page.keyboard.press('Escape');
+    await page.mouse.up();
+    assert.deepEqual(await points(), sized);
     assert.deepEqual(await faults(page), []);
+    // As it lies it can be fitted point by point, too.
+    await page.getByRole('button', { name: 'Point by point' }).click();
+    assert.ok(await again.isEnabled());
+    await page.getByRole('button', { name: 'Leave' }).click();
+    await page.getByRole('button', { name: 'Place the points by hand' }).click();
     await page.getByRole('button', { name: 'Fit the face' }).click();
     const mean = await done(page);
     assert.equal(mean.mode, 'ready');
     // The drawing is of the median face: so is what is fitted to it.
     assert.ok(mean.fit.quality.unusual < 0.5, `it is ${mean.fit.quality.unusual} unusual`);
+    // A face may be cut off: points go on beyond the photo's edge. A run of a key is one step.
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    const own = await points();
+    await pressQuickly(page.getByRole('button', { name: 'Right brow, 3 of 5' }), 'ArrowUp', 60, true);
+    assert.ok((await points())[39] < 0, `${(await points())[39]}`);
+    await page.getByRole('button', { name: 'Take back' }).click();
+    assert.deepEqual(await points(), own);
     assert.deepEqual(complaints, []);
     await context.close();
   });
@@ -693,6 +774,77 @@ describe('a face in a photo', () => {
     assert.deepEqual(complaints, []);
     await context.close();
   });
+
+  test('is on the stage as it was when the head was looked at, also while it was fitted', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    const place = () => page.locator('.photo-canvas').evaluate(({ style }) => style.transform);
+    /** Shows the head or the photo, and waits until it has its place. */
+    const turn = async (/** @type {string} */ to) => {
+      await page.locator('.photo-sides').getByText(to, { exact: true }).click();
+      await page.evaluate(() => new Promise((laid) => requestAnimationFrame(() => requestAnimationFrame(laid))));
+    };
+    // Her face is half as high as the picture.
+    const near = await drawn(page, [['draw', -469, -160, 1536, 1536]], 400, 500);
+    await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'near.png', mimeType: 'image/png', buffer: near });
+    await page.waitForFunction(() => window.designer.photo.width === 400);
+    await page.getByText('3D head', { exact: true }).click();
+    assert.equal((await done(page)).mode, 'ready');
+    await turn('Photo');
+    const whole = await place();
+    await page.getByRole('button', { name: 'The whole photo' }).click();
+    assert.equal(whole, await place());
+    await page.getByRole('button', { name: 'Closer' }).click();
+    const closer = await place();
+    assert.notEqual(closer, whole);
+    await turn('3D head');
+    await turn('Photo');
+    assert.equal(await place(), closer);
+    // So it is where the face is small, to which it comes close.
+    await page.locator('input[type=file][accept="image/*"]').setInputFiles({ name: 'far.jpg', mimeType: 'image/jpeg', buffer: PORTRAIT });
+    await page.waitForFunction(() => window.designer.photo.width === 512);
+    const all = await place();
+    await page.getByText('3D head', { exact: true }).click();
+    const { points } = await done(page);
+    await turn('Photo');
+    assert.notEqual(await place(), all);
+    const [chin, stage] = await page.evaluate(
+      ([x, y]) => {
+        const canvas = document.querySelector('.photo-canvas').getBoundingClientRect();
+        const { left, top, right, bottom } = document.querySelector('.photo-window').getBoundingClientRect();
+        return [[canvas.left + (x / 512) * canvas.width, canvas.top + (y / 512) * canvas.height], [left, top, right, bottom]];
+      },
+      [points[16], points[17]],
+    );
+    assert.ok(chin[0] > stage[0] && chin[0] < stage[2] && chin[1] > stage[1] && chin[1] < stage[3], `the chin is at ${chin} of ${stage}`);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('whose detector does not start is said to have none, and another try finds it', async () => {
+    const { context, page } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    // All of it, or what it is made of: it fails before it is asked anything.
+    for (const [part, why] of /** @type {const} */ ([[/\/faces\.worker-[^/]*\.js$/, 'this needs a connection once'], [/packed_assets\.data$/, 'NetworkError']])) {
+      await page.route(part, (route) => route.abort());
+      const come = await holdBack(page, '**/astronaut.jpg');
+      const failed = page.waitForEvent('requestfailed', { predicate: (request) => part.test(request.url()) });
+      await page.getByRole('button', { name: 'An example' }).click();
+      await failed;
+      await page.evaluate(() => new Promise((told) => setTimeout(told, 300)));
+      come();
+      await page.waitForFunction(() => window.designer.photo.mode === 'none');
+      const words = (await sentence(page)) ?? '';
+      assert.ok(words.startsWith('Faces cannot be found automatically here (') && words.includes(why), words);
+      await page.unroute(part);
+      await page.unroute('**/astronaut.jpg');
+    }
+    await page.getByRole('button', { name: 'Try again' }).click();
+    assert.equal((await done(page)).mode, 'ready');
+    await context.close();
+  });
 });
 
 describe('one photo after another', () => {
@@ -714,6 +866,14 @@ describe('one photo after another', () => {
     const unreadable = 'This is not a picture that your browser can show.';
     assert.equal(await refuse(Buffer.from('no picture'), 'a.png', 'image/png'), unreadable);
     assert.equal(await refuse(Buffer.alloc(0), 'a.png', 'image/png'), 'The file is empty.');
+    await page.evaluate(() => {
+      const { slice } = Blob.prototype;
+      Blob.prototype.slice = function () {
+        Blob.prototype.slice = slice;
+        return { arrayBuffer: () => Promise.reject(new DOMException('gone', 'NotReadableError')) };
+      };
+    });
+    assert.equal(await refuse(greyPng(300, 200), 'a.png', 'image/png'), 'The file could not be read: it was moved, or it is a folder.');
     assert.equal(await refuse(PORTRAIT.subarray(0, PORTRAIT.length / 2), 'a.jpg', 'image/jpeg'), 'The picture is damaged and cannot be opened.');
     assert.equal(await refuse(greyPng(16000, 8000), 'a.png', 'image/png'), 'The photo has 128 megapixels; a page can take no more than 100.');
     // A line of a pixel, in the size that can be saved.
@@ -795,12 +955,24 @@ describe('one photo after another', () => {
     }
     assert.ok(gone > 5 && come > 5, `of the hole ${gone} pixels are gone, and ${come} have come`);
     assert.ok(off <= 8, `the stage and the file are ${off} of 255 apart`);
+    // Where a canvas takes nothing, as those do that are too large for a browser, no empty file is written.
+    await page.evaluate(() => {
+      const { prototype } = OffscreenCanvasRenderingContext2D;
+      const { fillRect } = prototype;
+      prototype.fillRect = () => void (prototype.fillRect = fillRect);
+    });
+    await page.getByRole('button', { name: 'Save as PNG' }).click();
+    await page.getByText('this browser has no room for a picture of that size').waitFor();
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
 
     // Turned by EXIF, with a focal length: it is the right way up, and the lens is known. It has a red that sRGB has not, and a brown.
     const calls = [['fill', '#567', 0, 0, 512, 768], ['fill', 'color(display-p3 1 0 0)', 0, 0, 40, 40], ['fill', 'color(display-p3 0.784 0.353 0.235)', 0, 60, 40, 40]];
     const turned = await drawn(page, [...calls, ['turn', 0, -1, 1, 0, 0, 768], ['draw', 120, 0]], 512, 768, 'image/jpeg', 'display-p3');
-    const exif = Buffer.concat([turned.subarray(0, 2), exifOf(6, 80), turned.subarray(2)]);
+    // A model is said to have made it.
+    const model = 'http://cv.iptc.org/newscodes/digitalsourcetype/trainedAlgorithmicMedia';
+    const packet = Buffer.from(`http://ns.adobe.com/xap/1.0/\0${xmpPacket('', { artist: 'Zoë', copyright: '© Zoë', description: 'me', source: model })}`);
+    const said = Buffer.concat([Buffer.from([0xff, 0xe1, (packet.length + 2) >> 8, (packet.length + 2) & 255]), packet]);
+    const exif = Buffer.concat([turned.subarray(0, 2), exifOf(6, 80), said, turned.subarray(2)]);
     const right = await choose(page, exif, 'turned.jpg', 'image/jpeg');
     assert.deepEqual([right.mode, right.width, right.height], ['ready', 768, 512]);
     assert.ok(apart(right.points, first.map((value, i) => (i % 2 ? value : value + 120))) < 1.5);
@@ -813,8 +985,11 @@ describe('one photo after another', () => {
     await moveSlider(page, 'nose width', 0.99);
     await page.waitForFunction(() => window.designer.photo.field !== null);
     await page.getByRole('tab', { name: 'Photo' }).click();
+    /** @type {Record<string, Buffer>} */
+    const kept = {};
     for (const as of ['PNG', 'JPEG']) {
       const { bytes } = await saved(page, `Save as ${as}`);
+      kept[as] = bytes;
       assert.equal(await spaceOf(headerOf(Uint8Array.from(bytes).buffer).profile), 'display-p3', as);
       assert.ok(bytes.includes('<rdf:li>J&#38;G</rdf:li>'), as);
       if (as === 'JPEG') continue;
@@ -829,6 +1004,13 @@ describe('one photo after another', () => {
           assert.ok(has.every((value, k) => Math.abs(value - onStage[4 * n + k]) <= 2), `${has} is not the stage's ${onStage.slice(4 * n, 4 * n + 3)}`);
         }
       }
+    }
+    // Opened and saved again it says the same, and that once.
+    for (const [from, to] of [['PNG', 'JPEG'], ['JPEG', 'PNG']]) {
+      assert.equal((await choose(page, kept[from], 'again', `image/${from.toLowerCase()}`)).mode, 'ready');
+      const { bytes } = await saved(page, `Save as ${to}`);
+      for (const words of ['<rdf:li>J&#38;G</rdf:li>', '>© Zoë<', '>me\nEdited with phiz: the shape of the face was changed<', model]) assert.ok(bytes.includes(words), `${to}: ${words}`);
+      assert.equal(bytes.toString('latin1').match(/Edited with phiz/g)?.length, 2, 'as what was done, and under what is seen');
     }
     const silent = await choose(page, await drawn(page, [['fill', '#567', 0, 0, 768, 512], ['draw', 120, 0]], 768, 512));
     const guess = silent.fit.camera.focal / known;
@@ -868,6 +1050,25 @@ describe('one photo after another', () => {
     const back = await done(page);
     assert.deepEqual([back.mode, back.points, back.faces.length], ['ready', one.points, 5]);
 
+    // One of several that is too small leaves the others to choose from; the photo before has its own.
+    const group = await drawn(page, [['fill', '#456', 0, 0, 900, 300], ['draw', 0, 0, 300, 300], ['draw', 350, 100, 200, 200], ['draw', 600, 0, 300, 300]], 900, 300);
+    assert.equal((await choose(page, group)).faces.length, 3);
+    await frames.nth(1).press('Enter');
+    const small = await done(page);
+    assert.deepEqual([small.mode, small.width, await frames.count()], ['choose', 900, 3]);
+    assert.match((await sentence(page)) ?? '', /^The face is \d\d pixels high from brow to chin, and at least 40 are needed\.$/);
+    await page.getByRole('button', { name: 'Back to the last photo' }).click();
+    assert.equal((await done(page)).width, 1500);
+    await page.getByRole('button', { name: 'Another face' }).click();
+    assert.equal(await frames.count(), 5);
+    await page.getByRole('button', { name: 'Back to the last photo' }).click();
+    assert.deepEqual((await done(page)).points, one.points);
+
+    // A face that is small in a large photo is fitted in more of its pixels.
+    const far = await choose(page, await drawn(page, [['fill', '#456', 0, 0, 3000, 600], ['draw', 1000, 0]], 3000, 600));
+    assert.equal(far.mode, 'ready');
+    assert.equal(far.fit.camera.centre[0], 1024, 'half of what the fit has seen');
+
     // An example that comes late is not wanted any more.
     const example = page.waitForResponse('**/astronaut.jpg');
     const come = await holdBack(page, '**/astronaut.jpg');
@@ -882,6 +1083,15 @@ describe('one photo after another', () => {
 
     const again = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');
     assert.deepEqual(again.points, first);
+
+    // What leaves the page has the photo's colours on, though nobody has looked at the head.
+    const isWorn = () => page.evaluate(() => window.designer.photo.worn);
+    assert.equal(await isWorn(), false);
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
+    for (const side of ['Width', 'Height']) await page.getByRole('dialog').getByRole('spinbutton', { name: side }).fill('64');
+    await download(page, 'PNG');
+    assert.ok(await isWorn());
+    await page.getByRole('dialog').getByRole('button', { name: 'Close' }).click();
     assert.deepEqual(visit.complaints, []);
   });
 });

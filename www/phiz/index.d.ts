@@ -91,8 +91,8 @@ export interface PhotoPoints {
    */
   points: ArrayLike<number>;
   /**
-   * The focal length in px, if it is known: that of EXIF as if for film of 36 mm, over 36, times the
-   * longer side. Otherwise it is estimated.
+   * The focal length in px, if it is known: that of EXIF as if for film, over the 43.3 mm of its diagonal, times that of the photo,
+   * unless it was cut. Otherwise it is estimated.
    */
   focal?: number;
   /**

@@ -252,7 +252,11 @@ export async function createDesigner(model, stage, chosen) {
     named: () => library.nameOf(face.code),
     colouring: () => editor.colouring,
     legend: () => compare.legend,
-    settle: () => display.refresh(),
+    async settle() {
+      // What a photo covers wears it when somebody looks.
+      await photo.dress();
+      display.refresh();
+    },
   });
   const printed = createPrinted(face, { stage: stage.root, named: () => library.nameOf(face.code), draw: display.draw });
   document.body.append(about.root, exports, ...tour.parts, printed);

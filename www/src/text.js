@@ -464,6 +464,7 @@ export const text = {
     searchingPerson: 'Finding the person’s outline…',
     fitting: 'Fitting the face…',
     empty: 'The file is empty.',
+    notRead: 'The file could not be read: it was moved, or it is a folder.',
     unreadable: 'This is not a picture that your browser can show.',
     undecodable: 'Your browser cannot read this kind of picture. JPEG, PNG and WebP are read everywhere.',
     damaged: 'The picture is damaged and cannot be opened.',
@@ -488,7 +489,7 @@ export const text = {
     fitThese: 'Fit the face',
     pointByPoint: 'Point by point',
     correct: 'Correct the points',
-    adjustAbout: 'Drag the points to where they belong, or go to one with Tab and move it with the arrow keys. The dashed lines are the face as it was fitted.',
+    adjustAbout: 'Drag the points to where they belong, or go to one with Tab and move it with the arrow keys; Ctrl+Z takes a move back. The dashed lines are the face as it was fitted.',
     points: 'The 68 points of the face',
     point: (/** @type {string} */ line, /** @type {number} */ n, /** @type {number} */ of) => `${line}, ${n} of ${of}`,
     /** Sides are the subject's. */
@@ -505,6 +506,7 @@ export const text = {
     },
     fitAgain: 'Fit again',
     asDetected: 'As found',
+    takeBack: 'Take back',
     leave: 'Leave',
     refused: (/** @type {string} */ why) => `${why.charAt(0).toUpperCase()}${why.slice(1).replace(/\.$/, '')}. Correct the points, or take another photo.`,
     quality: (/** @type {number} */ px, /** @type {number} */ mm) =>

@@ -34,3 +34,14 @@ export function steppedTo({ key, shiftKey }, present, step, [min, max]) {
 export function letterOf({ key, code }) {
   return (/^[a-z]$/i.test(key) ? key : code.replace(/^Key/, '')).toLowerCase();
 }
+
+/**
+ * Whether keys ask for a step back, or forth again.
+ * @param {KeyboardEvent} event @returns {'undo' | 'redo' | null}
+ */
+export function stepOf(event) {
+  if (!(event.ctrlKey || event.metaKey) || event.altKey) return null;
+  const key = letterOf(event);
+  if (key === 'y' || (key === 'z' && event.shiftKey)) return 'redo';
+  return key === 'z' ? 'undo' : null;
+}

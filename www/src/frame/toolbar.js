@@ -1,6 +1,6 @@
 import { element } from './element.js';
 import { icon } from './icons.js';
-import { letterOf } from './keys.js';
+import { stepOf } from './keys.js';
 import { text } from '../text.js';
 
 /** Inputs into which nobody writes. */
@@ -34,17 +34,14 @@ export function createToolbar(editor, tools, { reset, randomise, copyLink, take,
   refresh();
 
   window.addEventListener('keydown', (event) => {
-    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+    const step = stepOf(event);
+    if (!step || event.defaultPrevented) return;
     // Text fields have an undo of their own.
     if (event.target instanceof HTMLInputElement && !UNWRITTEN.includes(event.target.type)) return;
     // Who is in a dialog is not at the face behind it.
     if (document.querySelector('dialog[open]')) return;
-    const key = letterOf(event);
-    const redoes = key === 'y' || (key === 'z' && event.shiftKey);
-    if (!redoes && key !== 'z') return;
     event.preventDefault();
-    if (redoes) editor.redo();
-    else editor.undo();
+    editor[step]();
   });
 
   tools.append(

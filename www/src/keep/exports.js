@@ -22,7 +22,7 @@ const LARGEST = 8192;
  * @param {() => string} of.named what the face is called, '' when it was not saved
  * @param {() => import('../head/colouring.js').Colouring} of.colouring that the face has, whatever of it is shown
  * @param {() => import('./legend.js').Legend | null} of.legend what a picture of the stage has to say, when that shows more than the face
- * @param {() => void} of.settle shows the face without what passes, such as a blink
+ * @param {() => Promise<void>} of.settle shows the face as it is, without what passes, such as a blink
  */
 export function createExports({ face, view, head, expressions, named, colouring, legend, settle }) {
   const status = element('p', { class: 'note', role: 'status' });
@@ -53,7 +53,7 @@ export function createExports({ face, view, head, expressions, named, colouring,
       // What moves in the file is what the model knows of by then.
       if (expressions.any) await expressions.load();
       const { glbAsShown } = await part(() => import('../appearance/appearance.js'));
-      settle();
+      await settle();
       // Hair that is hidden is the face's all the same.
       const glb = await glbAsShown(view.renderer, head, face, { colouring: colouring() });
       // The stage may have been drawn meanwhile.
@@ -112,7 +112,7 @@ export function createExports({ face, view, head, expressions, named, colouring,
             const size = { width: width.valueAsNumber, height: height.valueAsNumber };
             const said = legend();
             const make = async () => {
-              settle();
+              await settle();
               head.finish();
               const picture = await portrait(view, { ...size, transparent: transparent.checked });
               return said ? (await part(() => import('./legend.js'))).withLegend(picture, said) : picture;

@@ -17,6 +17,7 @@ import { text } from '../text.js';
  *   fit: () => void,
  *   pointByPoint: () => void,
  *   asDetected: () => void,
+ *   takeBack: () => void,
  *   leave: () => void,
  *   correct: () => void,
  *   another: () => void,
@@ -50,6 +51,7 @@ export function createControls(panel, parts) {
   const back = button(text.photo.own, parts.own);
   const again = button(text.photo.fitAgain, parts.fit, 'primary');
   const asDetected = button(text.photo.asDetected, parts.asDetected);
+  const takeBack = button(text.photo.takeBack, parts.takeBack);
   const leaving = button(text.photo.leave, parts.leave);
   const quality = element('p', { class: 'note' });
   const size = element('p', { class: 'note' });
@@ -67,7 +69,7 @@ export function createControls(panel, parts) {
       element('p', { class: 'note' }, text.photo.placeAbout),
       row(button(text.photo.fitThese, parts.fit, 'primary'), button(text.photo.pointByPoint, parts.pointByPoint)),
     ),
-    adjust: element('div', {}, element('p', { class: 'note' }, text.photo.adjustAbout), row(again, asDetected, leaving)),
+    adjust: element('div', {}, element('p', { class: 'note' }, text.photo.adjustAbout), row(again, takeBack, asDetected, leaving)),
     ready: element(
       'div',
       {},
@@ -112,6 +114,7 @@ export function createControls(panel, parts) {
     back,
     again,
     leaving,
+    takeBack,
     retry,
     quality,
     size,

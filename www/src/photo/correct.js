@@ -8,6 +8,8 @@ const LENS = 132;
 const LENS_ZOOM = 3;
 /** CSS px that an arrow key moves a point; ten times with Shift. */
 const NUDGE = 1;
+/** Points go so far beyond the photo's edges, of its size: where it cuts a face off, what is cut off is there. */
+const BEYOND = 0.5;
 
 /**
  * The drawing of the 68 points over the photo, and its correction: each is dragged under a magnifier, or
@@ -19,6 +21,10 @@ const NUDGE = 1;
 export function createCorrection(view, { changed, leave }) {
   /** px of the photo. @type {Float64Array} */
   let points = new Float64Array(2 * COUNT);
+  /** What they were before each step, and what was taken back. @type {{ done: Float64Array[], undone: Float64Array[] }} */
+  let steps = { done: [], undone: [] };
+  /** The point that keys move: until something else is done that is one step. */
+  let nudged = -1;
   /** Where the fitted face has them. @type {Float64Array | null} */
   let fitted = null;
   /** @type {{ bitmap: ImageBitmap, width: number, height: number } | null} */
@@ -49,12 +55,14 @@ export function createCorrection(view, { changed, leave }) {
     handle.addEventListener('focus', () => {
       // One of them is a stop of the Tab key, from outside; from there it goes on to the others.
       for (const other of handles) other.tabIndex = other === handle ? 0 : -1;
-      view.reveal(points[2 * i], points[2 * i + 1]);
+      // What a pointer takes hold of stays under it.
+      if (held < 0) view.reveal(points[2 * i], points[2 * i + 1]);
+      nudged = -1;
     });
     handle.addEventListener('blur', () => (lens.hidden = true));
     handle.addEventListener('keydown', (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey) return;
-      if (event.key === 'Escape') return leave();
+      if (event.key === 'Escape') return held < 0 ? leave() : giveUp();
       const next = event.key === 'Tab' ? handles[i + (event.shiftKey ? -1 : 1)] : undefined;
       if (next) {
         event.preventDefault();
@@ -66,6 +74,8 @@ export function createCorrection(view, { changed, leave }) {
       if (!way) return;
       event.preventDefault();
       const step = (NUDGE * (event.shiftKey ? 10 : 1)) / view.scale;
+      if (nudged !== i) begin();
+      nudged = i;
       move(i, points[2 * i] + step * way[0], points[2 * i + 1] + step * way[1]);
       view.reveal(points[2 * i], points[2 * i + 1]);
       magnify(i);
@@ -76,6 +86,10 @@ export function createCorrection(view, { changed, leave }) {
   root.prepend(drawing);
   /** The point that a pointer holds. */
   let held = -1;
+  /** How far from the pointer it is, px of the photo: it is not drawn to it. */
+  let grip = [0, 0];
+  let isMoved = false;
+  let pointer = -1;
   root.addEventListener('pointerdown', (event) => {
     if (event.button !== 0 || held >= 0) return;
     event.preventDefault();
@@ -84,6 +98,9 @@ export function createCorrection(view, { changed, leave }) {
     const [px, py] = view.onPhoto(event);
     const away = (/** @type {number} */ i) => Math.hypot(points[2 * i] - px, points[2 * i + 1] - py);
     held = handles.reduce((best, _, i) => (away(i) < away(best) ? i : best), 0);
+    grip = [points[2 * held] - px, points[2 * held + 1] - py];
+    isMoved = false;
+    pointer = event.pointerId;
     handles[held].focus({ preventScroll: true });
     handles[held].setPointerCapture(event.pointerId);
     magnify(held);
@@ -91,13 +108,17 @@ export function createCorrection(view, { changed, leave }) {
   root.addEventListener('pointermove', (event) => {
     if (held < 0 || !handles[held].hasPointerCapture(event.pointerId)) return;
     event.stopPropagation();
-    move(held, ...view.onPhoto(event));
+    if (!isMoved) begin();
+    isMoved = true;
+    const [px, py] = view.onPhoto(event);
+    move(held, px + grip[0], py + grip[1]);
     magnify(held);
   });
   root.addEventListener('lostpointercapture', () => {
     held = -1;
     lens.hidden = true;
   });
+  root.addEventListener('pointercancel', (event) => event.pointerId === pointer && giveUp());
   view.over.append(root);
 
   /** @param {Float64Array} of */
@@ -120,8 +141,40 @@ export function createCorrection(view, { changed, leave }) {
   }
   /** @param {number} i @param {number} px @param {number} py */
   function move(i, px, py) {
-    points[2 * i] = Math.min(photo?.width ?? 0, Math.max(0, px));
-    points[2 * i + 1] = Math.min(photo?.height ?? 0, Math.max(0, py));
+    const within = (/** @type {number} */ at, size = 0) => Math.min((1 + BEYOND) * size, Math.max(-BEYOND * size, at));
+    points[2 * i] = within(px, photo?.width);
+    points[2 * i + 1] = within(py, photo?.height);
+    draw();
+    changed();
+  }
+  /** A step begins, which can be taken back. */
+  function begin() {
+    steps.done.push(points.slice());
+    steps.undone = [];
+    nudged = -1;
+  }
+  /** What is held is where it was. */
+  function giveUp() {
+    if (held < 0) return;
+    const handle = handles[held];
+    held = -1;
+    if (handle.hasPointerCapture(pointer)) handle.releasePointerCapture(pointer);
+    lens.hidden = true;
+    const before = isMoved && steps.done.pop();
+    if (!before) return;
+    points = before;
+    draw();
+    changed();
+  }
+  /** One step back, or forth again. @param {Float64Array[]} from @param {Float64Array[]} to */
+  function go(from, to) {
+    // What is held is under way.
+    const there = held < 0 && from.pop();
+    if (!there) return;
+    to.push(points.slice());
+    points = there;
+    nudged = -1;
+    lens.hidden = true;
     draw();
     changed();
   }
@@ -165,8 +218,22 @@ export function createCorrection(view, { changed, leave }) {
     open(of, at) {
       photo = of;
       points = at.slice();
+      steps = { done: [], undone: [] };
+      nudged = -1;
       draw();
     },
+    /** All of them, as a step. @param {Float64Array} at copied */
+    replace(at) {
+      begin();
+      points = at.slice();
+      draw();
+      changed();
+    },
+    get canUndo() {
+      return steps.done.length > 0;
+    },
+    undo: () => go(steps.done, steps.undone),
+    redo: () => go(steps.undone, steps.done),
     /** The drawing of the fit, or none. @param {Float64Array | null} at */
     compare(at) {
       fitted = at;

@@ -14,13 +14,29 @@ const COPYRIGHT = 0x8298;
 const EXIF_IFD = 0x8769;
 const FOCAL_35 = 0xa405;
 
+/** What stands before an XMP packet in a JPEG, and in a PNG, where it is not packed and has no language. */
+const XMP = { jpeg: 'http://ns.adobe.com/xap/1.0/\0', png: 'XML:com.adobe.xmp\0\0\0' };
+
+/** The first letter of `colr`. */
+const C = 0x63;
+
 /** Letters of each that are kept: a note in a JPEG has no room for whole books. */
 const MOST = 1000;
 /** What cameras have, mm; anything else is a mistake. */
 const FOCALS = [8, 800];
 
+/**
+ * The shapes of what sensors give, and of which each is: what is seen in 16 : 9 is cut from 4 : 3, as wide. Anything else was cut
+ * otherwise, and then its focal length is another's.
+ */
+const SHAPES = [[4 / 3, 4 / 3], [3 / 2, 3 / 2], [16 / 9, 4 / 3]];
+/** Of film, mm, by which focal lengths are told as if for it (CIPA DCG-001). */
+const DIAGONAL = Math.hypot(36, 24);
+
 /** @typedef {Parameters<typeof import('./profile.js').spaceOf>[0]} Profile */
 /** What a photo says of itself and of who made it; empty: nothing. @typedef {{ artist: string, copyright: string, description: string }} Credits */
+/** @type {Credits} */
+const NOTHING = { artist: '', copyright: '', description: '' };
 
 /** @param {DataView} view @param {number} at @param {number} length */
 function nameAt(view, at, length) {
@@ -28,21 +44,24 @@ function nameAt(view, at, length) {
 }
 
 /**
- * What a file's parts say: its size as stored, where the TIFF of its EXIF begins, or -1, and its ICC profile.
+ * What a file's parts say: its size as stored, where the TIFF of its EXIF begins, or -1, its XMP packet and its ICC profile.
  * @param {DataView<ArrayBuffer>} view
  */
 function partsOf(view) {
-  /** @type {{ kind: string | null, size: [number, number] | null, tiff: number, profile: Profile }} */
-  const parts = { kind: null, size: null, tiff: -1, profile: { icc: null, isPacked: false, primaries: null } };
+  /** @type {{ kind: string | null, size: [number, number] | null, tiff: number, xmp: Uint8Array | null, profile: Profile }} */
+  const parts = { kind: null, size: null, tiff: -1, xmp: null, profile: { icc: null, isPacked: false, primaries: null } };
   const { profile } = parts;
   const bytes = (/** @type {number} */ at, /** @type {number} */ end) => new Uint8Array(view.buffer).subarray(at, end);
   if (view.byteLength < 16) return parts;
   if (view.getUint16(0) === 0xffd8) {
     parts.kind = 'jpeg';
     for (let at = 2; at + 10 < view.byteLength && view.getUint8(at) === 0xff; at += 2 + view.getUint16(at + 2)) {
+      // A marker may have more of these before it, which fill.
+      while (at + 10 < view.byteLength && view.getUint8(at + 1) === 0xff) at += 1;
       const marker = view.getUint8(at + 1);
       // Of several the first counts, as in browsers.
       if (marker === 0xe1 && parts.tiff < 0 && nameAt(view, at + 4, 6) === 'Exif\0\0') parts.tiff = at + 10;
+      if (marker === 0xe1 && nameAt(view, at + 4, XMP.jpeg.length) === XMP.jpeg) parts.xmp ??= bytes(at + 4 + XMP.jpeg.length, at + 2 + view.getUint16(at + 2));
       // A long profile goes on in others; what is wanted stands at its beginning.
       if (marker === 0xe2 && !profile.icc && nameAt(view, at + 4, 12) === 'ICC_PROFILE\0') {
         profile.icc = bytes(at + 18, at + 2 + view.getUint16(at + 2));
@@ -60,6 +79,11 @@ function partsOf(view) {
       const name = nameAt(view, at + 4, 4);
       if (name === 'IHDR') parts.size = [view.getUint32(at + 8), view.getUint32(at + 12)];
       if (name === 'eXIf') parts.tiff = at + 8;
+      if (name === 'iTXt' && nameAt(view, at + 8, XMP.png.length) === XMP.png) {
+        // A language has an end, and the name in it.
+        const rest = bytes(at + 8 + XMP.png.length, at + 8 + view.getUint32(at));
+        parts.xmp = rest.subarray(rest.indexOf(0, rest.indexOf(0) + 1) + 1);
+      }
       if (name === 'cICP') profile.primaries = view.getUint8(at + 8);
       if (name === 'iCCP') {
         // A name of at most 79 letters, its end, and the way it is packed, of which there is one.
@@ -74,6 +98,7 @@ function partsOf(view) {
     for (let at = 12; at + 8 <= view.byteLength; ) {
       if (nameAt(view, at, 4) === 'EXIF') parts.tiff = at + (nameAt(view, at + 8, 6) === 'Exif\0\0' ? 14 : 8);
       const length = view.getUint32(at + 4, true);
+      if (nameAt(view, at, 4) === 'XMP ') parts.xmp = bytes(at + 8, at + 8 + length);
       if (nameAt(view, at, 4) === 'ICCP') profile.icc = bytes(at + 8, at + 8 + length);
       at += 8 + length + (length & 1);
     }
@@ -82,20 +107,41 @@ function partsOf(view) {
     parts.size = [view.getUint16(6, true), view.getUint16(8, true)];
   } else if (nameAt(view, 4, 4) === 'ftyp') {
     parts.kind = 'avif or heif';
+    // A property of the picture, in boxes of boxes: a number, or a profile, which counts first.
+    const all = new Uint8Array(view.buffer);
+    for (let at = all.indexOf(C, 16); at > 0 && at + 12 <= all.length && !profile.icc; at = all.indexOf(C, at + 1)) {
+      if (nameAt(view, at, 4) !== 'colr') continue;
+      const how = nameAt(view, at + 4, 4);
+      if (how === 'nclx' && at + 10 <= all.length) profile.primaries ??= view.getUint16(at + 8);
+      if (how === 'prof' || how === 'rICC') [profile.icc, profile.primaries] = [bytes(at + 8, at - 4 + view.getUint32(at - 4)), null];
+    }
   }
   return parts;
 }
 
 /**
+ * @param {number} width px @param {number} height px @param {number | null} focal35 of `headerOf`
+ * @returns {number | undefined} px; undefined: the photo does not say
+ */
+export function focalOf(width, height, focal35) {
+  const longer = Math.max(width, height);
+  const ratio = longer / Math.min(width, height);
+  const [, whole] = SHAPES.find(([shape]) => Math.abs(ratio / shape - 1) < 0.02) ?? [];
+  return whole && focal35 !== null ? (longer * Math.hypot(1, 1 / whole) * focal35) / DIAGONAL : undefined;
+}
+
+/**
  * @param {ArrayBuffer} bytes the file, or its beginning
- * @returns {{ kind: string | null, size: [number, number] | null, focal35: number | null, profile: Profile, credits: Credits }} `kind` null: it is no
+ * @returns {{ kind: string | null, size: [number, number] | null, focal35: number | null, profile: Profile, credits: Credits, xmp: string }} `kind` null: it is no
  *   picture that is known here; `size`, px, as it is seen, null: it is known after decoding; `focal35`, mm, as if
- *   the longer side of the sensor were 36 mm, null: the file does not say; `profile` of its colours, as `spaceOf` takes it; `credits`
+ *   for film, null: the file does not say; `profile` of its colours, as `spaceOf` takes it; `credits` of its
+ *   EXIF; `xmp`, a packet, which may say more of them
  */
 export function headerOf(bytes) {
   const view = new DataView(bytes);
-  const { kind, size, tiff, profile } = partsOf(view);
-  if (tiff < 0 || tiff + 8 > view.byteLength) return { kind, size, focal35: null, profile, credits: { artist: '', copyright: '', description: '' } };
+  const { kind, size, tiff, profile, ...parts } = partsOf(view);
+  const xmp = parts.xmp ? new TextDecoder().decode(parts.xmp) : '';
+  if (tiff < 0 || tiff + 8 > view.byteLength) return { kind, size, focal35: null, profile, credits: NOTHING, xmp };
   const little = view.getUint16(tiff) === 0x4949;
   /** @param {number} ifd @param {number} wanted @returns {number} where its entry is; 0 when there is none */
   const entryOf = (ifd, wanted) => {
@@ -139,5 +185,5 @@ export function headerOf(bytes) {
   const orientation = isOne ? view.getUint16(turned + 8, little) : 1;
   if (size && orientation >= 5 && orientation <= 8) size.reverse();
   const credits = { artist: wordsOf(main, ARTIST), copyright: wordsOf(main, COPYRIGHT), description: wordsOf(main, DESCRIPTION) };
-  return { kind, size, focal35: focal >= FOCALS[0] && focal <= FOCALS[1] ? focal : null, profile, credits };
+  return { kind, size, focal35: focal >= FOCALS[0] && focal <= FOCALS[1] ? focal : null, profile, credits, xmp };
 }

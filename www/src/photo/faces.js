@@ -30,8 +30,13 @@ export function stopFinding(which = ['faces', 'person']) {
 
 /** @param {What} what */
 function workerFor(what) {
-  const worker = workers.get(what) ?? new Worker(new URL('./faces.worker.js', import.meta.url));
-  workers.set(what, worker);
+  let worker = workers.get(what);
+  if (!worker) {
+    const fresh = new Worker(new URL('./faces.worker.js', import.meta.url));
+    // One that fails before it is asked is none: it would never answer. Who asks starts another, and is told.
+    fresh.onerror = () => workers.get(what) === fresh && stopFinding([what]);
+    workers.set(what, (worker = fresh));
+  }
   return worker;
 }
 
@@ -56,7 +61,7 @@ async function ask(what, wish, transfer, progress) {
         else if (data.answer) done(data.answer);
         else progress?.(data.progress);
       };
-      seeker.onerror = (event) => failed(new Error(text.photo.noDetector(event.message || 'a script is missing')));
+      seeker.onerror = (event) => failed(new Error(text.photo.noDetector(event.message || text.needsConnection)));
       seeker.postMessage({ folder: folderOf(what), ...wish }, transfer);
     });
   } finally {

@@ -1,12 +1,27 @@
 // The worker that fits photos, as promises. To cancel is to end it: the next photo starts another.
+import { text } from '../text.js';
 import { boxOf } from './points.js';
 
-/** The worker sees a photo at most so large, px: a face has enough pixels there. */
-const LONGEST = 1024;
+/**
+ * The worker sees a photo at most as large as the first of these, px: a portrait's face has enough pixels there. Where that of one
+ * among many would be lower than `ENOUGH`, it sees more, up to the second.
+ */
+const LONGEST = [1024, 2048];
+const ENOUGH = 256;
 /** Colours are of finer pixels where there are some, by this factor at least: of the face and so much of its size around it, at most so large, px. */
 const FINER = 1.2;
 const AROUND_FACE = 0.3;
 const FINEST = 1024;
+
+/**
+ * px of the worker for one of a photo with a face at these points.
+ * @param {{ width: number, height: number }} photo @param {Float64Array} points px of the photo
+ */
+function scaleOf({ width, height }, points) {
+  const [left, top, right, bottom] = boxOf(points);
+  const [least, most] = LONGEST.map((longest) => longest / Math.max(width, height));
+  return Math.min(1, Math.max(least, Math.min(most, ENOUGH / Math.max(right - left, bottom - top))));
+}
 
 /** Thrown into whatever was waiting when the worker was ended. */
 export class Cancelled extends Error {}
@@ -45,7 +60,7 @@ export function createFitter({ modelUrl, expressionsUrl }) {
         if (data.error !== undefined) asked?.failed(new Error(data.error));
         else asked?.done(data.answer);
       };
-      worker.onerror = (event) => end(new Error(event.message || 'the worker did not start'));
+      worker.onerror = (event) => end(new Error(event.message || text.needsConnection));
     }
     const id = (count += 1);
     return new Promise((done, failed) => {
@@ -63,7 +78,7 @@ export function createFitter({ modelUrl, expressionsUrl }) {
      * @param {import('./faces.js').Person | null} person
      */
     pixels({ bitmap, width, height, focal }, { points, jawNoise }, person) {
-      const scale = Math.min(1, LONGEST / Math.max(width, height));
+      const scale = scaleOf({ width, height }, points);
       const size = { width: Math.max(1, Math.round(scale * width)), height: Math.max(1, Math.round(scale * height)) };
       const canvas = new OffscreenCanvas(size.width, size.height);
       const context = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: true }));
@@ -98,7 +113,7 @@ export function createFitter({ modelUrl, expressionsUrl }) {
      * @returns {import('phiz').PhotoDetail | null}
      */
     detail({ bitmap, width, height }, points) {
-      const fitted = Math.min(1, LONGEST / Math.max(width, height));
+      const fitted = scaleOf({ width, height }, points);
       const [left, top, right, bottom] = boxOf(points);
       const beside = AROUND_FACE * Math.max(right - left, bottom - top);
       const [x, y] = [Math.max(0, Math.floor(left - beside)), Math.max(0, Math.floor(top - beside))];

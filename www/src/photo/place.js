@@ -47,6 +47,7 @@ export function createPlacing(view, { changed }) {
   frame.addEventListener('pointerdown', (event) => {
     if (event.button !== 0) return;
     event.stopPropagation();
+    if (held) return;
     frame.setPointerCapture(event.pointerId);
     held = { id: event.pointerId, corner: event.target === handle, at: view.onPhoto(event), from: { cx, cy, size, angle } };
   });
@@ -65,9 +66,23 @@ export function createPlacing(view, { changed }) {
     }
     apply();
   });
-  for (const end of /** @type {const} */ (['pointerup', 'pointercancel'])) frame.addEventListener(end, () => (held = null));
+  /** What is held is where it was. */
+  function giveUp() {
+    if (!held) return;
+    ({ cx, cy, size, angle } = held.from);
+    held = null;
+    apply();
+  }
+  frame.addEventListener('pointerup', (event) => {
+    if (held?.id === event.pointerId) held = null;
+  });
+  frame.addEventListener('pointercancel', (event) => {
+    if (held?.id === event.pointerId) giveUp();
+  });
   frame.addEventListener('keydown', (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key === 'Escape') return giveUp();
+    // Brackets are typed with Alt on many keyboards.
+    if (event.ctrlKey || event.metaKey || (event.altKey && !'[]'.includes(event.key))) return;
     const step = (MOVE * (event.shiftKey ? 5 : 1)) / view.scale;
     /** @type {Record<string, () => void>} */
     const keys = {

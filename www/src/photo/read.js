@@ -2,8 +2,9 @@
 import { Failure } from '../frame/failure.js';
 import { drawnByProcessor } from '../rendering/graphics.js';
 import { text } from '../text.js';
-import { headerOf } from './exif.js';
+import { focalOf, headerOf } from './exif.js';
 import { spaceOf } from './profile.js';
+import { saidIn } from './xmp.js';
 
 /**
  * What is kept while a photo is edited is at most so many pixels a side: faces are found, points corrected and
@@ -21,8 +22,26 @@ const SMALLEST = 32;
 const LONGEST = 16384;
 /** EXIF stands before the picture; JPEG's is at most 64 kB. */
 const HEAD = 1 << 20;
-/** The shapes of what sensors give; anything else was cut, and then its focal length is another's. */
-const WHOLE = [4 / 3, 3 / 2, 16 / 9];
+/**
+ * What a photo says of who made it and of how, in EXIF or, as those do that were saved here, in XMP; and whether that is that it
+ * was edited here.
+ * @param {import('./exif.js').Credits} exif @param {string} xmp
+ */
+function saidOf(exif, xmp) {
+  const said = saidIn(xmp);
+  const lines = (exif.description || said.description).split('\n');
+  return {
+    credits: {
+      artist: exif.artist || said.artist,
+      copyright: exif.copyright || said.copyright,
+      // It is said anew.
+      description: lines.filter((line) => line !== text.photo.editedNote).join('\n'),
+      source: said.source,
+    },
+    edited: lines.includes(text.photo.editedNote),
+  };
+}
+
 
 /** @typedef {Awaited<ReturnType<typeof readPhoto>>} Photo */
 
@@ -55,7 +74,9 @@ function smaller(width, height) {
  */
 export async function readPhoto(file, name) {
   if (file.size === 0) throw new Failure(text.photo.empty);
-  const { kind, size, focal35, profile, credits } = headerOf(await file.slice(0, HEAD).arrayBuffer());
+  // A folder that was dropped is a file to the page, too.
+  const head = await file.slice(0, HEAD).arrayBuffer().catch(() => Promise.reject(new Failure(text.photo.notRead)));
+  const { kind, size, focal35, profile, credits, xmp } = headerOf(head);
   // What is too large or too small is not even decoded.
   if (size) saved(...size);
   /** @param {ReturnType<typeof smaller>} [less] */
@@ -87,8 +108,6 @@ export async function readPhoto(file, name) {
     const large = bitmap;
     bitmap = await createImageBitmap(large, later).finally(() => large.close());
   }
-  const ratio = Math.max(width, height) / Math.min(width, height);
-  const uncut = WHOLE.some((shape) => Math.abs(ratio / shape - 1) < 0.02);
   return {
     name,
     file,
@@ -99,11 +118,11 @@ export async function readPhoto(file, name) {
     height,
     /** The file's own size, where it is saved smaller; else null. */
     reduced: width < whole[0] ? { width: whole[0], height: whole[1] } : null,
-    credits,
+    ...saidOf(credits, xmp),
     /** Of the canvas that loses none of its colours. */
     colorSpace: await spaceOf(profile),
     /** px, or undefined: then it is estimated. */
-    focal: uncut && focal35 !== null ? (Math.max(width, height) * focal35) / 36 : undefined,
+    focal: focalOf(width, height, focal35),
   };
 }
 

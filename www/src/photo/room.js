@@ -1,5 +1,6 @@
 import { element } from '../frame/element.js';
 import { Failure } from '../frame/failure.js';
+import { stepOf } from '../frame/keys.js';
 import { drawnByProcessor } from '../rendering/graphics.js';
 import { sameWeights } from '../editing/history.js';
 import { text } from '../text.js';
@@ -105,7 +106,10 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   const warp = createWarp(view.canvas);
   const choice = createChoice(view, (i) => void take(i));
   const correction = createCorrection(view, {
-    changed: () => (controls.again.disabled = false),
+    changed() {
+      controls.again.disabled = false;
+      controls.takeBack.disabled = !correction.canUndo;
+    },
     leave: () => (controls.again.disabled ? controls.leaving : controls.again).focus(),
   });
   const placing = createPlacing(view, { changed: (points) => correction.open(photo, points) });
@@ -137,13 +141,18 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     fit: () => void fit(correction.points),
     pointByPoint: () => {
       before = 'none';
+      // Nothing was fitted to them yet.
+      controls.again.disabled = false;
       show('adjust');
       correction.focus();
     },
     asDetected: () => {
-      if (!detected) return;
-      correction.open(photo, detected.points);
-      controls.again.disabled = false;
+      if (detected) correction.replace(detected.points);
+    },
+    takeBack() {
+      correction.undo();
+      // What is disabled has no focus, and keys would be the face's.
+      if (!correction.canUndo) controls.leaving.focus();
     },
     leave: leaveAdjusting,
     correct: startAdjusting,
@@ -152,8 +161,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       keepLast();
       say(text.photo.several(faces.length));
       view.fit();
-      show('choose');
-      choice.focus();
+      showFaces();
     },
     close,
     own: () => own && editor.take(own, number),
@@ -179,6 +187,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     placing.show(mode === 'place');
     const points = mode === 'place' || mode === 'adjust';
     correction.show(points, mode === 'place');
+    controls.takeBack.disabled = !correction.canUndo;
     correction.compare(mode === 'adjust' ? fittedPoints() : null);
     comparison.beforeAfter.hidden = mode !== 'ready' || !editable;
     if (mode === 'choose' || points) photoOnStage();
@@ -248,6 +257,15 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     void follow();
   });
   editor.onStep(dress);
+  // While points are moved a step back is one of theirs.
+  for (const part of [panel, view.root]) {
+    part.addEventListener('keydown', (event) => {
+      const step = mode === 'adjust' && stepOf(event);
+      if (!step) return;
+      event.preventDefault();
+      correction[step]();
+    });
+  }
 
   /** Points of the fitted face, px of the photo. */
   function fittedPoints() {
@@ -464,8 +482,12 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       return show('none');
     }
     if (faces.length === 1) return take(0);
-    choice.open(faces);
     say(text.photo.several(faces.length));
+    showFaces();
+  }
+  /** One of several is to be chosen. */
+  function showFaces() {
+    choice.open(faces);
     show('choose');
     choice.focus();
   }
@@ -507,6 +529,11 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     if (tall < LEAST_FACE) {
       const sentence = text.photo.faceTooSmall(tall, LEAST_FACE);
       const byHand = mode === 'adjust' || mode === 'place';
+      if (!byHand && faces.length > 1) {
+        // Others may be larger.
+        say(sentence, true);
+        return showFaces();
+      }
       if (last && !byHand) return bringBack(sentence, true);
       say(sentence, true);
       controls.retry.hidden = true;
@@ -569,6 +596,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     } catch (error) {
       if (here !== visit || error instanceof Cancelled) return;
       before = fitted ? 'ready' : 'none';
+      // The same points may do another time.
+      controls.again.disabled = false;
       complain(new Error(text.photo.notFitted(error instanceof Error ? error.message : String(error))), from === 'none' ? 'adjust' : from);
     }
   }
@@ -637,6 +666,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   show('empty');
   return {
     open,
+    /** The head has what it is to wear, for who shows it elsewhere than on the stage. */
+    dress: colours.dress,
     /** For automation. */
     get state() {
       return {

@@ -32,16 +32,22 @@ export function createPhotoTab(editor, parts) {
     retry.remove();
     return room;
   }
+  /** What is to be opened once the room is there, which may take another try. @type {File | null} */
+  let waiting = null;
   async function come() {
     coming ??= make();
+    let there;
     try {
-      return await coming;
+      there = await coming;
     } catch (error) {
       coming = null;
       state.textContent = text.photo.notLoaded(error instanceof Error ? error.message : String(error));
       retry.hidden = false;
-      return null;
+      return;
     }
+    const file = waiting;
+    waiting = null;
+    if (file) await there.open(file, file.name);
   }
   /** @param {Iterable<File> | undefined} files */
   function pictureAmong(files) {
@@ -49,8 +55,9 @@ export function createPhotoTab(editor, parts) {
   }
   /** @param {File} file */
   async function open(file) {
+    waiting = file;
     parts.choose();
-    await (await come())?.open(file, file.name);
+    await come();
   }
   // A photo can be dropped or pasted anywhere on the page.
   window.addEventListener('drop', (event) => {
@@ -74,6 +81,10 @@ export function createPhotoTab(editor, parts) {
     /** @param {boolean} now */
     shown(now) {
       if (now) void come();
+    },
+    /** The head has the photo's colours on, if it is to, whether or not anybody looks at it. */
+    async dress() {
+      await room?.dress();
     },
     /** What the room knows, for automation; null before it was opened. */
     get state() {

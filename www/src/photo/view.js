@@ -31,6 +31,8 @@ export function createView({ hold }) {
   /** CSS px a pixel of the photo, and where its corner is. */
   let [scale, x, y] = [1, 0, 0];
   let whole = true;
+  /** What is to be shown as large as it fits, px of the photo, once there is a size to fit into. @type {readonly number[] | null} */
+  let later = null;
   /** @type {number | null} */
   let split = null;
   /** @type {Set<() => void>} */
@@ -60,8 +62,10 @@ export function createView({ hold }) {
   }
   function fit() {
     const { clientWidth, clientHeight } = window_;
-    if (!clientWidth || !clientHeight) return;
     whole = true;
+    later = null;
+    // Covered by the head it has no size, and comes to one when it is shown again.
+    if (!clientWidth || !clientHeight) return;
     scale = Math.max(1e-3, least());
     x = (clientWidth - width * scale) / 2;
     y = MARGIN.top + (clientHeight - MARGIN.top - below() - height * scale) / 2;
@@ -95,6 +99,26 @@ export function createView({ hold }) {
     const [left, top] = subject ? [x + subject[0] * scale, y + subject[1] * scale] : [-1, -1];
     const inside = left > 0 && top > 0 && left < clientWidth && top < clientHeight;
     zoom(factor, ...(inside ? /** @type {const} */ ([left, top]) : /** @type {const} */ ([clientWidth / 2, clientHeight / 2])));
+  }
+
+  /** Shows a part of the photo as large as it fits. @param {readonly number[]} box left, top, right, bottom */
+  function closeTo(box) {
+    const [left, top, right, bottom] = box;
+    subject = [(left + right) / 2, (top + bottom) / 2];
+    const { clientWidth, clientHeight } = window_;
+    if (!clientWidth || !clientHeight) return void (later = box);
+    const most = Math.min(clientWidth / (right - left), (clientHeight - MARGIN.top) / (bottom - top)) * 0.86;
+    if (most <= least()) return fit();
+    scale = Math.min(Math.max(CLOSEST, CLOSEST * least()), most);
+    whole = false;
+    later = null;
+    x = clientWidth / 2 - scale * subject[0];
+    y = (clientHeight + MARGIN.top) / 2 - scale * subject[1];
+    // Not past the photo's edge while it fills the stage.
+    x = clientWidth > width * scale ? (clientWidth - width * scale) / 2 : Math.min(0, Math.max(clientWidth - width * scale, x));
+    const room = clientHeight - MARGIN.top;
+    y = room > height * scale ? MARGIN.top + (room - height * scale) / 2 : Math.min(MARGIN.top, Math.max(clientHeight - height * scale, y));
+    place();
   }
 
   /** @param {{ clientX: number, clientY: number }} event CSS px of the window */
@@ -159,6 +183,8 @@ export function createView({ hold }) {
   canvas.addEventListener('keyup', (event) => event.key === ' ' && hold(false));
   canvas.addEventListener('blur', () => hold(false));
   new ResizeObserver(() => {
+    if (!window_.clientWidth || !window_.clientHeight) return;
+    if (later) return closeTo(later);
     if (whole) return fit();
     keep();
     place();
@@ -212,22 +238,7 @@ export function createView({ hold }) {
       const dy = top < MARGIN.top ? MARGIN.top - top : Math.min(0, clientHeight - 24 - top);
       if (dx || dy) pan(dx, dy);
     },
-    /** Shows a part of the photo as large as it fits. @param {readonly number[]} box left, top, right, bottom */
-    closeTo([left, top, right, bottom]) {
-      subject = [(left + right) / 2, (top + bottom) / 2];
-      const { clientWidth, clientHeight } = window_;
-      const most = Math.min(clientWidth / (right - left), (clientHeight - MARGIN.top) / (bottom - top)) * 0.86;
-      if (most <= least()) return fit();
-      scale = Math.min(Math.max(CLOSEST, CLOSEST * least()), most);
-      whole = false;
-      x = clientWidth / 2 - scale * subject[0];
-      y = (clientHeight + MARGIN.top) / 2 - scale * subject[1];
-      // Not past the photo's edge while it fills the stage.
-      x = clientWidth > width * scale ? (clientWidth - width * scale) / 2 : Math.min(0, Math.max(clientWidth - width * scale, x));
-      const room = clientHeight - MARGIN.top;
-      y = room > height * scale ? MARGIN.top + (room - height * scale) / 2 : Math.min(MARGIN.top, Math.max(clientHeight - height * scale, y));
-      place();
-    },
+    closeTo,
   };
 }
 

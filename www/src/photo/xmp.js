@@ -1,8 +1,40 @@
 // What a saved photo says of itself: that it was edited, in the words of the IPTC, and what the photo said of
-// who made it, as XMP.
+// who made it, as XMP. And what a photo says so.
 
 /** https://cv.iptc.org/newscodes/digitalsourcetype: "edited by a human, with non-generative tools". */
 const SOURCE_TYPE = 'http://cv.iptc.org/newscodes/digitalsourcetype/humanEdits';
+/** What a model made, or helped to make, stays that whoever edits it. */
+const BY_A_MODEL = /algorithmicMedia$/i;
+/** Letters of each that are read: those of EXIF, and what was written under them here. */
+const MOST = 1100;
+
+const RDF = 'http://www.w3.org/1999/02/22-rdf-syntax-ns#';
+const DC = 'http://purl.org/dc/elements/1.1/';
+const IPTC = 'http://iptc.org/std/Iptc4xmpExt/2008-02-29/';
+
+/**
+ * What a packet says of a photo; what is damaged says nothing.
+ * @param {string} packet
+ * @returns {import('./exif.js').Credits & { source: string }} `source`: its IPTC digital source type
+ */
+export function saidIn(packet) {
+  const xml = new DOMParser().parseFromString(packet.replaceAll('\0', '') || '<nothing/>', 'application/xml');
+  const clean = (/** @type {string | null | undefined} */ words) => (words ?? '').trim().slice(0, MOST);
+  const items = (/** @type {string} */ name) => {
+    const all = xml.getElementsByTagNameNS(DC, name)[0]?.getElementsByTagNameNS(RDF, 'li') ?? [];
+    return Array.from(all, ({ textContent }) => clean(textContent)).filter(Boolean);
+  };
+  // A property is an attribute, or an element, which may have its value as an attribute.
+  const parts = [...xml.getElementsByTagNameNS(RDF, 'Description')].map((part) => part.getAttributeNS(IPTC, 'DigitalSourceType'));
+  const own = xml.getElementsByTagNameNS(IPTC, 'DigitalSourceType')[0];
+  return {
+    artist: clean(items('creator').join('; ')),
+    // The first is that of no language.
+    copyright: items('rights')[0] ?? '',
+    description: items('description')[0] ?? '',
+    source: clean(parts.find(Boolean) ?? (own?.getAttributeNS(RDF, 'resource') || own?.textContent)),
+  };
+}
 
 /** @param {string} words */
 const escaped = (words) =>
@@ -13,9 +45,9 @@ const escaped = (words) =>
 
 /**
  * @param {string} note what was done, a sentence; empty: nothing
- * @param {import('./exif.js').Credits} credits
+ * @param {import('./exif.js').Credits & { source?: string }} credits `source`: the digital source type that the photo had
  */
-export function xmpPacket(note, { artist, copyright, description }) {
+export function xmpPacket(note, { artist, copyright, description, source = '' }) {
   const language = (/** @type {string} */ words) => `<rdf:Alt><rdf:li xml:lang="x-default">${escaped(words)}</rdf:li></rdf:Alt>`;
   const names = artist.split(';').map((name) => name.trim()).filter(Boolean);
   // What was done stands under what is seen.
@@ -25,18 +57,17 @@ export function xmpPacket(note, { artist, copyright, description }) {
     copyright && `<dc:rights>${language(copyright)}</dc:rights>`,
     seen && `<dc:description>${language(seen)}</dc:description>`,
   ];
-  const edited = `
-    photoshop:Instructions="${escaped(note)}"
-    Iptc4xmpExt:DigitalSourceType="${SOURCE_TYPE}"`;
+  const type = note && !BY_A_MODEL.test(source) ? SOURCE_TYPE : source;
+  const said = [note && `photoshop:Instructions="${escaped(note)}"`, type && `Iptc4xmpExt:DigitalSourceType="${escaped(type)}"`];
   return `<?xpacket begin="\uFEFF" id="W5M0MpCehiHzreSzNTczkc9d"?>
 <x:xmpmeta xmlns:x="adobe:ns:meta/">
- <rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
+ <rdf:RDF xmlns:rdf="${RDF}">
   <rdf:Description rdf:about=""
-    xmlns:dc="http://purl.org/dc/elements/1.1/"
+    xmlns:dc="${DC}"
     xmlns:photoshop="http://ns.adobe.com/photoshop/1.0/"
-    xmlns:Iptc4xmpExt="http://iptc.org/std/Iptc4xmpExt/2008-02-29/"
+    xmlns:Iptc4xmpExt="${IPTC}"
     xmlns:xmp="http://ns.adobe.com/xap/1.0/"
-    xmp:CreatorTool="phiz"${note && edited}>
+    ${['xmp:CreatorTool="phiz"', ...said].filter(Boolean).join('\n    ')}>
    ${parts.filter(Boolean).join('\n   ')}
   </rdf:Description>
  </rdf:RDF>
