@@ -249,12 +249,12 @@ export async function createDesigner(model, stage, chosen) {
     view: scene,
     head,
     expressions: file,
-    named: () => library.nameOf(face.code),
+    named: () => library.nameOf(editor.likeness),
     colouring: () => editor.colouring,
     legend: () => compare.legend,
     settle: () => display.refresh(),
   });
-  const printed = createPrinted(face, { stage: stage.root, named: () => library.nameOf(face.code), draw: display.draw });
+  const printed = createPrinted(face, { stage: stage.root, named: () => library.nameOf(editor.likeness), draw: display.draw });
   document.body.append(about.root, exports, ...tour.parts, printed);
 
   editor.onShape((range) => {
