@@ -248,7 +248,7 @@ export function createCompare(editor, { library, display, stage, wears }) {
       const other = nameOf();
       return {
         other,
-        split: split.checked ? { at: line, left: other, right: text.thisFace } : null,
+        split: split.checked ? { aside: ((line - 0.5) * stage.clientWidth) / stage.clientHeight, left: other, right: text.thisFace } : null,
         heat: heat.checked ? { title: text.distanceFrom(other), least: '0', most: scaleEnd.textContent ?? '' } : null,
       };
     },
