@@ -240,7 +240,13 @@ export async function createDesigner(model, stage, chosen) {
     help: about.show,
   });
   stage.furnish(panel.root);
-  const tour = createTour(panel);
+  const tour = createTour({
+    choose(section) {
+      panel.choose(section);
+      // What it tells of sliders is true of a feature's.
+      if (section === 'features') features.chooseFeature();
+    },
+  });
   // Beside the stage, which makes room for it.
   stage.root.before(explanation.root);
   stage.root.append(explanation.open, tour.invitation);
