@@ -157,6 +157,11 @@ describe('for everybody', () => {
     const apart = (a, b) => a.bottom <= b.top + 1 || b.bottom <= a.top + 1;
     const edges = () => page.locator('.modes').evaluate((row) => [row.classList.contains('goes-before'), row.classList.contains('goes-on')]);
     assert.deepEqual(await edges(), [false, true]);
+    // No panel goes sideways, into nothing.
+    for (const name of ['Looks', 'Mix', 'Features']) {
+      await page.getByRole('tab', { name, exact: true }).click();
+      assert.deepEqual(await page.locator('.scroll').filter({ visible: true }).evaluateAll((all) => all.map((it) => it.scrollWidth - it.clientWidth)), [0], name);
+    }
     const cut = await page.locator('.measures dt').evaluateAll((names) => names.filter((it) => it.scrollWidth > it.clientWidth).map((it) => it.textContent));
     assert.deepEqual(cut, []);
 

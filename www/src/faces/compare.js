@@ -146,6 +146,8 @@ export function createCompare(editor, { library, display, stage, wears }) {
       icon('close'),
     ),
   );
+  // How much room the names have beside the line.
+  new ResizeObserver(() => divider.style.setProperty('--wide', `${stage.clientWidth}px`)).observe(stage);
   // Under the buttons that stand on the stage.
   stage.querySelector('canvas')?.after(divider, endSplit, bar);
 
