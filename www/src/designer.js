@@ -176,6 +176,7 @@ export async function createDesigner(model, stage, chosen) {
     canvas,
     groupUnder: picking.groupUnder,
     preview: glow.hover,
+    wearsPhoto: () => worn.photo !== null,
     say: toast.say,
   });
   const file = createExpressionFile(model, chosen.expressions, () => {
