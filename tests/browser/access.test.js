@@ -86,12 +86,21 @@ describe('for everybody', () => {
   test('the tour goes round by keyboard and is offered once; the explanation follows what is done', async () => {
     const { context, page, complaints } = await open(browser, site);
     await page.evaluate(AXE);
+    // Whoever looked at the whole person is shown a feature's sliders.
+    await page.getByRole('button', { name: 'Person', exact: true }).click();
     await page.getByRole('button', { name: 'Show me around' }).focus();
     await page.keyboard.press('Enter');
     const card = page.getByRole('dialog');
     const titles = [];
     for (;;) {
-      titles.push(await card.getByRole('heading').textContent());
+      const title = await card.getByRole('heading').textContent();
+      titles.push(title);
+      // What it tells of is ringed.
+      const of = { 'Sliders that know people': '.control:has(#control-nose-1)', 'Random, reset, lock': '#feature-title', Mix: '.tray' }[title ?? ''];
+      if (of) {
+        const [ring, thing] = [await page.locator('.tour-ring').boundingBox(), await page.locator(of).boundingBox()];
+        assert.ok(ring && thing && ring.x <= thing.x && ring.y <= thing.y && ring.x + ring.width >= thing.x + thing.width, `${title}: ${JSON.stringify([ring, thing])}`);
+      }
       const box = await card.boundingBox();
       const view = page.viewportSize();
       assert.ok(box && view && box.x >= 0 && box.y >= 0 && box.x + box.width <= view.width && box.y + box.height <= view.height);
@@ -148,6 +157,11 @@ describe('for everybody', () => {
     const apart = (a, b) => a.bottom <= b.top + 1 || b.bottom <= a.top + 1;
     const edges = () => page.locator('.modes').evaluate((row) => [row.classList.contains('goes-before'), row.classList.contains('goes-on')]);
     assert.deepEqual(await edges(), [false, true]);
+    // No panel goes sideways, into nothing.
+    for (const name of ['Looks', 'Mix', 'Features']) {
+      await page.getByRole('tab', { name, exact: true }).click();
+      assert.deepEqual(await page.locator('.scroll').filter({ visible: true }).evaluateAll((all) => all.map((it) => it.scrollWidth - it.clientWidth)), [0], name);
+    }
     const cut = await page.locator('.measures dt').evaluateAll((names) => names.filter((it) => it.scrollWidth > it.clientWidth).map((it) => it.textContent));
     assert.deepEqual(cut, []);
 

@@ -148,6 +148,17 @@ describe('what is taken along leaves the page as it was', () => {
     const shown = await picture(page, 'exports-before');
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     await ask(page, 500, 640);
+    // Who marks a number, and lets go beside the page, is not done with it; a click there closes it.
+    const [field, screen] = [await page.getByLabel('Width in pixels').boundingBox(), page.viewportSize()];
+    assert.ok(field && screen);
+    await page.mouse.move(field.x + field.width / 2, field.y + field.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(5, screen.height - 5, { steps: 3 });
+    await page.mouse.up();
+    assert.ok(await page.getByRole('dialog').isVisible(), 'the page over the page is gone');
+    await page.mouse.click(5, screen.height - 5);
+    assert.ok(await page.getByRole('dialog').isHidden());
+    await page.getByRole('button', { name: 'Take the face with you' }).click();
     const { name, bytes } = await download(page, 'PNG');
     assert.equal(name, 'face.png');
     const { width, height, rgb, alpha } = decodePng(bytes);
@@ -196,6 +207,18 @@ describe('what is taken along leaves the page as it was', () => {
     assert.ok(share(split, line, white) > 0.95, 'no line between the two');
     assert.ok(share(split, [0.37, 0.012, 0.47, 0.036], white) > 0.4, 'no name beside it');
     assert.equal(share(split, bar, yellow, 40), 0);
+    // The line is where it is on the stage, which has another shape: so far from the middle, in heights.
+    const divider = page.getByRole('slider', { name: 'Line between the two faces' });
+    await divider.focus();
+    for (let n = 0; n < 5; n++) await page.keyboard.press('ArrowLeft');
+    const [stage, at] = [await page.locator('.stage').boundingBox(), await divider.boundingBox()];
+    assert.ok(stage && at);
+    const x = Math.round(120 + (320 * (at.x + at.width / 2 - stage.x - stage.width / 2)) / stage.height);
+    assert.ok(x < 92, `as far from the middle in widths it were at 96, not ${x}`);
+    const aside = await take();
+    assert.ok(share(aside, [(x - 0.9) / 240, 0.1, (x + 0.9) / 240, 1], white) > 0.95, `no line at ${x}`);
+    assert.equal(differing(plain, aside, [(x + 3) / 240, 0.1, 1, 1]), 0, 'right of it is this face');
+    assert.ok(differing(split, aside, [(x + 3) / 240, 0.1, 0.48, 1]) > 100, 'and was not');
     await page.getByLabel('Split by a line you drag').uncheck();
     await page.getByLabel('Distance as colour').check();
     const heat = await take();

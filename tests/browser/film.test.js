@@ -189,6 +189,21 @@ describe('films', () => {
         Object.assign(window, { VideoEncoder, MediaRecorder });
         return said;
       };
+      // A recorder that fails before it starts, and one that never does.
+      const silent = async (/** @type {(recorder: any) => void} */ begin, /** @type {AbortSignal} */ signal) => {
+        const { MediaRecorder } = window;
+        window.MediaRecorder = class {
+          static isTypeSupported = () => true;
+          state = 'inactive';
+          start() {
+            begin(this);
+          }
+        };
+        const said = await recorded(() => Promise.race([video({ ...window.film(), seconds: 0.2, signal }), new Promise((_, late) => setTimeout(late, 20_000, new Error('it waits for ever')))]));
+        window.MediaRecorder = MediaRecorder;
+        return said;
+      };
+      const never = new AbortController();
       const stop = new AbortController();
       const film = window.film();
       const stopped = why(
@@ -199,6 +214,8 @@ describe('films', () => {
         long: await why(video({ ...window.film(), seconds: 1e4 })),
         wide: await why(gif({ ...window.film(), seconds: 1, width: 1e5 })),
         large: await recorded(() => video({ ...window.film(), seconds: 60, width: 4096 })),
+        failed: await silent((recorder) => setTimeout(() => recorder.onerror({ error: new Error('no room to record') })), never.signal),
+        given: await silent(() => setTimeout(() => never.abort()), never.signal),
         none: await recorded(() => video({ ...window.film(), seconds: 1 }), true),
         stopped: await stopped,
         drawn: film.times.length,
@@ -208,6 +225,8 @@ describe('films', () => {
     assert.match(found.long, /^RangeError: a film has 2 to 1500 frames, not 250000/);
     assert.match(found.wide, /^RangeError: a film is 16 to 4096 pixels wide/);
     assert.match(found.large, /^RangeError: .* is too large/);
+    assert.match(found.failed, /^Error: no room to record/);
+    assert.match(found.given, /^AbortError/);
     assert.match(found.none, /^Error: this browser records no video/);
     assert.match(found.stopped, /^AbortError/);
     assert.ok(found.drawn < 30, `${found.drawn} of 50 frames were drawn`);

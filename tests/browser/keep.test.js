@@ -240,6 +240,9 @@ describe('nothing is lost', () => {
     assert.deepEqual([await codeOf(page), await colours()], [mine, { skin: 0.8 }]);
     await page.evaluate((hash) => (location.hash = hash), `${mine}%7E%7e${encoded(0, 70)}`);
     await page.waitForFunction(() => window.designer.colouring.skin === 0.7);
+    // What stands behind it in a letter is none of it.
+    await visit(`${mine}~~${encoded(0, 60)}).”`);
+    assert.deepEqual([await codeOf(page), await colours()], [mine, { skin: 0.6 }]);
     for (const way of ['opened', 'followed']) {
       if (way === 'opened') await visit(`${mine}~~${encoded(0, 101)}`);
       else await page.evaluate((hash) => (location.hash = hash), `${mine}~~*`);
@@ -381,7 +384,10 @@ describe('nothing is lost', () => {
 
     // A name ends with Enter, and with a press of anything else, which is done as well.
     await page.getByRole('button', { name: 'Rename Old sailor' }).click();
-    await page.keyboard.type('Sailor');
+    await page.keyboard.type('Sai');
+    // Another tab saves meanwhile.
+    await page.evaluate(() => window.dispatchEvent(new StorageEvent('storage', { key: Object.keys(localStorage).find((name) => name.startsWith('phiz-faces-')) })));
+    await page.keyboard.type('lor');
     await page.getByRole('button', { name: 'Rename My face 2' }).click();
     await page.keyboard.type('Somebody');
     await page.getByRole('button', { name: 'Delete Sailor' }).click();
@@ -429,7 +435,8 @@ describe('nothing is lost', () => {
       ['cut.json', JSON.stringify({ ...content, code: content.code.slice(0, -3) }), /cut\.json is damaged: ./],
       ['new.json', JSON.stringify({ ...content, version: 9 }), /new\.json was written by a newer version of this page/],
       ['theirs.json', JSON.stringify({ ...content, model: 'Cats', code: 'AAAAAAAA' }), /face of another model, “Cats”/],
-      ['long.json', 'x'.repeat(6_000_000), /long\.json is not a face: it is far too big\. Faces saved here/],
+      ['old.json', JSON.stringify({ ...content, version: undefined }), /old\.json is damaged: it does not say of which version it is\./],
+      ['long.json', 'x'.repeat(21_000_000), /long\.json is not a face: it is far too big\. Faces saved here/],
     ]) {
       await give(name, body);
       await other.page.waitForFunction(
@@ -439,6 +446,31 @@ describe('nothing is lost', () => {
       assert.equal(await codeOf(other.page), mine, `${name} changed the face`);
       assert.equal(await other.page.locator('.saved li').count(), 1, `${name} changed the list`);
     }
+    // What is there is not there twice; of several files each is told of.
+    await give('again.json', JSON.stringify(content));
+    await other.page.getByText('Opened “Young sailor”, which is among your faces.').waitFor();
+    assert.equal(await other.page.locator('.saved li').count(), 1);
+    await other.page.evaluate(() => {
+      const { setTimeout } = window;
+      window.delays = [];
+      window.setTimeout = (what, delay, ...more) => {
+        window.delays.push(delay ?? 0);
+        return setTimeout(what, delay, ...more);
+      };
+    });
+    await other.page.locator('input[type=file][accept*=json]').setInputFiles(
+      [
+        ['notes.json', 'dear diary'],
+        ['mate.json', JSON.stringify({ ...content, name: 'Mate' })],
+        ['crew.json', JSON.stringify([content, { ...content, version: 9 }])],
+      ].map(([name, body]) => ({ name, mimeType: 'application/json', buffer: Buffer.from(body) })),
+    );
+    await other.page
+      .getByText('One face was added to yours; 1 was there; 1 is of a newer version of this page: reload to get it. notes.json is not a face from this page. Faces saved here (.json) and photos can be opened.')
+      .waitFor();
+    assert.deepEqual(await other.page.locator('.saved .open').allTextContents(), ['Mate', 'Young sailor']);
+    assert.ok(await other.page.evaluate(() => Math.max(...window.delays)) > 10_000, 'a long sentence goes before it can be read');
+    await other.page.getByRole('button', { name: 'Delete Mate' }).click();
     // Files have the name that the face was saved under, as long as it is that face.
     const written = async () => {
       await other.page.getByRole('button', { name: 'Take the face with you' }).click();
@@ -503,6 +535,17 @@ describe('nothing is lost', () => {
     assert.deepEqual(await shown(page), {});
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.deepEqual(await shown(page), smile);
+
+    // One shape that was saved at rest and with a smile is called by what it shows.
+    const written = async () => {
+      await page.getByRole('button', { name: 'Take the face with you' }).click();
+      const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'STL' }).click()]);
+      await page.getByRole('button', { name: 'Close', exact: true }).last().click();
+      return file.suggestedFilename();
+    };
+    assert.equal(await written(), 'smiler.stl');
+    await page.getByRole('button', { name: 'Open My face 2' }).click();
+    assert.equal(await written(), 'my-face-2.stl');
 
     // To mix takes the shape alone, and says so.
     await page.getByRole('button', { name: 'Reset all' }).click();

@@ -383,6 +383,45 @@ describe('comparing', () => {
   });
 });
 
+describe('comparing on a phone', () => {
+  test('a long name beside the line ends where the stage does', async () => {
+    const { context, page, complaints } = await open(browser, site, { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true });
+    const name = 'Last visit, 3 Feb 2024, 12:00, at the end of a long day';
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await page.getByRole('textbox', { name: 'Save this face as' }).fill(name);
+    await page.keyboard.press('Enter');
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    await page.getByLabel('Compare with').selectOption(name);
+    await page.getByLabel('Split by a line').check();
+    const [left, right] = await page.locator('.side').evaluateAll((sides) => sides.map((it) => ({ ...it.getBoundingClientRect().toJSON(), cut: it.scrollWidth > it.clientWidth })));
+    assert.ok(left.left >= 4 && left.cut, `it begins at ${left.left}`);
+    assert.ok(right.right <= 356 && !right.cut);
+    await page.setViewportSize({ width: 740, height: 740 });
+    await page.waitForFunction(() => {
+      const side = document.querySelector('.side.left');
+      return side.getBoundingClientRect().left >= 4 && side.getBoundingClientRect().width > 200;
+    });
+    // One of a single word breaks, and widens nothing.
+    await page.setViewportSize({ width: 360, height: 740 });
+    const word = 'W'.repeat(60);
+    const wide = () => page.evaluate(() => [...document.querySelectorAll('.scroll, .toast, html')].filter((it) => it.clientWidth > 0 && it.scrollWidth > Math.min(it.clientWidth, window.innerWidth)).map((it) => it.className));
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await page.getByRole('textbox', { name: 'Save this face as' }).fill(word);
+    await page.keyboard.press('Enter');
+    await page.getByText(`Saved as “${word}”`).waitFor();
+    assert.deepEqual(await wide(), []);
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    await faceIn(page, word).click();
+    assert.deepEqual(await wide(), []);
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await page.getByRole('button', { name: `Delete ${word}` }).click();
+    await page.getByText(`Deleted “${word}”.`).waitFor();
+    assert.deepEqual(await wide(), []);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+});
+
 describe('between faces, on one page', () => {
   const visit = onePage(browser, site, { sharp: true });
 
@@ -410,6 +449,32 @@ describe('between faces, on one page', () => {
     assert.ok(frames > 0);
     await settled(page);
     assert.equal(await way.inputValue(), at, 'it plays on while paused');
+    // It goes on from where it is, and that way: a frame comes when the test says so.
+    await way.fill('25');
+    const played = await page.evaluate(() => {
+      const input = /** @type {HTMLInputElement} */ (document.getElementById('morph-at'));
+      const button = /** @type {HTMLButtonElement} */ (document.querySelector('[data-playing]'));
+      const { requestAnimationFrame } = window;
+      /** After so many ms of playing. @param {number} ms */
+      const after = (ms) => {
+        /** @type {FrameRequestCallback[]} */
+        const frames = [];
+        window.requestAnimationFrame = (frame) => frames.push(frame);
+        button.click();
+        const now = performance.now();
+        for (const frame of frames.splice(0)) frame(now + ms);
+        window.requestAnimationFrame = requestAnimationFrame;
+        button.click();
+        // What is to be drawn is drawn all the same.
+        for (const frame of frames) requestAnimationFrame(frame);
+        return input.valueAsNumber;
+      };
+      // The way takes 2.4 s: after as long it comes back, as far from its other end.
+      return [after(0), after(2400), after(0), after(400)];
+    });
+    // Give or take what a busy machine takes for a click.
+    [25, 75, 75].forEach((value, i) => assert.ok(Math.abs(played[i] - value) < 4, `${played}`));
+    assert.ok(played[3] < 60, `${played}: it was on its way back`);
     // Who shapes the face sees it from the first move on.
     const caricature = page.getByRole('slider', { name: 'Caricature', exact: true });
     await caricature.evaluate((/** @type {HTMLInputElement} */ input) => {
@@ -436,6 +501,23 @@ describe('between faces, on one page', () => {
     const after = await coefficients(page);
     assert.deepEqual(nose.map((i) => after[i]), nose.map((i) => before[i]));
     assert.ok(after.some((value, i) => value !== before[i]));
+    // And who keeps, mixes or rolls dice is told of it.
+    assert.match((await page.locator('.toast').textContent()) ?? '', /^Locked: /);
+    await faceIn(page, 'Preset 4').click();
+    await page.getByLabel('Where').selectOption('Nose');
+    const much = page.getByRole('slider', { name: 'How much', exact: true });
+    await much.focus();
+    await page.keyboard.press('End');
+    assert.equal(await page.locator('.toast').textContent(), 'The nose is locked and stays as it is.');
+    assert.equal(await much.inputValue(), '0', 'nothing of it is mixed in');
+    assert.equal(await page.locator('[aria-live] .control').count(), 0, 'a slider says itself what it does');
+    await page.getByLabel('Where').selectOption('');
+    await faceIn(page, 'Preset 4').click();
+    await page.getByRole('tab', { name: 'Features' }).click();
+    await page.locator('.toast').evaluate((toast) => (toast.textContent = ''));
+    await page.getByRole('button', { name: 'Random nose' }).click();
+    assert.equal(await page.locator('.toast').textContent(), 'The nose is locked and stays as it is.');
+    assert.deepEqual(await coefficients(page), after);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.equal(await codeOf(page), mine);

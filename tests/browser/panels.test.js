@@ -156,6 +156,12 @@ test('faces like one are drawn beside each other, taken, saved, and put on one s
   const { width, height } = decodePng(await readFile(await file.path()));
   assert.ok(width > 3 * 288 && height > 2 * 352, `${width} x ${height}`);
   await page.getByText('Saved faces.png, 6 faces.').waitFor();
+  // A second line-up has names of its own.
+  await page.getByRole('tab', { name: 'Features' }).click();
+  await page.getByRole('button', { name: 'Like this face' }).click();
+  await page.getByRole('button', { name: 'Save all 6' }).click();
+  await page.getByRole('tab', { name: 'Faces' }).click();
+  assert.deepEqual(await page.locator('.saved .open').allTextContents(), [7, 8, 9, 10, 11, 12, 1, 2, 3, 4, 5, 6].map((n) => `Line-up, ${n}`));
   assert.equal(await code(), own, 'the face on the stage stays');
   assert.deepEqual(complaints, []);
   await context.close();

@@ -419,8 +419,19 @@ describe('a face in a photo', () => {
       const light = await atHairline(picture);
       assert.ok(light < 0.85 * bald, `${what}: ${light} at the hairline, bald ${bald}`);
     }
+    // On the way to somebody her photo goes, and who is there has none of it.
+    const onTheWay = async (/** @type {string} */ to) => {
+      await page.getByRole('tab', { name: 'Mix' }).click();
+      await page.getByLabel('To', { exact: true }).selectOption('Preset 3');
+      await page.getByRole('slider', { name: 'Progress', exact: true }).fill(to);
+      const shown = await head();
+      await page.getByRole('tab', { name: 'Photo' }).click();
+      return shown;
+    };
+    const plainly = await onTheWay('100');
     await colours.check();
     await page.waitForFunction(() => window.designer.photo.worn);
+    assert.equal(differing(plainly, await onTheWay('100')), 0);
     // The sliders of looks change what is worn, and somebody else does not wear it.
     await page.getByRole('tab', { name: 'Looks' }).click();
     await page.getByRole('slider', { name: 'Skin, fair to deep' }).press('End');

@@ -190,6 +190,11 @@ describe('the two sides', () => {
     await page.evaluate(() => window.designer.face.unlock('nose'));
     await slider.press('Delete');
     assert.ok((await apart()) < 0.05, `${await apart()} mm`);
+    // A face keeps its way of blending.
+    await page.evaluate(() => (window.designer.face.alpha = 14));
+    await page.getByRole('button', { name: 'Mirror image' }).click();
+    await moveSlider(page, 'Asymmetry', 0.5);
+    assert.equal(await page.evaluate(() => window.designer.face.alpha), 14);
     assert.deepEqual(complaints, []);
     await context.close();
   });

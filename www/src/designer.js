@@ -176,6 +176,7 @@ export async function createDesigner(model, stage, chosen) {
     canvas,
     groupUnder: picking.groupUnder,
     preview: glow.hover,
+    wearsPhoto: () => worn.photo !== null,
     say: toast.say,
   });
   const file = createExpressionFile(model, chosen.expressions, () => {
@@ -240,7 +241,13 @@ export async function createDesigner(model, stage, chosen) {
     help: about.show,
   });
   stage.furnish(panel.root);
-  const tour = createTour(panel);
+  const tour = createTour({
+    choose(section) {
+      panel.choose(section);
+      // What it tells of sliders is true of a feature's.
+      if (section === 'features') features.chooseFeature();
+    },
+  });
   // Beside the stage, which makes room for it.
   stage.root.before(explanation.root);
   stage.root.append(explanation.open, tour.invitation);
@@ -249,7 +256,7 @@ export async function createDesigner(model, stage, chosen) {
     view: scene,
     head,
     expressions: file,
-    named: () => library.nameOf(face.code),
+    named: () => library.nameOf(editor.likeness),
     colouring: () => editor.colouring,
     legend: () => compare.legend,
     async settle() {
@@ -258,7 +265,7 @@ export async function createDesigner(model, stage, chosen) {
       display.refresh();
     },
   });
-  const printed = createPrinted(face, { stage: stage.root, named: () => library.nameOf(face.code), draw: display.draw });
+  const printed = createPrinted(face, { stage: stage.root, named: () => library.nameOf(editor.likeness), draw: display.draw });
   document.body.append(about.root, exports, ...tour.parts, printed);
 
   editor.onShape((range) => {

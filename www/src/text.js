@@ -147,7 +147,7 @@ export const text = {
     ply: 'for MeshLab and research code: millimetres, vertex colours, the model’s vertex order',
     stl: 'for a 3D printer: millimetres',
   },
-  exportPicture: 'As a picture of this view',
+  exportPicture: 'As a picture of the 3D view',
   width: 'Width in pixels',
   height: 'Height in pixels',
   pixels: 'pixels',
@@ -190,11 +190,14 @@ export const text = {
   imported: (/** @type {string} */ name) => `Opened “${name}” and added it to your faces.`,
   downloadAll: 'Download all',
   downloadAllAbout: 'One file with all your faces, which opens here again',
-  importedAll: (/** @type {number} */ n, /** @type {number} */ known, /** @type {number} */ unread) =>
+  importedKnown: (/** @type {string} */ name) => `Opened “${name}”, which is among your faces.`,
+  /** Of what was opened: how many are new, are known, cannot be read, and are of a newer version of the page. */
+  importedAll: (/** @type {number} */ n, /** @type {number} */ known, /** @type {number} */ unread, /** @type {number} */ newer) =>
     [
       n === 0 ? 'No face of it is new' : `${n === 1 ? 'One face was' : `${n} faces were`} added to yours`,
       known > 0 && n > 0 ? `; ${known} ${known === 1 ? 'was' : 'were'} there` : '',
       unread > 0 ? `; ${unread} ${unread === 1 ? 'is' : 'are'} of another model or damaged` : '',
+      newer > 0 ? `; ${newer} ${newer === 1 ? 'is' : 'are'} of a newer version of this page: reload to get it` : '',
       '.',
     ].join(''),
   fileTooLong: (/** @type {string} */ file) => `${file} is not a face: it is far too big. ${text.filesTaken}`,
@@ -202,6 +205,7 @@ export const text = {
   filesTaken: 'Faces saved here (.json) and photos can be opened.',
   fileVersion: (/** @type {string} */ file, /** @type {string} */ version) =>
     `${file} was written by a newer version of this page (${version}). Reload to get it.`,
+  noVersion: 'it does not say of which version it is',
   fileOtherModel: (/** @type {string} */ file, /** @type {string} */ theirs, /** @type {string} */ ours) =>
     `${file} is a face of another model, “${theirs}”; this page has “${ours}”.`,
   fileBroken: (/** @type {string} */ file, /** @type {string} */ why) => `${file} is damaged: ${why}.`,

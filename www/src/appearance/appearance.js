@@ -48,9 +48,16 @@ export async function glbAsShown(renderer, head, face, { targets = true, colouri
    */
   const coloured = (make) =>
     head.lend(() => {
+      const { value } = head.wornStrength;
+      // A face between two may be shown, which wears less of a photo.
+      head.wornStrength.value = head.wears ? 1 : 0;
       if (head.colouring !== colouring) head.paint(colouring, false);
       head.finish();
-      return make();
+      try {
+        return make();
+      } finally {
+        head.wornStrength.value = value;
+      }
     });
   try {
     // They take long, and all of it goes by them.

@@ -146,6 +146,8 @@ export function createCompare(editor, { library, display, stage, wears }) {
       icon('close'),
     ),
   );
+  // How much room the names have beside the line.
+  new ResizeObserver(() => divider.style.setProperty('--wide', `${stage.clientWidth}px`)).observe(stage);
   // Under the buttons that stand on the stage.
   stage.querySelector('canvas')?.after(divider, endSplit, bar);
 
@@ -248,7 +250,7 @@ export function createCompare(editor, { library, display, stage, wears }) {
       const other = nameOf();
       return {
         other,
-        split: split.checked ? { at: line, left: other, right: text.thisFace } : null,
+        split: split.checked ? { aside: ((line - 0.5) * stage.clientWidth) / stage.clientHeight, left: other, right: text.thisFace } : null,
         heat: heat.checked ? { title: text.distanceFrom(other), least: '0', most: scaleEnd.textContent ?? '' } : null,
       };
     },

@@ -23,10 +23,11 @@ import { tapping, text, titleOf } from '../text.js';
  *   canvas: HTMLCanvasElement,
  *   groupUnder: (event: PointerEvent) => string | null,
  *   preview: (group: string | null) => void,
+ *   wearsPhoto: () => boolean,
  *   say: (sentence: string) => void,
  * }} parts
  */
-export function createMix(editor, { groups, limits, library, portraits, display, canvas, groupUnder, preview, say }) {
+export function createMix(editor, { groups, limits, library, portraits, display, canvas, groupUnder, preview, wearsPhoto, say }) {
   const { model, face } = editor;
   // The chosen face, as a face.
   const other = model.face();
@@ -99,6 +100,10 @@ export function createMix(editor, { groups, limits, library, portraits, display,
   /** @param {number} percent */
   function towards(percent) {
     if (!chosen) return;
+    if (face.locked.includes(region.value)) {
+      say(text.lockedAgainst(titleOf(region.value).toLowerCase()));
+      return slider.show(amount);
+    }
     other.code = chosen.code;
     base ??= editor.state;
     amount = percent;
@@ -122,8 +127,9 @@ export function createMix(editor, { groups, limits, library, portraits, display,
   const encircle = element('button', { type: 'button', class: 'button', onclick: () => chosen && circle.add(chosen) }, icon('plus'), text.intoCircle);
   const detail = element(
     'section',
-    { class: 'part chosen', hidden: true, 'aria-live': 'polite' },
-    element('div', { class: 'chosen-head' }, portrait, element('div', {}, heading, element('p', { class: 'note' }, text.chosenAbout), aside)),
+    { class: 'part chosen', hidden: true },
+    // Its slider says itself what it does.
+    element('div', { class: 'chosen-head', 'aria-live': 'polite' }, portrait, element('div', {}, heading, element('p', { class: 'note' }, text.chosenAbout), aside)),
     element('div', { class: 'field' }, element('label', { for: 'mix-region' }, text.where), region),
     slider.root,
     element('div', { class: 'row' }, take, encircle),
@@ -153,7 +159,7 @@ export function createMix(editor, { groups, limits, library, portraits, display,
 
   const caricature = createCaricature(editor, limits);
   const circle = createCircle(editor, { library, portraits, say });
-  const morph = createMorph(editor, { library, display, canvas });
+  const morph = createMorph(editor, { library, display, canvas, wearsPhoto, say });
 
   const root = element(
     'div',

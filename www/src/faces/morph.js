@@ -19,14 +19,23 @@ function placeAt(turn) {
   return 100 * along * along * (3 - 2 * along);
 }
 
+/** Where on the way there it is so far. @param {number} percent */
+const turnAt = (percent) => 0.5 - Math.sin(Math.asin(1 - percent / 50) / 3);
+
 /**
  * The way from one face to another, on the stage only: to scrub, to play, to stop anywhere and keep, to
  * take along as a film.
  *
  * @param {import('../editing/editor.js').Editor} editor
- * @param {{ library: import('../keep/library.js').Library, display: import('../stage/display.js').Display, canvas: HTMLCanvasElement }} parts
+ * @param {{
+ *   library: import('../keep/library.js').Library,
+ *   display: import('../stage/display.js').Display,
+ *   canvas: HTMLCanvasElement,
+ *   wearsPhoto: () => boolean,
+ *   say: (sentence: string) => void,
+ * }} parts
  */
-export function createMorph(editor, { library, display, canvas }) {
+export function createMorph(editor, { library, display, canvas, wearsPhoto, say }) {
   const { model, face } = editor;
   const from = model.face();
   const to = model.face();
@@ -34,6 +43,8 @@ export function createMorph(editor, { library, display, canvas }) {
   /** @type {import('../head/colouring.js').Colouring} */
   let colours = {};
   let percent = 0;
+  /** Where it is on the way there and back, from which it is played. */
+  let turn = 0;
   let playing = false;
   let showing = false;
   let began = 0;
@@ -63,9 +74,11 @@ export function createMorph(editor, { library, display, canvas }) {
     showing = true;
     const t = at / 100;
     colours = mixture([[load(from, start.select.value), 1 - t], [load(to, end.select.value), t]]);
+    // A photo is worn by whose it is, and by nobody who is kept.
+    const own = (start.select.value === present.id ? 1 - t : 0) + (end.select.value === present.id ? t : 0);
     between.code = from.code;
     between.blend(to, t);
-    display.show(between, { colours });
+    display.show(between, { colours, worn: wearsPhoto() ? own : true });
     refresh();
   }
   function leave() {
@@ -75,13 +88,15 @@ export function createMorph(editor, { library, display, canvas }) {
       showing = false;
       display.show(null);
     }
-    percent = 0;
+    percent = turn = 0;
     refresh();
   }
   /** @param {number} now */
   function frame(now) {
     if (!playing) return;
-    show(placeAt(((now - began) / LENGTH) % 2));
+    // A frame may have begun before the button was pressed.
+    turn = (Math.max(0, now - began) / LENGTH) % 2;
+    show(placeAt(turn));
     requestAnimationFrame(frame);
   }
 
@@ -102,6 +117,7 @@ export function createMorph(editor, { library, display, canvas }) {
   /** @param {number} at */
   function pausedAt(at) {
     playing = false;
+    turn = turnAt(at);
     show(at);
   }
   const play = element('button', {
@@ -110,8 +126,8 @@ export function createMorph(editor, { library, display, canvas }) {
     onclick: () => {
       playing = !playing;
       if (playing) {
-        // Goes on from where it was left: the inverse of the ease, near enough.
-        began = performance.now() - LENGTH * Math.min(0.99, percent / 100);
+        // Goes on from where it was left, and that way.
+        began = performance.now() - LENGTH * turn;
         requestAnimationFrame(frame);
       }
       refresh();
@@ -125,7 +141,9 @@ export function createMorph(editor, { library, display, canvas }) {
       onclick: () => {
         const worn = colours;
         leave();
-        editor.become(between, { colours: worn });
+        const locked = face.locked.length + face.lockedMeasures.length > 0;
+        // It is not all that was shown.
+        if (editor.become(between, { colours: worn }) && locked) say(text.locked);
       },
     },
     text.keepThis,

@@ -134,13 +134,19 @@ async function record(frames, fps, options, { progress, signal }) {
     recorder.onstop = done;
     recorder.onerror = (event) => fail(/** @type {any} */ (event).error ?? new Error('the recorder failed'));
   });
+  // It may fail while frames are played, and is waited for after them.
+  stopped.catch(() => {});
   const started = new Promise((done) => (recorder.onstart = done));
+  const aborted = new Promise((_, fail) => signal?.addEventListener('abort', () => fail(signal.reason), { once: true }));
+  aborted.catch(() => {});
   try {
+    signal?.throwIfAborted();
     recorder.start();
     // It starts with the first picture that comes.
     context.drawImage(frames[0], 0, 0);
     track.requestFrame();
-    await started;
+    // One that cannot start never says so.
+    await Promise.race([started, stopped, aborted]);
     const start = performance.now();
     for (const [at, frame] of frames.entries()) {
       signal?.throwIfAborted();

@@ -1,5 +1,5 @@
+import { createDialog } from './dialog.js';
 import { element } from './element.js';
-import { icon } from './icons.js';
 import { addressOf, modelNames } from './models.js';
 import { text } from '../text.js';
 
@@ -21,62 +21,43 @@ function entry(name, present) {
  */
 export function createAbout(model, present, tour) {
   const { about } = model;
-  const dialog = element(
-    'dialog',
-    {
-      class: 'about-page',
-      'aria-labelledby': 'about-title',
-      // A click beside the page closes it.
-      onclick: (/** @type {MouseEvent} */ event) => event.target === dialog && dialog.close(),
-    },
+  const dialog = createDialog(
+    'about-title',
+    text.aboutTitle,
     element(
-      'div',
-      { class: 'about-text' },
-      element(
-        'header',
-        {},
-        element('h2', { id: 'about-title' }, text.aboutTitle),
-        element(
-          'button',
-          { type: 'button', class: 'tool', 'aria-label': text.close, onclick: () => dialog.close() },
-          icon('close'),
-        ),
-      ),
-      element(
-        'button',
-        {
-          type: 'button',
-          class: 'link',
-          onclick: () => {
-            dialog.close();
-            tour();
-          },
+      'button',
+      {
+        type: 'button',
+        class: 'link',
+        onclick: () => {
+          dialog.close();
+          tour();
         },
-        text.showAround,
-      ),
-      ...text.aboutBody.flatMap(([head, body]) => [element('h3', {}, head), element('p', {}, body)]),
-      element('h3', {}, text.population),
-      element('p', {}, about.population),
-      ...(about.caveat ? [element('p', {}, about.caveat)] : []),
-      element('p', {}, text.facesLearned(about.faces)),
-      element(
-        'p',
-        { class: 'models' },
-        text.models,
-        ...modelNames.map((name) => entry(name, present)),
-        ...(modelNames.includes(present) ? [] : [element('strong', { 'aria-current': 'true' }, about.title)]),
-      ),
-      element('h3', {}, text.madeFrom),
-      element(
-        'ul',
-        {},
-        ...about.licences.map(({ source, by, licence }) =>
-          element('li', {}, `${source}, ${by} (${licence})`),
-        ),
-      ),
-      element('p', { class: 'note' }, text.findsFaces),
-      element('p', { class: 'note' }, `${about.title} · ${about.made_by}`),
+      },
+      text.showAround,
     ),
+    ...text.aboutBody.flatMap(([head, body]) => [element('h3', {}, head), element('p', {}, body)]),
+    element('h3', {}, text.population),
+    element('p', {}, about.population),
+    ...(about.caveat ? [element('p', {}, about.caveat)] : []),
+    element('p', {}, text.facesLearned(about.faces)),
+    element(
+      'p',
+      { class: 'models' },
+      text.models,
+      ...modelNames.map((name) => entry(name, present)),
+      ...(modelNames.includes(present) ? [] : [element('strong', { 'aria-current': 'true' }, about.title)]),
+    ),
+    element('h3', {}, text.madeFrom),
+    element(
+      'ul',
+      {},
+      ...about.licences.map(({ source, by, licence }) =>
+        element('li', {}, `${source}, ${by} (${licence})`),
+      ),
+    ),
+    element('p', { class: 'note' }, text.findsFaces),
+    element('p', { class: 'note' }, `${about.title} · ${about.made_by}`),
   );
   return { root: dialog, show: () => dialog.showModal() };
 }

@@ -1,5 +1,8 @@
 import { element } from './element.js';
 
+/** How long it is there at the least, and for each letter: who reads slowly reads twelve in a second; ms. */
+const [LEAST, LETTER] = [4200, 80];
+
 /** A sentence that goes away by itself. */
 export function createToast() {
   const root = element('p', { class: 'toast', role: 'status' });
@@ -11,7 +14,7 @@ export function createToast() {
       root.textContent = sentence;
       root.classList.toggle('is-shown', sentence !== '');
       clearTimeout(timer);
-      timer = window.setTimeout(() => root.classList.remove('is-shown'), 4200);
+      timer = window.setTimeout(() => root.classList.remove('is-shown'), Math.max(LEAST, LETTER * sentence.length));
     },
   };
 }

@@ -63,6 +63,8 @@ export function createTour(panel) {
     panel.choose('features');
     /** @type {HTMLElement | null} */ (document.querySelector('.view'))?.focus();
   }
+  /** The first of what it tells of that can be seen: a section may have more of the kind, put away. */
+  const told = () => [...document.querySelectorAll(steps[at].at)].find((one) => one.getClientRects().length > 0);
   /** @param {number} to */
   function go(to) {
     if (to < 0) return;
@@ -70,7 +72,7 @@ export function createTour(panel) {
     at = to;
     const step = steps[at];
     panel.choose(step.mode);
-    document.querySelector(step.at)?.scrollIntoView({ block: 'nearest' });
+    told()?.scrollIntoView({ block: 'nearest' });
     title.textContent = step.title;
     words.textContent = tapping(step.words);
     count.textContent = text.step(at + 1, steps.length);
@@ -83,7 +85,7 @@ export function createTour(panel) {
   }
   /** The card goes where there is room beside the thing: left, below, above, or onto it. */
   function place() {
-    const target = document.querySelector(steps[at].at)?.getBoundingClientRect();
+    const target = told()?.getBoundingClientRect();
     if (!target) return;
     ring.style.left = `${target.left - 4}px`;
     ring.style.top = `${target.top - 4}px`;

@@ -12,7 +12,8 @@ export function readExpression(kept) {
   if (typeof kept !== 'object' || kept === null || Array.isArray(kept)) return undefined;
   return Object.fromEntries(
     Object.entries(kept).flatMap(([name, weight]) => {
-      if (!/^[A-Za-z]{1,40}$/.test(name) || typeof weight !== 'number' || !(weight > 0)) return [];
+      // What rounds to nothing, as a photo may tell of, is none.
+      if (!/^[A-Za-z]{1,40}$/.test(name) || typeof weight !== 'number' || !(weight >= 0.005)) return [];
       return [[name, Math.round(100 * Math.min(1, weight)) / 100]];
     }),
   );

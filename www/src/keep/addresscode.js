@@ -43,9 +43,12 @@ export const encodeColouring = (colouring) => encode(COLOURS, (name) => colourin
 /** @param {string} code @throws when it is no colouring */
 export const decodeColouring = (code) => readColouring(decode(COLOURS, code));
 
+/** What a sentence has behind a link, which some programs take for a part of it. */
+const BEHIND = /(?:[.,:;!?'")\]>]|%(?:22|3e|c2%bb|e2%80%9[9d]))+$/i;
+
 /** @param {string} hash of which some programs write tildes as others write spaces */
 export function splitHash(hash) {
-  const [code, expression = '', colouring = ''] = hash.replace(/^#/, '').replaceAll(/%7e/gi, '~').split('~');
+  const [code, expression = '', colouring = ''] = hash.replace(/^#/, '').replace(BEHIND, '').replaceAll(/%7e/gi, '~').split('~');
   return { code, expression, colouring };
 }
 

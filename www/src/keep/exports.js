@@ -1,7 +1,7 @@
 import './exports.css';
+import { createDialog } from '../frame/dialog.js';
 import { part } from '../frame/download.js';
 import { element } from '../frame/element.js';
-import { icon } from '../frame/icons.js';
 import { portrait } from '../stage/portrait.js';
 import { fileName, save } from './save.js';
 import { text } from '../text.js';
@@ -72,60 +72,45 @@ export function createExports({ face, view, head, expressions, named, colouring,
   const height = side(text.height, 2000);
   const transparent = element('input', { type: 'checkbox' });
 
-  const dialog = element(
-    'dialog',
-    {
-      class: 'about-page',
-      'aria-labelledby': 'exports-title',
-      onclick: (/** @type {MouseEvent} */ event) => event.target === dialog && dialog.close(),
-    },
+  return createDialog(
+    'exports-title',
+    text.exportTitle,
+    element('h3', {}, text.exportMesh),
     element(
-      'div',
-      { class: 'about-text' },
-      element(
-        'header',
-        {},
-        element('h2', { id: 'exports-title' }, text.exportTitle),
-        element('button', { type: 'button', class: 'tool', 'aria-label': text.close, onclick: () => dialog.close() }, icon('close')),
-      ),
-      element('h3', {}, text.exportMesh),
-      element(
-        'ul',
-        { class: 'formats' },
-        .../** @type {(keyof typeof MESHES)[]} */ (Object.keys(MESHES)).map((ending) =>
-          element(
-            'li',
-            {},
-            element('button', { type: 'button', class: 'button', onclick: () => offer(ending, () => mesh(ending)) }, ending.toUpperCase()),
-            ' ',
-            text.exportFormats[ending],
-          ),
+      'ul',
+      { class: 'formats' },
+      .../** @type {(keyof typeof MESHES)[]} */ (Object.keys(MESHES)).map((ending) =>
+        element(
+          'li',
+          {},
+          element('button', { type: 'button', class: 'button', onclick: () => offer(ending, () => mesh(ending)) }, ending.toUpperCase()),
+          ' ',
+          text.exportFormats[ending],
         ),
       ),
-      element('h3', {}, text.exportPicture),
-      element(
-        'form',
-        {
-          class: 'picture',
-          onsubmit: (/** @type {Event} */ event) => {
-            event.preventDefault();
-            const size = { width: width.valueAsNumber, height: height.valueAsNumber };
-            const said = legend();
-            const make = async () => {
-              await settle();
-              head.finish();
-              const picture = await portrait(view, { ...size, transparent: transparent.checked });
-              return said ? (await part(() => import('./legend.js'))).withLegend(picture, said) : picture;
-            };
-            offer('png', make, said ? text.versus(named(), said.other) : undefined);
-          },
-        },
-        element('span', { class: 'size' }, width, '×', height, text.pixels),
-        element('label', {}, transparent, ' ', text.transparent),
-        element('button', { type: 'submit', class: 'button' }, 'PNG'),
-      ),
-      status,
     ),
+    element('h3', {}, text.exportPicture),
+    element(
+      'form',
+      {
+        class: 'picture',
+        onsubmit: (/** @type {Event} */ event) => {
+          event.preventDefault();
+          const size = { width: width.valueAsNumber, height: height.valueAsNumber };
+          const said = legend();
+          const make = async () => {
+            await settle();
+            head.finish();
+            const picture = await portrait(view, { ...size, transparent: transparent.checked });
+            return said ? (await part(() => import('./legend.js'))).withLegend(picture, said) : picture;
+          };
+          offer('png', make, said ? text.versus(named(), said.other) : undefined);
+        },
+      },
+      element('span', { class: 'size' }, width, '×', height, text.pixels),
+      element('label', {}, transparent, ' ', text.transparent),
+      element('button', { type: 'submit', class: 'button' }, 'PNG'),
+    ),
+    status,
   );
-  return dialog;
 }

@@ -8,8 +8,8 @@ import { text } from '../text.js';
 
 const FORMAT = 'phiz-face';
 const VERSION = 2;
-/** A face takes less than a kilobyte, and there may be thousands. */
-const MOST = 5_000_000;
+/** A face takes a kilobyte or two, and a browser that keeps as many as it can has thousands. */
+const MOST = 20_000_000;
 
 /** @typedef {{ name: string } & import('./library.js').Likeness} Named */
 
@@ -37,9 +37,13 @@ export const faceFile = (model, face) => written(contentOf(model.about.title, fa
 export const facesFile = (model, faces, unread) =>
   written([...faces.map((face) => contentOf(model.about.title, face)), ...unread.map((other) => contentOf(undefined, /** @type {Named} */ (Object(other))))]);
 
+/** @param {any} content */
+const isNewer = (content) => content?.format === FORMAT && Number(content.version) > VERSION;
+
 /**
  * @param {import('phiz').FaceModel} model @param {File} file
- * @returns {Promise<Named | { faces: Named[], unread: number }>} one face, or of several those that are of this model
+ * @returns {Promise<Named | { faces: Named[], unread: number, newer: number }>} one face, or of several those that are of this model, and how many
+ *   others there are: of another model or damaged, or of a newer version of the page
  * @throws Failure with a sentence that names the file and what is wrong with it
  */
 export async function readFaceFile(model, file) {
@@ -61,7 +65,8 @@ export async function readFaceFile(model, file) {
   });
   if (!content.some((one) => one?.format === FORMAT)) throw new Failure(text.fileForeign(file.name));
   const faces = read.filter((one) => one !== null);
-  return { faces, unread: read.length - faces.length };
+  const newer = content.filter(isNewer).length;
+  return { faces, unread: read.length - faces.length - newer, newer };
 }
 
 /**
@@ -70,7 +75,8 @@ export async function readFaceFile(model, file) {
  */
 function readFace(model, file, content) {
   if (content?.format !== FORMAT || typeof content.code !== 'string') throw new Failure(text.fileForeign(file.name));
-  if (content.version !== 1 && content.version !== VERSION) throw new Failure(text.fileVersion(file.name, String(content.version)));
+  if (isNewer(content)) throw new Failure(text.fileVersion(file.name, String(content.version)));
+  if (content.version !== 1 && content.version !== VERSION) throw new Failure(text.fileBroken(file.name, text.noVersion));
   try {
     model.fromCode(content.code).free();
   } catch (error) {
@@ -80,5 +86,5 @@ function readFace(model, file, content) {
     throw new Failure(text.fileBroken(file.name, error instanceof Error ? error.message : String(error)));
   }
   const name = typeof content.name === 'string' ? content.name.trim().slice(0, 60) : '';
-  return { name: name || file.name.replace(/\.[^.]*$/, ''), code: content.code, expression: readExpression(content.expression), colouring: readKept(content.colouring) };
+  return { name: name || file.name.replace(/(\.phiz)?\.[^.]*$/i, '').slice(0, 60), code: content.code, expression: readExpression(content.expression), colouring: readKept(content.colouring) };
 }

@@ -7,9 +7,10 @@ import { text } from '../text.js';
 /**
  * @typedef {{
  *   other: string,
- *   split: { at: number, left: string, right: string } | null,
+ *   split: { aside: number, left: string, right: string } | null,
  *   heat: { title: string, least: string, most: string } | null,
- * }} Legend what the other face is called; where the line between two is, 0 to 1, and whose sides are whose; what the colours are
+ * }} Legend what the other face is called; how far right of the middle the line between two is, in heights, and whose sides are whose;
+ *   what the colours are
  */
 
 /** Letters are such a part of the shorter side: as large as on a page. */
@@ -56,12 +57,15 @@ export async function withLegend(picture, { split, heat }) {
   };
 
   if (split) {
-    const line = Math.round(split.at * width);
-    const thick = Math.max(2, Math.round(letter / 8));
-    context.fillStyle = INK;
-    context.fillRect(line - thick, 0, 2 * thick, height);
-    context.fillStyle = '#ffffff';
-    context.fillRect(line - thick / 2, 0, thick, height);
+    const line = Math.min(width, Math.max(0, Math.round(width / 2 + split.aside * height)));
+    // A picture that is narrower than the stage may have one of them alone.
+    if (line > 0 && line < width) {
+      const thick = Math.max(2, Math.round(letter / 8));
+      context.fillStyle = INK;
+      context.fillRect(line - thick, 0, 2 * thick, height);
+      context.fillStyle = '#ffffff';
+      context.fillRect(line - thick / 2, 0, thick, height);
+    }
     for (const [name, side] of /** @type {const} */ ([[split.left, -1], [split.right, 1]])) {
       const room = (side < 0 ? line : width - line) - 4 * gap;
       if (room < letter) continue;

@@ -111,8 +111,8 @@ export function createLibrary(model, modelName) {
       while (own.some(({ name }) => name === text.ownFace(n))) n += 1;
       return text.ownFace(n);
     },
-    /** What a face was saved as; '' when it was not, or has changed since. @param {string} code */
-    nameOf: (code) => own.find((entry) => entry.code === code)?.name ?? '',
+    /** What a face was saved as, with these looks if it was with several; '' when it was not, or has changed since. @param {Likeness} face */
+    nameOf: (face) => (own.find(looksLike({ ...face, expression: readExpression(face.expression) })) ?? own.find(({ code }) => code === face.code))?.name ?? '',
     /** @param {string} id */
     find: (id) => [...own, ...presets].find((entry) => entry.id === id),
     /**

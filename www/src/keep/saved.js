@@ -82,47 +82,65 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
   /**
    * One step: this face, with the expression that it was kept with.
    * @param {import('./library.js').Likeness} kept
-   * @returns {Promise<boolean>} false when its expression could not be shown, which is said, or another face was asked for meanwhile
+   * @returns {Promise<string | null>} why its expression could not be shown, or nothing; null when another face was asked for meanwhile
    */
   async function become({ code, expression, colouring }) {
     if (shows(expression)) {
       const isNewest = editor.ask();
       try {
         await expressions.load();
-        if (!isNewest()) return false;
+        if (!isNewest()) return null;
       } catch {
-        if (!isNewest()) return false;
+        if (!isNewest()) return null;
         editor.take({ code, expression: {}, colouring });
-        say(text.noSavedExpression);
-        return false;
+        return text.noSavedExpression;
       }
     }
     editor.take({ code, expression: expression && among(expression, model.expressions), colouring });
-    return true;
+    return '';
+  }
+  /** @param {import('./library.js').Likeness} kept */
+  async function show(kept) {
+    const why = await become(kept);
+    if (why) say(why);
   }
 
-  /** @param {File[]} files */
+  /** Of several, what is said of one does not take the place of what is said of another. @param {File[]} files */
   async function take(files) {
+    let [added, known, unread, newer] = [0, 0, 0, 0];
+    /** What is said of a face that is opened alone. @type {string | null} */
+    let alone = null;
+    /** @type {Set<string>} */
+    const wrong = new Set();
     for (const file of files) {
       try {
         const found = await readFaceFile(model, file);
-        if ('faces' in found) {
-          takeAll(found);
+        const isSingle = !('faces' in found);
+        const faces = isSingle ? [found] : found.faces;
+        // What is there already is not there twice.
+        const fresh = faces.filter((face) => !library.has(face));
+        if (fresh.length > 0 && !library.add(...fresh)) wrong.add(text.notKept);
+        added += fresh.length;
+        known += faces.length - fresh.length;
+        if (!isSingle) {
+          // What is kept is brought back: the face stays that is worked on.
+          unread += found.unread;
+          newer += found.newer;
           continue;
         }
-        const kept = library.add(found);
-        if (await become(found)) say(kept ? text.imported(found.name) : text.notKept);
+        const why = await become(found);
+        // Who asked for another face meanwhile looks at that.
+        alone = why === null ? '' : (fresh.length > 0 ? text.imported : text.importedKnown)(found.name);
+        if (why) wrong.add(why);
       } catch (error) {
-        say(error instanceof Error ? error.message : String(error));
+        wrong.add(error instanceof Error ? error.message : String(error));
       }
     }
-  }
-
-  /** What is kept is brought back: the face stays that is worked on. @param {{ faces: import('./facefile.js').Named[], unread: number }} found */
-  function takeAll({ faces, unread }) {
-    const fresh = faces.filter((face) => !library.has(face));
-    const isKept = fresh.length === 0 || library.add(...fresh);
-    say(isKept ? text.importedAll(fresh.length, faces.length - fresh.length, unread) : text.notKept);
+    const isOne = files.length === 1;
+    const all = isOne && alone !== null ? alone : text.importedAll(added, known, unread, newer);
+    // Of one face what went wrong is all that there is to say; of several, how many are there all the same.
+    const said = wrong.size === 0 ? [all] : isOne || added + known + unread + newer === 0 ? [...wrong] : [all, ...wrong];
+    if (said.join('') !== '') say(said.join(' '));
   }
 
   async function saveSheet() {
@@ -174,7 +192,7 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
       { 'data-id': id },
       element(
         'button',
-        { type: 'button', class: 'open', 'aria-label': text.open(entry.name), title: text.open(entry.name), onclick: () => become(entry) },
+        { type: 'button', class: 'open', 'aria-label': text.open(entry.name), title: text.open(entry.name), onclick: () => show(entry) },
         portraits.of(entry),
         element('span', {}, entry.name),
       ),
@@ -214,6 +232,9 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
 
   function build() {
     if (!visible || waiting) return;
+    // Nor is it taken from who types a name when another tab saves: it is built when that is done.
+    const typed = list.querySelector('input')?.closest('li')?.dataset.id;
+    if (typed !== undefined && typed === renaming && library.find(typed)) return;
     // What has the focus has it in the new list.
     const rows = () => [.../** @type {HTMLCollectionOf<HTMLElement>} */ (list.children)];
     const there = rows().find((one) => one.contains(document.activeElement));
@@ -286,7 +307,7 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
               type: 'button',
               class: 'button',
               onclick: () => {
-                const chosen = name.value.trim() || library.nameOf(editor.face.code) || text.thisFace;
+                const chosen = name.value.trim() || library.nameOf(editor.likeness) || text.thisFace;
                 save(faceFile(model, { name: chosen, ...editor.likeness }), fileName(chosen, FACE));
               },
             },

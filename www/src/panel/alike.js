@@ -66,7 +66,7 @@ export function createAlike(editor, { library, portraits, say, spread }) {
 
   function draw() {
     const { expression, colouring } = editor.likeness;
-    of = library.nameOf(editor.face.code);
+    of = library.nameOf(editor.likeness);
     try {
       faces = around(editor.face, spread()).map((code) => ({ code, expression, colouring }));
     } catch (error) {
@@ -99,7 +99,16 @@ export function createAlike(editor, { library, portraits, say, spread }) {
     for (const button of row.querySelectorAll('button')) button.setAttribute('aria-pressed', String(button.dataset.face === editor.face.code));
   }
   function keepAll() {
-    const kept = library.add(...faces.map((face, i) => ({ ...face, name: text.alike.name(of, i + 1) })));
+    // Another line-up goes on where the last one ended.
+    const taken = new Set(library.own.map(({ name }) => name));
+    let n = 0;
+    const kept = library.add(
+      ...faces.map((face) => {
+        do n += 1;
+        while (taken.has(text.alike.name(of, n)));
+        return { ...face, name: text.alike.name(of, n) };
+      }),
+    );
     keep.disabled = kept;
     say(kept ? text.alike.kept(FACES) : text.notKept);
   }

@@ -46,7 +46,8 @@ function fits({ name, description }, sought) {
 export function createFeatures(editor, { distributions, limits, random, preview, pick }) {
   const { model, face } = editor;
   const groups = featuresOf(model);
-  let chosen = groups.includes('nose') ? 'nose' : groups[0];
+  const first = groups.includes('nose') ? 'nose' : groups[0];
+  let chosen = first;
   /** @type {Set<string>} */
   const opened = new Set();
 
@@ -312,8 +313,9 @@ export function createFeatures(editor, { distributions, limits, random, preview,
       refreshAll();
     },
     choose,
-    get chosen() {
-      return chosen;
+    /** A feature, where the whole person is chosen. */
+    chooseFeature() {
+      if (chosen === PERSON) choose(first);
     },
   };
 }

@@ -63,6 +63,8 @@ export function createRandom(editor, { library, portraits, say }) {
 
   /** @param {string[]} [regions] @param {number} [withSeed] */
   function randomise(regions, withSeed) {
+    const kept = regions?.find((region) => editor.face.locked.includes(region));
+    if (kept !== undefined) return say(text.lockedAgainst(titleOf(kept).toLowerCase()));
     /** @type {import('../editing/editor.js').Chance} */
     const options = { spread, attributes: wishes.attributes };
     if (regions) options.regions = regions;

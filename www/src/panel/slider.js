@@ -7,6 +7,9 @@ import { changeIn, numberIn } from './typed.js';
 /** How far a finger goes sideways before it means the slider and not the page, px. */
 const FINGER = 6;
 
+/** Where what stands at the end of its way is, 0 to 1: ways reach out to the left, which no panel can be scrolled to. @param {number} at */
+const alongWay = (at) => `${100 * (at - 1)}%`;
+
 /**
  * The population's density as a filled curve.
  * @param {readonly number[]} density
@@ -333,7 +336,7 @@ export function createSlider(spec) {
       if (!(drag && input.valueAsNumber === present)) input.valueAsNumber = present;
       rounded = input.valueAsNumber;
       const at = place(present);
-      thumb.style.translate = `${100 * at}%`;
+      thumb.style.translate = alongWay(at);
       const rest = place(spec.neutral);
       fill.style.setProperty('--from', String(Math.min(at, rest)));
       fill.style.setProperty('--to', String(Math.max(at, rest)));
@@ -353,7 +356,7 @@ export function createSlider(spec) {
       if (before === haunts) return;
       haunts = before;
       track.classList.toggle('has-ghost', before !== null);
-      if (before !== null) ghost.style.translate = `${100 * place(before)}%`;
+      if (before !== null) ghost.style.translate = alongWay(place(before));
     },
   };
 }

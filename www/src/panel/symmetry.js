@@ -70,9 +70,10 @@ export function createSymmetry(editor, limits) {
     /** What is drawn next is of a state, with its way of blending. @param {import('../editing/history.js').State} state @returns {Float32Array} its coefficients */
     function drawFrom({ code }) {
       drawn.code = code;
-      const { coefficients } = drawn;
+      const { coefficients, alpha } = drawn;
       // What earlier locks took back is not in them, and may be of one side alone: it goes.
       drawn.reset();
+      drawn.alpha = alpha;
       return coefficients;
     }
     /** What the gesture counts from. @type {{ state: import('../editing/history.js').State, coefficients: Float32Array, differ: number } | null} */

@@ -41,7 +41,7 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
   function dress({ colours, worn = true }) {
     const now = colouring(colours);
     if (head.colouring !== now) head.paint(now);
-    head.wornStrength.value = worn && head.wears ? 1 : 0;
+    head.wornStrength.value = head.wears ? Number(worn) : 0;
   }
 
   /** The face that distances are from stays as it is while this one changes. @param {import('phiz').Face} other */
@@ -187,6 +187,6 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
 /** @typedef {ReturnType<typeof createDisplay>} Display */
 /**
  * What a face looks like beside its shape; without colours of its own it has those of the face that is worked on, and it
- * wears the photo, if one is worn.
- * @typedef {{ colours?: import('../head/colouring.js').Colouring, worn?: boolean }} Looks
+ * wears the photo, if one is worn: so much of it, 0 to 1, where it is between two faces.
+ * @typedef {{ colours?: import('../head/colouring.js').Colouring, worn?: boolean | number }} Looks
  */

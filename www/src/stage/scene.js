@@ -196,7 +196,9 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
    * @param {NonNullable<typeof wipe>} sides @param {number} width @param {number} height
    */
   function drawWiped({ at, pose }, width, height) {
-    const line = Math.round(width * at);
+    // Pictures show what the stage does at its height, and more or less of it to the sides: the line is where it is in the view.
+    const [wide, high] = size;
+    const line = Math.min(width, Math.max(0, Math.round(width / 2 + ((at - 0.5) * wide * height) / high)));
     renderer.setScissorTest(true);
     for (const side of /** @type {const} */ (['left', 'right'])) {
       pose(side);
@@ -412,7 +414,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     },
     /**
      * Splits the picture; null joins it again.
-     * @param {typeof wipe} sides `at` is the line's place, a fraction of the width
+     * @param {typeof wipe} sides `at` is the line's place, a fraction of the stage's width
      */
     split(sides) {
       wipe = sides;
