@@ -399,7 +399,13 @@ fn bad_scans_get_one_clear_line() {
             "PLY NaN",
             "a.ply",
             ply_header("ascii", "3", FACES) + "0 0 0\n100 nan 0\n0 100 0\n3 0 1 2\n",
-            &["line 11", "no row of finite numbers"],
+            &["vertex 1 is not finite"],
+        ),
+        case(
+            "PLY text for a number",
+            "a.ply",
+            ply_header("ascii", "3", FACES) + "0 0 0\n100 zero 0\n0 100 0\n3 0 1 2\n",
+            &["line 11", "no row of numbers"],
         ),
         case(
             "binary PLY NaN",
@@ -861,6 +867,39 @@ fn odd_scans_are_read_and_said() {
         "seen from the middle"
     );
 
+    // What is larger than the head and inside out tells the volume, and landmarks better: all is as in the file.
+    let mut with_box = positions.clone();
+    let first = positions.len() as u32;
+    with_box.extend((0..8).map(|i| {
+        let side = |axis: i32| f64::from((i >> axis) & 1) * 400.0 - 200.0;
+        DVec3::new(side(0), side(1) - 350.0, side(2))
+    }));
+    let sides = [
+        [0, 1, 3, 2],
+        [4, 6, 7, 5],
+        [0, 4, 5, 1],
+        [2, 3, 7, 6],
+        [0, 2, 6, 4],
+        [1, 5, 7, 3],
+    ];
+    let inwards = sides
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let all: Vec<[u32; 3]> = (triangles.iter().copied())
+        .chain(inwards.map(|t| t.map(|v| first + v)))
+        .collect();
+    let scan = write("f.obj", obj(&with_box, &all).as_bytes());
+    let (read_alone, _) = read(&template, &scan, None).expect("reads");
+    assert!(
+        said(&read_alone.notes, "all turned"),
+        "{:?}",
+        read_alone.notes
+    );
+    let points = write("f.json", json(&right).as_bytes());
+    let (scan, notes) = read(&template, &scan, Some(&points)).expect("turned back");
+    assert!(!said(&notes, "turned"), "{notes:?}");
+    assert_eq!(scan.triangles, all);
+
     let soup: String = triangles
         .iter()
         .flatten()
@@ -923,6 +962,11 @@ fn odd_scans_are_read_and_said() {
         assert!(scan.texture.is_none());
         assert!(said(&notes, "no ") && said(&notes, part), "{notes:?}");
     }
+    // What is not to be seen is not opened, but belongs to the scan all the same.
+    let scan = Scan::read_shape(&path("p.obj"), None).expect("reads");
+    assert_eq!(scan.triangles.len(), triangles.len() + 1);
+    assert!(!said(&scan.notes, "texture"), "{:?}", scan.notes);
+    assert!(scan.beside.contains(&path("bad.png")), "{:?}", scan.beside);
     // An image of the scan's name stands in for materials that are missing.
     write("p.png", b"broken too");
     let scan = write("p.obj", with("gone.mtl").as_bytes());
@@ -940,11 +984,164 @@ fn odd_scans_are_read_and_said() {
     write("good.mtl", material("my face.png").as_bytes());
     let scan = write("p.obj", with("good.mtl").as_bytes());
     let (scan, _) = read(&template, &scan, None).expect("with its picture");
+    assert!(
+        Scan::read_shape(&path("p.obj"), None)
+            .expect("reads")
+            .texture
+            .is_none(),
+        "nobody looks at it"
+    );
     let texture = scan.texture.expect("a picture");
     assert_eq!((texture.width, texture.height), (2, 2));
     assert_eq!(texture.pixels, colours);
     let covered = |t: &&[u32; 3]| **t != phiz::fit::scan::Texture::BARE;
     assert_eq!(texture.triangles.iter().filter(covered).count(), 1);
+}
+
+/// A picture is found though materials are called otherwise, have it under another keyword, or name what is gone.
+#[test]
+fn the_picture_of_a_scan_is_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    for (name, grey) in [("skin.png", 1), ("light.png", 2), ("m.png", 3)] {
+        let image = image::RgbImage::from_pixel(2, 2, image::Rgb([grey; 3]));
+        image.save(path(name)).expect("written");
+    }
+    let mesh = "v 0 0 0\nv 100 0 0\nv 0 100 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+    let read = |use_of: &str, material: &str| {
+        fs::write(path("m.obj"), format!("mtllib m.mtl\n{use_of}\n{mesh}")).expect("written");
+        fs::write(path("m.mtl"), material).expect("written");
+        let scan = Scan::read(&path("m.obj"), None).expect("reads");
+        (scan.texture.map(|texture| texture.pixels[0][0]), scan.notes)
+    };
+    let skin = "newmtl skin\nmap_Kd skin.png\n";
+    for (use_of, material, expected, note) in [
+        ("usemtl skin", skin.to_owned(), Some(1), ""),
+        ("", skin.to_owned(), Some(1), "because it is the only one"),
+        (
+            "usemtl Skin.001",
+            skin.to_owned(),
+            Some(1),
+            "skin.png, because it is the only one",
+        ),
+        // Which of two it is, nobody knows.
+        (
+            "",
+            format!("{skin}newmtl eyes\nmap_Kd light.png\n"),
+            None,
+            "",
+        ),
+        (
+            "usemtl skin",
+            "newmtl skin\nmap_Ka light.png\n".into(),
+            Some(2),
+            "",
+        ),
+        (
+            "usemtl skin",
+            "newmtl skin\nmap_Ke light.png\n".into(),
+            Some(2),
+            "",
+        ),
+        (
+            "usemtl skin",
+            format!("newmtl skin\nmap_Ka light.png\n{}", &skin[12..]),
+            Some(1),
+            "",
+        ),
+        (
+            "usemtl skin",
+            "newmtl skin\nmap_Kd gone.png\n".into(),
+            Some(3),
+            "m.png, because it has",
+        ),
+    ] {
+        let (found, notes) = read(use_of, &material);
+        assert_eq!(found, expected, "{use_of} {material}: {notes:?}");
+        assert!(
+            notes.iter().any(|n| n.contains(note)),
+            "{use_of} {material}: {notes:?}"
+        );
+    }
+    let ply = ply_header(
+        "ascii",
+        "3",
+        &format!("property float s\nproperty float t\n{FACES}"),
+    )
+    .replace("1.0\n", "1.0\ncomment TextureFile gone.png\n")
+        + "0 0 0 0 0\n100 0 0 1 0\n0 100 0 0 1\n3 0 1 2\n";
+    fs::write(path("m.ply"), ply).expect("written");
+    let scan = Scan::read(&path("m.ply"), None).expect("reads");
+    assert_eq!(scan.texture.map(|texture| texture.pixels[0][0]), Some(3));
+}
+
+/// A corner without a place in the picture costs the picture of its triangles, and no more.
+#[test]
+fn texture_coordinates_that_are_no_number_are_missing_there_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    image::RgbImage::new(2, 2)
+        .save(path("m.png"))
+        .expect("written");
+    let obj = "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 100 100 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt -nan(ind) nan\n\
+               f 1/1 2/2 3/3\nf 2/2 4/4 3/3\n";
+    let rest = "property float s\nproperty float t\n".to_owned() + FACES;
+    let ply = ply_header("ascii", "4", &rest.replace("face 1", "face 2"))
+        + "0 0 0 0 0\n100 0 0 1 0\n0 100 0 0 1\n100 100 0 nan nan\n3 0 1 2\n3 1 3 2\n";
+    for (name, content) in [("m.obj", obj), ("m.ply", &ply)] {
+        fs::write(path(name), content).expect("written");
+        let scan = Scan::read(&path(name), None).unwrap_or_else(|e| panic!("{e}"));
+        let texture = scan
+            .texture
+            .unwrap_or_else(|| panic!("{name}: {:?}", scan.notes));
+        let bare = texture
+            .triangles
+            .iter()
+            .map(|t| *t == phiz::fit::scan::Texture::BARE);
+        assert_eq!(bare.collect::<Vec<_>>(), [false, true], "{name}");
+    }
+}
+
+/// PLY with what other programs have in it, as numbers in text and as bytes.
+#[test]
+fn ply_is_read_as_programs_write_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("m.ply");
+    let read = |content: &[u8]| {
+        fs::write(&file, content).expect("written");
+        let scan = Scan::read(&file, None).unwrap_or_else(|e| panic!("{e}"));
+        (scan.positions, scan.triangles)
+    };
+    let positions = [DVec3::ZERO, DVec3::X * 100.0, DVec3::Y * 100.5];
+    let expected = (positions.to_vec(), vec![[0, 1, 2]]);
+    // Names of CloudCompare's and of nobody's, and one that is there twice.
+    let more = "property float scalar_Roughness_(0.1)\nproperty float scalar field\nproperty float 2nd\n\
+                property float q\nproperty float q\n";
+    let rest = more.to_owned() + FACES;
+    let rows = ["0 0 0", "100 0 0", "0 100.5 0"];
+    for end in ["\n", "\r\n"] {
+        let text = rows.map(|row| format!("{row} 1 2 3 4 5\n")).concat() + "3 0 1 2\n";
+        let text = ply_header("ascii", "3", &rest) + &text;
+        assert_eq!(read(text.replace('\n', end).as_bytes()), expected);
+    }
+    let mut bytes = ply_header("binary_little_endian", "3", &rest).into_bytes();
+    for p in positions {
+        let numbers = p
+            .as_vec3()
+            .to_array()
+            .into_iter()
+            .chain([1.0, 2.0, 3.0, 4.0, 5.0]);
+        bytes.extend(numbers.flat_map(f32::to_le_bytes));
+    }
+    bytes.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    assert_eq!(read(&bytes), expected);
+    // Normals and vertices of nothing that was seen, short numbers, and rows apart.
+    let rest = "property float nx\nproperty uchar red\n".to_owned() + FACES;
+    for end in ["\n", "\r\n"] {
+        let text = ply_header("ascii", "4", &rest)
+            + "0. 0 -.0 nan 1\n100 0 0 -nan(ind) 2\n\n0 1.005e2 0 -1.#IND 3\nnan -nan inf 1 4\n\n3 0 1 2\n";
+        assert_eq!(read(text.replace('\n', end).as_bytes()), expected);
+    }
 }
 
 /// Text as Windows' programs and old ones write it is text all the same, and no vertex is lost.
@@ -1678,16 +1875,20 @@ fn colours_of_vertices_are_read_as_programs_write_them() {
         .flat_map(|c| [c[0], c[1], c[2], 0.5])
         .flat_map(|x| ((x * 65535.0).round() as u16).to_le_bytes())
         .collect();
-    for (kind, vector, bytes) in [(5126, 3, floats), (5123, 4, shorts)] {
+    // Integers are parts of a whole whether that is written or not; nor are bounds by everyone.
+    let said = r#""normalized":true,"#;
+    for (kind, vector, bytes, normalized, bounds) in [
+        (5126, 3, floats, "", r#","min":[0,0,0],"max":[0.1,0.1,0]"#),
+        (5123, 4, shorts.clone(), said, r#","min":[null,0,0]"#),
+        (5123, 4, shorts, "", ""),
+    ] {
         let json = format!(
             r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
             "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"COLOR_0":1}}}}]}}],
-            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
-            "min":[0,0,0],"max":[0.1,0.1,0]}},
-            {{"bufferView":1,"componentType":{kind},"normalized":{},"count":3,"type":"VEC{vector}"}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"{bounds}}},
+            {{"bufferView":1,"componentType":{kind},{normalized}"count":3,"type":"VEC{vector}"}}],
             "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":{}}}],
             "buffers":[{{"byteLength":{}}}]}}"#,
-            kind != 5126,
             bytes.len(),
             36 + bytes.len()
         );
@@ -1850,6 +2051,8 @@ fn gltf_with_more_than_meshes_is_read() {
         scan.notes
     };
     same(&plain.replace(r#""POSITION":0"#, r#""POSITION":0,"_SCALE":0,"_ID":1"#));
+    // What is to be seen may be left open.
+    same(&plain.replace(r#""scene":0,"scenes":[{"nodes":[0]}],"#, ""));
     let sampler = r#""samplers":[{"input":0,"output":0}]"#;
     for target in [
         r#"{"path":"pointer","extensions":{"KHR_animation_pointer":{"pointer":"/nodes/0/scale"}}}"#,
@@ -1909,7 +2112,29 @@ fn landmarks_of_which_nobody_knows_how_far_they_are_off_are_written_without_that
     let bytes = fs::read(&file).expect("reads");
     let json: serde_json::Value = serde_json::from_slice(&bytes).expect("JSON");
     let numbers = |i: usize| json[format!("ibug_{i:02}")].as_array().map_or(0, Vec::len);
-    assert_eq!([0, 1, 2, 3].map(numbers), [3, 3, 3, 4]);
+    assert_eq!([0, 1, 2, 3].map(numbers), [4, 3, 3, 4]);
+    // What the scan does not show may be anywhere, and is no landmark that a hand has set.
+    let scan = folder.path().join("a.obj");
+    for (by, unit) in [(1.0, 1.0), (0.1, 10.0)] {
+        let (positions, triangles) = egg();
+        let positions: Vec<DVec3> = positions.iter().map(|p| *p * by).collect();
+        fs::write(&scan, obj(&positions, &triangles)).expect("written");
+        landmarks::write(&file, &points, &errors, unit, &template).expect("written");
+        let mut scan = Scan::read(&scan, None).expect("reads");
+        let read = landmarks::read(&file, &mut scan, &template).expect("reads");
+        let places: Vec<usize> = read.points.iter().map(|p| p.0).collect();
+        assert_eq!(places, (1..68).collect::<Vec<_>>());
+    }
+    errors[..65].fill(f64::INFINITY);
+    landmarks::write(&file, &points, &errors, 10.0, &template).expect("written");
+    let mut scan = Scan::read(&scan, None).expect("reads");
+    let error = landmarks::read(&file, &mut scan, &template).expect_err("too few");
+    one_line(
+        "anywhere",
+        &error.to_string(),
+        &file,
+        &["3 landmarks that are not off by 100 mm"],
+    );
 }
 
 #[test]

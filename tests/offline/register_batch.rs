@@ -804,6 +804,94 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
 }
 
 #[test]
+fn a_picture_that_was_changed_makes_its_face_again_where_there_is_one_of_it() {
+    let (Some(template), Some(registrar)) = (heads::template(), heads::registrar()) else {
+        return;
+    };
+    let (_root, scans, faces) = folders();
+    let head = heads::bent(template, 11);
+    let scan = heads::skin(template, &head);
+    let mut text = String::from("mtllib anna.mtl\nvt 0 0\nusemtl skin\n");
+    (scan.positions.iter()).for_each(|p| text += &format!("v {} {} {}\n", p.x, p.y, p.z));
+    (scan.triangles.iter())
+        .for_each(|t| text += &format!("f {}/1 {}/1 {}/1\n", t[0] + 1, t[1] + 1, t[2] + 1));
+    fs::write(scans.join("anna.obj"), text).expect("writes");
+    fs::write(scans.join("anna.mtl"), "newmtl skin\nmap_Kd skin.png\n").expect("writes");
+    let paint = |grey| {
+        let image = image::RgbImage::from_pixel(2 + u32::from(grey), 2, image::Rgb([grey; 3]));
+        image.save(scans.join("skin.png")).expect("writes");
+    };
+    paint(1);
+    let points = heads::points(template, &head);
+    landmarks::write(&scans.join("anna.json"), &points, &[], 1.0, template).expect("writes");
+    let Jobs { jobs, .. } = batch::jobs(&scans, &faces).expect("scans");
+    let picture = faces.join("anna.png");
+    let also = |_: &Job, prepared: &batch::Prepared, _: &phiz::fit::register::Registered| {
+        assert!(prepared.scan.texture.is_some());
+        fs::write(&picture, "of it").map_err(|e| FitError::file(&picture, e))
+    };
+    let failed = batch::run(
+        registrar,
+        &jobs,
+        None,
+        &Settings::default(),
+        also,
+        |_, _| {},
+    );
+    assert!(failed.is_empty(), "{failed:?}");
+    assert!(jobs[0].is_done());
+    paint(9);
+    assert!(!jobs[0].is_done());
+    // Nobody looks at it; or it cannot be seen.
+    fs::remove_file(&picture).expect("goes");
+    assert!(jobs[0].is_done());
+    fs::write(&picture, "of it").expect("writes");
+    fs::remove_file(scans.join("skin.png")).expect("goes");
+    assert!(jobs[0].is_done());
+}
+
+#[test]
+fn what_failed_is_said_whatever_else_goes_wrong() {
+    let Some(template) = heads::template() else {
+        return;
+    };
+    let (root, scans, faces) = folders();
+    let file = template_file(root.path(), template);
+    write(&scans, "anna", 11);
+    fs::write(scans.join("bad.glb"), "glTF?").expect("writes");
+    // A table of somebody's.
+    fs::write(faces.join("register.csv"), "who;when\n").expect("writes");
+    let folder = ["--scans".as_ref(), &*scans, "-o".as_ref(), &*faces];
+    let done = register(&file, &folder);
+    let (out, err) = (said(&done.stdout), said(&done.stderr));
+    assert_eq!(done.status.code(), Some(1));
+    assert!(
+        out.contains("1 faces registered, 0 were there, 1 failed"),
+        "{out}"
+    );
+    for part in [
+        "bad.glb: ",
+        "register.csv: is no table of what was registered: it stays",
+    ] {
+        assert!(err.contains(part), "{err}");
+    }
+    let table = fs::read_to_string(faces.join("register.csv")).expect("a table");
+    assert_eq!(table, "who;when\n");
+    // Where none can be, that is said before the work.
+    fs::remove_file(faces.join("register.csv")).expect("goes");
+    fs::remove_file(faces.join("anna.ply")).expect("goes");
+    fs::create_dir(faces.join("register.csv")).expect("makes");
+    let done = register(&file, &folder);
+    let err = said(&done.stderr);
+    assert_eq!(done.status.code(), Some(1));
+    assert!(
+        err.contains("register.csv: a folder, where a file is to be written"),
+        "{err}"
+    );
+    assert!(!faces.join("anna.ply").exists());
+}
+
+#[test]
 fn one_scan_gets_its_texture_and_its_picture() {
     let Some(template) = heads::template() else {
         return;

@@ -228,4 +228,27 @@ fn what_is_written_is_the_same_for_the_same_seed() {
         serde_json::from_slice(&read(0, "person_8112.json")).expect("are landmarks");
     assert_eq!(landmarks.len(), 68);
     assert!(landmarks.contains_key("ibug_00") && landmarks.contains_key("ibug_67"));
+
+    // More people of the same kind join them; others do not, nor are they told to be whoever is there already.
+    let folder = folders[0].path();
+    let add = |seed, settings: &Settings| {
+        let added = write(&simulator, seed, 1, settings, false, folder, || ());
+        added.map_err(|e| e.to_string())
+    };
+    add(8113, &settings).expect("joins");
+    let about = read(0, "about.json");
+    let error = add(8114, &CLEAN).expect_err("others");
+    assert!(
+        error.contains("person_8110.ply: a person of other noise, errors or holes"),
+        "{error}"
+    );
+    std::fs::write(folder.join("anna.ply"), "").expect("written");
+    std::fs::write(folder.join("about.json"), "{}").expect("written");
+    let error = add(8114, &settings).expect_err("somebody");
+    assert!(
+        error.contains("anna.ply: is none of these people's scans"),
+        "{error}"
+    );
+    assert!(read(0, "about.json") == b"{}" && about != b"{}");
+    assert!(!folder.join("person_8114.ply").exists());
 }

@@ -72,6 +72,12 @@ const EXPRESSIONS: [(&str, &[&str]); 2] = [
 
 pub fn run(args: &EvaluateArgs) -> FitResult<()> {
     let chosen = chosen(&args.only);
+    if let Some(folder) = &args.save {
+        for setting in &chosen {
+            let folder = folder.join(setting.0);
+            simulate::check_folder(&folder, args.seed, args.count, &made(setting))?;
+        }
+    }
     let template = super::read_template(&args.template)?;
     let ict = super::step("reading ICT-FaceKit", || Ict::read(&args.ict))?;
     if let Some(folder) = &args.save {
@@ -97,12 +103,8 @@ pub fn run(args: &EvaluateArgs) -> FitResult<()> {
     let bar = ProgressBar::new(u64::from(args.count) * chosen.len() as u64);
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let mut reports = Vec::new();
-    for &(name, noise, jitter, holes) in chosen {
-        let settings = Settings {
-            noise,
-            jitter,
-            holes,
-        };
+    for setting in chosen {
+        let (name, settings) = (setting.0, made(setting));
         if let Some(folder) = &args.save {
             let folder = folder.join(name);
             simulate::write(
@@ -183,6 +185,15 @@ fn by_found(registrar: &Registrar, scan: &Scan) -> FitResult<Vec<DVec3>> {
         ..Registration::default()
     };
     Ok(registrar.register(scan, &points, &settings)?.positions)
+}
+
+/// How the scans of a setting are made.
+fn made(&(_, noise, jitter, holes): &Setting) -> Settings {
+    Settings {
+        noise,
+        jitter,
+        holes,
+    }
 }
 
 /// The settings of these names; all for none.

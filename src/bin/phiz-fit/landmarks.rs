@@ -31,7 +31,9 @@ pub struct LandmarksArgs {
     /// The scan's unit: mm, cm, m, inch, or how many mm it has. Without it it is guessed by size, and said.
     #[arg(long)]
     unit: Option<Unit>,
-    /// How sure a point must be, 0 to 1; others are left out.
+    /// How sure a point must be, 0 to 1; others are left out. With 0 all are there: those that the scan does not show, where
+    /// the face that was found has them, with an error of 100 mm, by which `register` leaves them out until a hand sets
+    /// them.
     #[arg(long, default_value_t = 0.3, value_name = "CONFIDENCE", value_parser = crate::within(0.0..=1.0))]
     least: f64,
     /// The JSON file of landmarks to write, in the scan's unit; without it they are printed.
@@ -45,7 +47,9 @@ pub fn run(args: &LandmarksArgs) -> FitResult<()> {
     check_apart(&written, &read)?;
     args.output.as_deref().map_or(Ok(()), check_writable)?;
     let template = super::read_template(&args.template)?;
-    let mut scan = super::step("reading the scan", || Scan::read(&args.scan, args.unit))?;
+    let mut scan = super::step("reading the scan", || {
+        Scan::read_shape(&args.scan, args.unit)
+    })?;
     scan.check_beside(&written)?;
     let found = super::step("looking for the face", || {
         batch::find(&Detector::new(&template)?, &mut scan, &template)

@@ -35,7 +35,8 @@ pub struct RegisterArgs {
     landmarks: Option<PathBuf>,
     /// Every scan of a folder, with landmarks in NAME.json (or .txt, .pts, .ljson) beside NAME.ply. Faces that are
     /// there already, of both as they are, stay. about.json and labels.json go beside the faces, where others do not lie
-    /// there already, and register.csv, which says what was decided and found of each scan.
+    /// there already, and register.csv, which says what was decided and found of each scan. As many are under way as the
+    /// machine has cores, or RAYON_NUM_THREADS says, where their scans are too large for its memory.
     #[arg(long, value_name = "DIR")]
     scans: Option<PathBuf>,
     /// The scans' unit: mm, cm, m, inch, or how many mm it has; without it, it is guessed and said.
@@ -95,6 +96,7 @@ pub fn run(args: &RegisterArgs) -> FitResult<()> {
     let settings = Settings {
         prior: !args.no_prior,
         neutral: args.neutral,
+        pictures: args.textures || args.texture.is_some() || args.picture.is_some(),
         ..Settings::default()
     };
     match (&args.scan, &args.scans) {
@@ -138,7 +140,10 @@ fn one(
         landmarks: args.landmarks.clone(),
         output: args.output.clone(),
     };
-    let scan = super::step("reading the scan", || Scan::read(scan, args.unit))?;
+    let scan = super::step("reading the scan", || match settings.pictures {
+        true => Scan::read(scan, args.unit),
+        false => Scan::read_shape(scan, args.unit),
+    })?;
     scan.check_beside(&written(args))?;
     let notes = scan.notes.clone();
     let done = super::step("registering", || {
@@ -190,6 +195,7 @@ fn many(
     let told = told.map(|name| Ok((name, super::read(&folder.join(name))?)));
     let told = told.collect::<FitResult<Vec<_>>>()?;
     std::fs::create_dir_all(output).map_err(|e| FitError::file(output, e))?;
+    files::check_writable(&output.join(batch::ACCOUNTS))?;
     let Jobs {
         jobs,
         refused,
@@ -271,6 +277,40 @@ fn many(
              with --textures"
         );
     }
+    // What goes wrong with these keeps nobody from hearing of the scans.
+    let beside = tell(told, output).and(batch::write_accounts(jobs, output));
+    let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
+    if let Some(said) = tally.summary(settings.neutral) {
+        println!("{said}");
+    }
+    println!(
+        "{}: {} faces registered, {there} were there, {} failed",
+        output.display(),
+        all - there - failed.len(),
+        failed.len()
+    );
+    for error in &failed {
+        eprintln!("phiz-fit: {error}");
+    }
+    for path in found.strays(output)? {
+        println!(
+            "{}: of no scan there: it stays, and is learned from",
+            path.display()
+        );
+    }
+    beside?;
+    if failed.is_empty() {
+        return Ok(());
+    }
+    Err(FitError::Input(format!(
+        "{} of {} scans could not be registered",
+        failed.len(),
+        all
+    )))
+}
+
+/// Puts what is told of scans beside their faces, where nothing else is told there.
+fn tell(told: Vec<(&str, Vec<u8>)>, output: &Path) -> FitResult<()> {
     for (name, bytes) in told {
         // Of the two that labels may be in, one is to be there.
         let same_kind = Told::FILES.iter().filter(|_| Told::FILES.contains(&name));
@@ -286,32 +326,5 @@ fn many(
             _ => files::write_atomically(&path, &bytes)?,
         }
     }
-    batch::write_accounts(jobs, output)?;
-    let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
-    if let Some(said) = tally.summary(settings.neutral) {
-        println!("{said}");
-    }
-    println!(
-        "{}: {} faces registered, {there} were there, {} failed",
-        output.display(),
-        all - there - failed.len(),
-        failed.len()
-    );
-    for path in found.strays(output)? {
-        println!(
-            "{}: of no scan there: it stays, and is learned from",
-            path.display()
-        );
-    }
-    if failed.is_empty() {
-        return Ok(());
-    }
-    for error in &failed {
-        eprintln!("phiz-fit: {error}");
-    }
-    Err(FitError::Input(format!(
-        "{} of {} scans could not be registered",
-        failed.len(),
-        all
-    )))
+    Ok(())
 }

@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::FitResult;
 use phiz::fit::truth::ict::Ict;
-use phiz::fit::truth::simulate::{Settings, Simulator, write};
+use phiz::fit::truth::simulate::{Settings, Simulator, check_folder, write};
 
 #[derive(Args)]
 pub struct SimulateArgs {
@@ -32,7 +32,8 @@ pub struct SimulateArgs {
     /// Write all of the template's points, not the 68 iBUG points alone.
     #[arg(long)]
     all_points: bool,
-    /// The folder to write: a PLY and a JSON of landmarks a person, `truth/` and `about.json`.
+    /// The folder to write: a PLY and a JSON of landmarks a person, `truth/` and `about.json`. It may hold others of the
+    /// same noise, errors and holes.
     #[arg(short, value_name = "DIR")]
     output: PathBuf,
 }
@@ -43,6 +44,7 @@ pub fn run(args: &SimulateArgs) -> FitResult<()> {
         jitter: args.jitter,
         holes: args.holes,
     };
+    check_folder(&args.output, args.seed, args.count, &settings)?;
     let ict = super::step("reading ICT-FaceKit", || Ict::read(&args.ict))?;
     let simulator = Simulator::new(&ict);
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} scans, {eta} left");

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 
 use super::colours;
 use super::files::write_atomically;
-use super::text::{decoded, lines, named, plain};
+use super::text::{decoded, lines, named, not_finite, plain};
 use crate::Face;
 use crate::fit::{FitError, FitResult};
 
@@ -60,7 +60,7 @@ pub struct Obj {
     /// The colours that some programs write after each position, sRGB 0 to 1; all or none: of those without
     /// one in a file with some, white.
     pub colours: Vec<DVec3>,
-    /// `vt`: texture coordinates, (0, 0) at the lower left.
+    /// `vt`: texture coordinates, (0, 0) at the lower left; NaN where the file has no number.
     pub uvs: Vec<DVec2>,
     /// `f`: the corners of all polygons, one after the other: position and texture coordinate,
     /// counted from 0, the latter perhaps [`NONE`].
@@ -178,15 +178,18 @@ impl Obj {
                 // A fourth number alone is a weight; three more are a colour.
                 let more: Vec<&[u8]> = words.collect();
                 if let [r, g, b] = more[..] {
-                    let [r, g, b] = [r, g, b].map(|word| number(Some(word)));
+                    let [r, g, b] = [r, g, b].map(|word| coordinate(Some(word)));
                     self.colours.resize(self.positions.len() - 1, BARE);
                     self.colours.push(DVec3::new(r?, g?, b?));
                 }
             }
             b"vt" => {
                 let mut words = words(rest);
-                let u = number(words.next())?;
-                let v = words.next().map_or(Ok(0.0), |word| number(Some(word)))?;
+                // Where a program had none it may have written that: of the triangles there alone the picture is missing.
+                let u = coordinate(words.next())?;
+                let v = words
+                    .next()
+                    .map_or(Ok(0.0), |word| coordinate(Some(word)))?;
                 self.uvs.push(DVec2::new(u, v));
             }
             b"f" => {
@@ -242,12 +245,9 @@ fn number_of(word: &[u8]) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// A number of a position, NaN where it is not finite: also as Microsoft's libraries write that, `-1.#IND` and
-/// `-nan(ind)`.
+/// A number, NaN where it is not finite.
 fn coordinate(word: Option<&[u8]>) -> Result<f64, String> {
-    let lower = word.unwrap_or_default().to_ascii_lowercase();
-    let digits = lower.strip_prefix(b"-").unwrap_or(&lower);
-    match digits.starts_with(b"1.#") || digits.starts_with(b"nan") || digits.starts_with(b"inf") {
+    match not_finite(word.unwrap_or_default()) {
         true => Ok(f64::NAN),
         false => number(word),
     }
@@ -290,8 +290,9 @@ fn shown(word: &[u8]) -> String {
     String::from_utf8_lossy(word).chars().take(24).collect()
 }
 
-/// The colour images of the materials of an MTL file: `(material, file)`, in the order of the
-/// file; the image's path is taken from the folder of the MTL file.
+/// The images of the materials of an MTL file: `(material, file)`, of each material first its colours, then, as many a
+/// scan is to be seen without any light but its own, those of ambient light and of what it gives off, in the order of
+/// the file; the image's path is taken from the folder of the MTL file.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -299,21 +300,25 @@ pub fn read_images(path: &Path) -> FitResult<Vec<(String, PathBuf)>> {
     let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut material = String::new();
-    let mut images = Vec::new();
+    let mut images: [Vec<_>; MAPS.len()] = Default::default();
     let bytes = plain(&bytes).map_err(|cause| FitError::file(path, cause))?;
     for (_, line) in lines(&bytes) {
         let line = decoded(line);
         let Some((keyword, rest)) = line.trim().split_once(char::is_whitespace) else {
             continue;
         };
-        match keyword.to_ascii_lowercase().as_str() {
-            "newmtl" => material = rest.trim().to_owned(),
-            "map_kd" => images.push((material.clone(), named(folder, without_options(rest)))),
-            _ => {}
+        let keyword = keyword.to_ascii_lowercase();
+        if keyword == "newmtl" {
+            rest.trim().clone_into(&mut material);
+        } else if let Some(kind) = MAPS.iter().position(|map| *map == keyword) {
+            images[kind].push((material.clone(), named(folder, without_options(rest))));
         }
     }
-    Ok(images)
+    Ok(images.into_iter().flatten().collect())
 }
+
+/// What may be the picture on a material, the likeliest first.
+const MAPS: [&str; 3] = ["map_kd", "map_ka", "map_ke"];
 
 /// What follows the options (`-s 1 1 1`, `-clamp on`) of a map: the file's name, which may have
 /// spaces.

@@ -2,6 +2,7 @@
 //! order in mm, are read and written.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +12,7 @@ use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::colours;
 use super::files::{files_of, write_atomically};
-use super::text::{decoded, plain};
+use super::text::{decoded, not_finite, plain};
 use crate::fit::{FitError, FitResult};
 
 /// Writes a mesh as binary little-endian PLY: f32 positions and triangles. The file appears
@@ -50,7 +51,7 @@ pub struct PlyMesh {
     /// Vertices in the file's units. Those of faces are finite: where depth cameras see nothing, some
     /// programs write vertices of NaN that no face has.
     pub positions: Vec<DVec3>,
-    /// Texture coordinates of the vertices (`s t`, `u v` or `texture_u texture_v`), or none.
+    /// Texture coordinates of the vertices (`s t`, `u v` or `texture_u texture_v`), or none; some may not be finite.
     pub uvs: Vec<DVec2>,
     /// sRGB colours of the vertices (`red green blue`, `diffuse_red` ... or `r g b`), or none.
     pub colours: Vec<[u8; 3]>,
@@ -96,7 +97,7 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
             "does not start with `ply`: no PLY file",
         ));
     }
-    let bytes = with_readable_header(bytes);
+    let bytes = readable(bytes);
     let mut reader = Reader::new(Cursor::new(&bytes[..]));
     let header = Parser::<Vertex>::new()
         .read_header(&mut reader)
@@ -138,7 +139,8 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
             if let Some(bad) = bad.filter(|_| !faces) {
                 return Err(fail(format!("vertex {bad} is not finite")));
             }
-            let textured = vertices.iter().all(|v| v.uv.is_finite());
+            // Vertices without a place in the picture may have no number there.
+            let textured = vertices.iter().any(|v| v.uv.is_finite());
             let coloured = CHANNELS.iter().all(|names| names.iter().any(|c| has(c)));
             if textured {
                 mesh.uvs = vertices.iter().map(|v| v.uv).collect();
@@ -174,21 +176,101 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
     Ok(mesh)
 }
 
-/// The library takes UTF-8 alone, in comments too, and no line that is empty.
-fn with_readable_header(bytes: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
+/// The file as the library takes it: its header in UTF-8, in comments too, without lines that are empty, with names of
+/// properties as [`named_apart`] has them; and numbers in text as [`with_plain_numbers`] has them.
+fn readable(bytes: Cow<'_, [u8]>) -> Cow<'_, [u8]> {
     const END: &[u8] = b"end_header";
     let end = bytes.windows(END.len()).position(|word| word == END);
     let (header, rest) = bytes.split_at(end.unwrap_or(0));
     let text = decoded(header);
-    let blank = |line: &&str| line.trim().is_empty();
-    let lines = || text.split_inclusive('\n');
-    match std::str::from_utf8(header) {
-        Ok(_) if !lines().any(|line| blank(&line)) => bytes,
-        _ => {
-            let lines = lines().filter(|line| !blank(line));
-            [lines.collect::<String>().as_bytes(), rest].concat().into()
-        }
+    let lines = text
+        .split_inclusive('\n')
+        .filter(|line| !line.trim().is_empty());
+    let is_text = lines.clone().any(|line| line.starts_with("format ascii"));
+    let mut taken = HashSet::new();
+    let new: String = lines.map(|line| named_apart(line, &mut taken)).collect();
+    let data = rest.iter().position(|&b| b == b'\n').map_or(0, |at| at + 1);
+    let (end, data) = rest.split_at(data);
+    let numbers = match is_text {
+        true => with_plain_numbers(data),
+        false => data.into(),
+    };
+    match (new.as_bytes() == header, &numbers) {
+        (true, Cow::Borrowed(_)) => bytes,
+        _ => [new.as_bytes(), end, &*numbers].concat().into(),
     }
+}
+
+/// A line of a header in which the name of a property has letters, digits, `_` and `-` alone, and is that of no other of
+/// its element, of which `taken` are. The library takes no `scalar_Roughness_(0.1)`, and of two of one name but the last,
+/// so that all that follows would be read from the wrong place.
+fn named_apart<'a>(line: &'a str, taken: &mut HashSet<String>) -> Cow<'a, str> {
+    let text = line.trim_end();
+    let mut words = text.split_whitespace();
+    match words.next() {
+        Some("element") => taken.clear(),
+        Some("property") => {
+            let kind = match words.next() {
+                Some("list") => format!(
+                    "list {} {}",
+                    words.next().unwrap_or_default(),
+                    words.next().unwrap_or_default()
+                ),
+                kind => kind.unwrap_or_default().to_owned(),
+            };
+            let own: Vec<&str> = words.collect();
+            let mut name = own.join("_").replace(
+                |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '-')),
+                "_",
+            );
+            if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+                name.insert(0, '_');
+            }
+            while !taken.insert(name.clone()) {
+                name.push('_');
+            }
+            if !own.is_empty() && own != [&*name] {
+                let end = &line[text.len()..];
+                return format!("property {kind} {name}{end}").into();
+            }
+        }
+        _ => {}
+    }
+    line.into()
+}
+
+/// Rows of numbers in text as the library takes them: none is empty, and a number is finite, with digits on both sides of
+/// its point. What is not finite becomes a number that is too large to be.
+fn with_plain_numbers(data: &[u8]) -> Cow<'_, [u8]> {
+    let digit = |at: usize| data.get(at).is_some_and(u8::is_ascii_digit);
+    let is_odd = |(at, &byte): (usize, &u8)| match byte {
+        b'.' => at == 0 || !digit(at - 1) || !digit(at + 1),
+        b'\n' => {
+            let before = data[..at].strip_suffix(b"\r").unwrap_or(&data[..at]);
+            before.is_empty() || before.ends_with(b"\n")
+        }
+        _ => byte.is_ascii_alphabetic() && !byte.eq_ignore_ascii_case(&b'e'),
+    };
+    if !data.iter().enumerate().any(is_odd) {
+        return data.into();
+    }
+    let mut plain = Vec::with_capacity(data.len());
+    for row in data.split(|&b| b == b'\n') {
+        let words = row.split(u8::is_ascii_whitespace);
+        let mut words = words.filter(|word| !word.is_empty()).peekable();
+        let is_row = words.peek().is_some();
+        for word in words {
+            let value = std::str::from_utf8(word).ok().map(str::parse::<f64>);
+            match value {
+                _ if not_finite(word) => plain.extend(b"1e999"),
+                Some(Ok(value)) if value.is_finite() => plain.extend(value.to_string().bytes()),
+                _ => plain.extend(word),
+            }
+            plain.push(b' ');
+        }
+        plain.extend(is_row.then_some(b'\n'));
+    }
+    plain.into()
 }
 
 /// The library's errors span lines, and what follows `String:` is its own state.
@@ -198,7 +280,7 @@ fn one_line(error: &dyn std::fmt::Display) -> String {
         return "the file ends in the middle of it".into();
     }
     let text = text.split("String:").next().unwrap_or_default();
-    let text = text.replace("Couldn't read element line.", "no row of finite numbers");
+    let text = text.replace("Couldn't read element line.", "no row of numbers");
     let text = text.replace("Line ", "line ");
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

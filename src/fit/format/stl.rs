@@ -35,6 +35,11 @@ fn parse(bytes: &[u8]) -> Result<Vec<[DVec3; 3]>, String> {
     }
     match said {
         None => Err("neither `solid` nor a header: no STL file".into()),
+        // Who writes triangle by triangle may not have known how many there would be.
+        Some(0) if bytes[HEADER..].len() == held * RECORD => {
+            let records = bytes[HEADER..].chunks_exact(RECORD);
+            Ok(records.map(corners).collect())
+        }
         Some(said) if said > held => Err(format!("ends after {held} of {said} triangles")),
         Some(said) => {
             let records = bytes[HEADER..].chunks_exact(RECORD).take(said);
@@ -80,6 +85,20 @@ fn in_text(bytes: &[u8]) -> Result<Vec<[DVec3; 3]>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn who_did_not_know_how_many_there_would_be_wrote_none() {
+        let mut bytes = vec![0; HEADER];
+        for x in 0..2 {
+            let numbers = [[0.0; 3], [0.0; 3], [1.0, x as f32, 0.0], [0.0, 1.0, 0.0]];
+            bytes.extend(numbers.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
+            bytes.extend([0; 2]);
+        }
+        assert_eq!(parse(&bytes).unwrap().len(), 2);
+        assert_eq!(parse(&bytes[..HEADER]).unwrap().len(), 0);
+        bytes.push(0);
+        assert_eq!(parse(&bytes).unwrap().len(), 0);
+    }
 
     #[test]
     fn text_may_be_in_capitals() {

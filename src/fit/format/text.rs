@@ -42,6 +42,14 @@ pub fn json<T: DeserializeOwned>(path: &Path) -> FitResult<T> {
     serde_json::from_slice(&bytes).map_err(|e| FitError::file(path, e))
 }
 
+/// Whether a word of text stands for a number that is not finite: also as Microsoft's libraries write that, `-1.#IND` and
+/// `-nan(ind)`.
+pub fn not_finite(word: &[u8]) -> bool {
+    let lower = word.to_ascii_lowercase();
+    let digits = lower.strip_prefix(b"-").unwrap_or(&lower);
+    digits.starts_with(b"1.#") || digits.starts_with(b"nan") || digits.starts_with(b"inf")
+}
+
 /// UTF-8, or else Latin-1, in which any bytes are text.
 pub fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {

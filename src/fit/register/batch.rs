@@ -56,8 +56,9 @@ impl Job {
         self.output.with_file_name(name)
     }
 
-    /// Whether its face is there, and made of the scan and the landmarks as they are. Where nobody kept what it was
-    /// made of: whether it is not older than they.
+    /// Whether its face is there, and made of the scan and the landmarks as they are, with the scan's other files where
+    /// they matter: its buffers, and if a picture is beside the face, all. Where nobody kept what it was made of: whether it
+    /// is not older than they.
     pub fn is_done(&self) -> bool {
         self.standing() == Standing::Done
     }
@@ -71,10 +72,22 @@ impl Job {
         };
         if let Ok(bytes) = std::fs::read(self.made()) {
             // Dates are not put in order: what is copied keeps its own, and clocks are wrong.
-            return match serde_json::from_slice::<Kept>(&bytes).map(|kept| kept.made) {
-                Ok(Some(made)) if made == now => Standing::Done,
-                Ok(Some(_)) => Standing::Changed,
-                Ok(None) | Err(_) => Standing::Unknown,
+            let Ok(Kept {
+                made: Some(made),
+                parts,
+                ..
+            }) = serde_json::from_slice(&bytes)
+            else {
+                return Standing::Unknown;
+            };
+            // Of all but glTF the mesh is in the scan's own file, and the others matter to a picture alone.
+            let ending = self.scan.extension();
+            let matter = ending.is_some_and(|e| e.eq_ignore_ascii_case("gltf"))
+                || self.output.with_extension("png").is_file();
+            let is_other = made != now || matter && parts.iter().any(Part::is_changed);
+            return match is_other {
+                true => Standing::Changed,
+                false => Standing::Done,
             };
         }
         let written = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
@@ -121,6 +134,32 @@ struct Kept {
     /// Nothing of a face that an earlier version made.
     #[serde(default)]
     account: Option<Account>,
+    /// The other files that belong to the scan.
+    #[serde(default)]
+    parts: Vec<Part>,
+}
+
+/// A file that belongs to a scan, and which of those that it has been.
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
+struct Part {
+    path: String,
+    version: Version,
+}
+
+impl Part {
+    /// Of a file as it is; nothing where it cannot be seen.
+    fn of(path: &Path) -> Option<Self> {
+        let path = place(path);
+        Some(Part {
+            path: path.to_str()?.to_owned(),
+            version: Version::of(&path)?,
+        })
+    }
+
+    /// Whether it is there, and another.
+    fn is_changed(&self) -> bool {
+        Version::of(Path::new(&self.path)).is_some_and(|now| now != self.version)
+    }
 }
 
 /// What was decided and found on the way from a scan to its face.
@@ -532,6 +571,20 @@ fn rounding(scan: &Scan) -> Option<(f64, String)> {
     })
 }
 
+/// Which landmarks were left out, in words.
+fn astray(face: &Registered) -> Option<String> {
+    let strays = face.strays.iter();
+    let strays: Vec<String> = strays
+        .map(|(name, far)| format!("`{name}` by {far:.0} mm"))
+        .collect();
+    (!strays.is_empty()).then(|| {
+        format!(
+            "landmarks: left out, as the surface and the others have them elsewhere: {}",
+            strays.join(", ")
+        )
+    })
+}
+
 /// Reads a scan and its landmarks, or finds them, and looks at both.
 ///
 /// # Errors
@@ -603,7 +656,8 @@ pub struct Tally {
 
 impl Tally {
     /// Counts a scan. In a few words, what whose scan it is would want to know: a unit that is not
-    /// millimetres and was guessed, the expressions that the face shows, and a place far from the origin.
+    /// millimetres and was guessed, landmarks that were left out, the expressions that the face shows, and a place far
+    /// from the origin.
     pub fn count(&mut self, scan: &Scan, face: &Registered) -> Option<String> {
         let mut words = Vec::new();
         if scan.unit_guessed {
@@ -620,6 +674,7 @@ impl Tally {
             *self.guessed.entry(unit.into()).or_default() += 1;
             words.extend((!size.is_empty()).then(|| size.to_owned()));
         }
+        words.extend(astray(face));
         let mut told: Vec<_> = face.expressions.iter().filter(|e| e.1 >= TOLD).collect();
         told.sort_by(|a, b| b.1.total_cmp(&a.1));
         if !told.is_empty() {
@@ -664,7 +719,8 @@ pub fn register_scan(
     unit: Option<Unit>,
     settings: &Settings,
 ) -> FitResult<(Prepared, Registered)> {
-    register_read(registrar, Scan::read(&job.scan, unit)?, job, settings)
+    let scan = read_scan(&job.scan, unit, settings)?;
+    register_read(registrar, scan, job, settings)
 }
 
 /// Registers one scan that was read.
@@ -677,7 +733,7 @@ pub fn register_read(
     job: &Job,
     settings: &Settings,
 ) -> FitResult<(Prepared, Registered)> {
-    let prepared = prepare_read(registrar, scan, job.landmarks.as_deref())
+    let mut prepared = prepare_read(registrar, scan, job.landmarks.as_deref())
         .map_err(|error| error.of(&job.scan))?;
     let settings = Settings {
         point_errors: prepared.errors.clone(),
@@ -686,7 +742,21 @@ pub fn register_read(
     let registered = registrar
         .register(&prepared.scan, &prepared.points, &settings)
         .map_err(|e| e.of(&job.scan))?;
+    prepared.notes.extend(astray(&registered));
+    let is_stray = |l: usize| {
+        let name = &registrar.template.landmarks[l].name;
+        registered.strays.iter().any(|(stray, _)| stray == name)
+    };
+    prepared.points.retain(|&(l, _)| !is_stray(l));
     Ok((prepared, registered))
+}
+
+/// Reads a scan, with its pictures where somebody looks at them.
+fn read_scan(path: &Path, unit: Option<Unit>, settings: &Settings) -> FitResult<Scan> {
+    match settings.pictures {
+        true => Scan::read(path, unit),
+        false => Scan::read_shape(path, unit),
+    }
 }
 
 /// Reads a folder that [`run`] wrote, by name.
@@ -753,10 +823,15 @@ pub fn run(
                 let without_former = |error| without_former(job, standing, error);
                 // Before they are read: what takes their place meanwhile is another.
                 let made = Made::of(job);
-                let scan = Scan::read(&job.scan, unit).map_err(without_former)?;
+                let scan = read_scan(&job.scan, unit, settings).map_err(without_former)?;
                 // Nothing goes that may be the scan's own.
                 let written = job.written();
                 scan.check_beside(&written.each_ref().map(PathBuf::as_path))?;
+                let parts = scan
+                    .beside
+                    .iter()
+                    .filter_map(|path| Part::of(path))
+                    .collect();
                 let (prepared, face) =
                     register_read(registrar, scan, job, settings).map_err(without_former)?;
                 also(job, &prepared, &face)?;
@@ -775,6 +850,7 @@ pub fn run(
                 let kept = Kept {
                     made,
                     account: Some(Account::of(template, &prepared, &face)?),
+                    parts,
                 };
                 let kept = serde_json::to_vec(&kept).map_err(|e| FitError::file(&job.made(), e))?;
                 write_atomically(&job.made(), &kept)

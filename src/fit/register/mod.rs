@@ -72,6 +72,8 @@ pub struct Settings {
     pub point_errors: Vec<f64>,
     /// Whether [`batch`] writes faces as they are without the expression that they show.
     pub neutral: bool,
+    /// Whether [`batch`] opens the images of scans.
+    pub pictures: bool,
 }
 
 impl Default for Settings {
@@ -80,6 +82,7 @@ impl Default for Settings {
             prior: true,
             point_errors: Vec::new(),
             neutral: false,
+            pictures: true,
         }
     }
 }
@@ -93,6 +96,8 @@ pub struct Registered {
     pub covered: Vec<bool>,
     /// The template's expressions that the face shows, and how strongly; none without a prior.
     pub expressions: Vec<(String, f64)>,
+    /// Landmarks that were set wrong, and how far from where the surface and the others have them, mm: they were left out.
+    pub strays: Vec<(String, f64)>,
     /// How far those that are told moved each vertex, mm, in the scan's pose.
     moved: Vec<DVec3>,
 }
@@ -181,6 +186,10 @@ const POINT_ERROR: f64 = 1.0;
 /// Trust in points that slide on smooth skin, while the template's are where a hand put them and
 /// not yet where people set them.
 const LOOSE: f64 = 0.05;
+
+/// What lies farther than this from where the surface and all other landmarks have it, is another spot, mm: of the corners
+/// of an eye one for the other. What prior and expressions do not know of people is half of that.
+const STRAY: f64 = 20.0;
 
 /// The slack of exact landmarks where space is bent.
 const POINT_SLACK: f64 = 0.1;
@@ -404,6 +413,20 @@ impl<'a> Registrar<'a> {
                 self.bend(&surface, &points, warp.apply_all(&template.positions))
             }
         };
+        // Where a jaw may hang, and nobody knows how it does, all that is on it may be far away.
+        let tells = prior.is_some() && !template.expressions.is_empty();
+        let mut strays: Vec<(usize, f64)> = (points.iter().zip(&offs).filter(|_| tells))
+            .map(|(&(l, p), off)| (l, template.landmark(l, &start).distance(p), off))
+            .filter(|&(l, far, off)| {
+                far > STRAY.max(5.0 * off) && !loose(&template.landmarks[l].name)
+            })
+            .map(|(l, far, _)| (l, far))
+            .collect();
+        // Of many it is rather the fit that went wrong.
+        if 4 * strays.len() > points.len() {
+            strays.clear();
+        }
+        let is_stray = |l: usize| strays.iter().any(|&(stray, _)| stray == l);
         let base: Vec<DVec3> = self.soft.iter().map(|&v| start[v as usize]).collect();
         let mut moves = vec![DVec3::ZERO; base.len()];
         let every: Vec<u32> = (0..base.len() as u32)
@@ -439,6 +462,7 @@ impl<'a> Registrar<'a> {
                     normals: facing,
                     weights: vec![0.0; base.len()],
                     points: (points.iter().zip(&offs))
+                        .filter(|&(&(l, _), _)| !is_stray(l))
                         .map(|(&(l, p), off)| {
                             let at = template.landmark(l, &start);
                             let scatter = POINT_SCATTER * POINT_SCATTER;
@@ -492,6 +516,9 @@ impl<'a> Registrar<'a> {
             positions,
             covered,
             expressions,
+            strays: (strays.iter())
+                .map(|&(l, far)| (template.landmarks[l].name.clone(), far))
+                .collect(),
             moved,
         })
     }

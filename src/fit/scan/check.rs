@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 use nalgebra::Matrix3;
 
-use super::Scan;
+use super::{Scan, TURNED_BY_POINTS};
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::Rigid;
 use crate::fit::mesh::surface::closest_on_triangle;
@@ -138,9 +138,7 @@ pub fn check(
             ));
         }
         scan.turn_inside_out();
-        notes.push(
-            "triangles: all turned, because by its landmarks the surface was inside out".into(),
-        );
+        scan.say_turned(TURNED_BY_POINTS);
     }
     let worst =
         (0..points.len()).max_by(|&a, &b| placed.residuals[a].total_cmp(&placed.residuals[b]));

@@ -1,6 +1,7 @@
 //! Scans as glTF: binary, or as JSON with its buffers and images in it or beside it.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use base64ct::{Base64Unpadded, Encoding};
@@ -16,8 +17,8 @@ use crate::fit::format::text::{named, plain};
 use crate::fit::{FitError, FitResult};
 use crate::srgb;
 
-/// Reads the triangles of all meshes of the default scene, moved by their nodes.
-pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
+/// Reads the triangles of all meshes of the default scene, or of all nodes where there is none, moved by their nodes.
+pub(super) fn read(path: &Path, pictures: bool) -> FitResult<MeshFile> {
     let fail = |cause: String| FitError::file(path, cause);
     let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
     let (json, blob) = chunks(&bytes, path).map_err(fail)?;
@@ -37,20 +38,31 @@ pub(super) fn read(path: &Path) -> FitResult<MeshFile> {
         })
         .collect::<FitResult<Vec<_>>>()?;
     let scene = gltf.default_scene().or_else(|| gltf.scenes().next());
-    let scene = scene.ok_or_else(|| fail("no scene".into()))?;
+    let roots: Vec<gltf::Node> = match scene {
+        Some(scene) => scene.nodes().collect(),
+        // Which of its nodes are to be seen a file may leave open: then all are.
+        None => {
+            let below = gltf.nodes().flat_map(|node| node.children());
+            let below: HashSet<usize> = below.map(|node| node.index()).collect();
+            let all = gltf.nodes();
+            all.filter(|node| !below.contains(&node.index())).collect()
+        }
+    };
+    if roots.is_empty() && gltf.scenes().len() == 0 {
+        return Err(fail("no scene".into()));
+    }
     let mut reader = Reader {
         buffers,
         folder,
         file: MeshFile {
             beside: beside(&gltf, folder),
+            without_pictures: !pictures,
             ..MeshFile::default()
         },
         images: Vec::new(),
         white: 0,
     };
-    reader
-        .nodes(scene.nodes(), gltf.nodes().len())
-        .map_err(fail)?;
+    reader.nodes(roots, gltf.nodes().len()).map_err(fail)?;
     if reader.file.triangles.is_empty() {
         return Err(fail("no mesh in its scene".into()));
     }
@@ -242,6 +254,15 @@ fn mend(root: &mut gltf::json::Root) -> Result<(), String> {
             return Err(format!("mesh {index}: no accessor {bad}"));
         }
     }
+    // The bounds of positions, which the crate asks for: not everyone writes them, and nobody here reads them.
+    let positions = Checked::Valid(gltf::Semantic::Positions);
+    for primitive in root.meshes.iter().flat_map(|m| &m.primitives) {
+        if let Some(at) = primitive.attributes.get(&positions) {
+            let accessor = &mut root.accessors[at.value()];
+            accessor.min = Some(serde_json::json!([0.0, 0.0, 0.0]));
+            accessor.max.clone_from(&accessor.min);
+        }
+    }
     for (index, image) in root.images.iter_mut().enumerate() {
         match (&image.buffer_view, &image.uri) {
             (None, None) => return Err(format!("image {index}: neither bytes nor a file")),
@@ -268,12 +289,9 @@ struct Reader<'a> {
 impl Reader<'_> {
     /// Reads the meshes of nodes and of what is below them, of `count` nodes in the file; parents come
     /// first, children in their order. Trees may be as deep as they like, but a node is in one place.
-    fn nodes<'n>(
-        &mut self,
-        roots: impl Iterator<Item = gltf::Node<'n>>,
-        count: usize,
-    ) -> Result<(), String> {
+    fn nodes<'n>(&mut self, roots: Vec<gltf::Node<'n>>, count: usize) -> Result<(), String> {
         let mut seen = vec![false; count];
+        let roots = roots.into_iter();
         let mut ahead: Vec<(gltf::Node, DMat4)> = roots.map(|n| (n, DMat4::IDENTITY)).collect();
         ahead.reverse();
         let mut skin = None;
@@ -330,7 +348,8 @@ impl Reader<'_> {
             .get(&gltf::Semantic::Positions)
             .ok_or("no positions")?;
         self.readable(&accessor, Dimensions::Vec3, &REALS)?;
-        let positions = self.numbers(&accessor).ok_or("positions are missing")?;
+        let positions = self.numbers(&accessor, accessor.normalized());
+        let positions = positions.ok_or("positions are missing")?;
         let positions: Vec<DVec3> = (positions.into_iter())
             .map(|p| to_scene.transform_point3(DVec3::from_array(p)))
             .collect();
@@ -405,7 +424,7 @@ impl Reader<'_> {
             return Ok(Vec::new());
         };
         self.readable(&accessor, Dimensions::Vec2, &REALS)?;
-        let uvs = self.numbers(&accessor);
+        let uvs = self.numbers(&accessor, accessor.normalized());
         let uvs = uvs.ok_or("texture coordinates are missing")?;
         let uvs: Vec<DVec2> = (uvs.into_iter().map(DVec2::from_array))
             .map(|uv| moved.as_ref().map_or(uv, |moved| transformed(uv, moved)))
@@ -426,15 +445,16 @@ impl Reader<'_> {
             return Ok(Vec::new());
         };
         let types = [DataType::F32, DataType::U8, DataType::U16];
+        // Integers are always parts of all that there is (glTF 2.0, 3.7.2.1), which not everyone writes.
         let colours = match accessor.dimensions() {
             Dimensions::Vec4 => {
                 self.readable(&accessor, Dimensions::Vec4, &types)?;
-                let colours = self.numbers::<4>(&accessor);
+                let colours = self.numbers::<4>(&accessor, true);
                 colours.map(|all| all.into_iter().map(|[r, g, b, _]| [r, g, b]).collect())
             }
             _ => {
                 self.readable(&accessor, Dimensions::Vec3, &types)?;
-                self.numbers::<3>(&accessor)
+                self.numbers::<3>(&accessor, true)
             }
         };
         let colours: Vec<[f64; 3]> = colours.ok_or("colours are missing")?;
@@ -447,6 +467,9 @@ impl Reader<'_> {
 
     /// The primitive's image, among those of the file; the bytes are decoded when it is met first.
     fn picture(&mut self, primitive: &gltf::Primitive) -> Option<usize> {
+        if self.file.without_pictures {
+            return None;
+        }
         let texture = colour_texture(primitive)?.texture();
         let Some(image) = texture.source() else {
             let name = texture.index();
@@ -550,7 +573,11 @@ impl Reader<'_> {
 
     /// The vectors of an accessor that is [readable](Self::readable), with integers as the file means
     /// them: as they are, or normalised to what 0 to 1 or -1 to 1 is in all of their range.
-    fn numbers<const N: usize>(&self, accessor: &gltf::Accessor) -> Option<Vec<[f64; N]>>
+    fn numbers<const N: usize>(
+        &self,
+        accessor: &gltf::Accessor,
+        normalized: bool,
+    ) -> Option<Vec<[f64; N]>>
     where
         [i8; N]: Item,
         [u8; N]: Item,
@@ -558,14 +585,14 @@ impl Reader<'_> {
         [u16; N]: Item,
         [f32; N]: Item,
     {
-        let most = match (accessor.normalized(), accessor.data_type()) {
+        let most = match (normalized, accessor.data_type()) {
             (true, DataType::I8) => f64::from(i8::MAX),
             (true, DataType::U8) => f64::from(u8::MAX),
             (true, DataType::I16) => f64::from(i16::MAX),
             (true, DataType::U16) => f64::from(u16::MAX),
             _ => 1.0,
         };
-        let integer = |value: f64| match accessor.normalized() {
+        let integer = |value: f64| match normalized {
             true => (value / most).max(-1.0),
             false => value,
         };

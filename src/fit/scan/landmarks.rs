@@ -19,6 +19,9 @@ use crate::fit::format::text::{decoded, lines, plain};
 use crate::fit::head::template::Template;
 use crate::fit::{FitError, FitResult};
 
+/// Who may be off by so much or more says nothing of where a point is, mm.
+const ANYWHERE: f64 = 100.0;
+
 /// Points of the iBUG scheme, which a text file has all of.
 const IBUG: usize = 68;
 /// The fewest points that place a head and tell it from its mirror image.
@@ -34,7 +37,7 @@ pub struct Landmarks {
     pub errors: Vec<f64>,
 }
 
-/// Reads the landmarks of a scan.
+/// Reads the landmarks of a scan, without those that may be anywhere.
 ///
 /// A unit of the scan that was guessed is settled by the landmarks, which tell it better than the
 /// size of the mesh; where no unit makes them those of a face, the scan has units of its own
@@ -49,11 +52,23 @@ pub fn read(path: &Path, scan: &mut Scan, template: &Template) -> FitResult<Land
     settle_unit(path, scan, &read.points, template)?;
     read.points.iter_mut().for_each(|(_, p)| *p *= scan.scale);
     read.errors.iter_mut().for_each(|e| *e *= scan.scale);
+    // To the last place but one, as JSON's numbers are read.
+    let is_known = |l: usize| read.errors.get(l).is_none_or(|e| *e < ANYWHERE - 1e-6);
+    read.points.retain(|&(l, _)| is_known(l));
+    if read.points.len() < FEWEST {
+        let cause = format!(
+            "{} landmarks that are not off by {ANYWHERE} mm or more, and {FEWEST} are the fewest that place a face",
+            read.points.len()
+        );
+        return Err(FitError::file(path, cause));
+    }
     Ok(read)
 }
 
 /// Writes landmarks as a JSON object, in the units of the scan: points and `errors`, as in [`Landmarks`], are in mm, one
-/// unit of the scan has `scale` mm. The file appears whole or not at all.
+/// unit of the scan has `scale` mm. A point that is nowhere near the scan, whose error is infinite, which JSON has no word
+/// for, is written with one by which it may be anywhere: until a hand sets it, [`read`] leaves it out. The file appears
+/// whole or not at all.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -70,8 +85,7 @@ pub fn write(
         let [x, y, z] = (p / scale).to_array();
         text += if i > 0 { ",\n  " } else { "\n  " };
         let error = match errors.get(index) {
-            // Of a point that is nowhere near the scan it is infinite, which JSON has no word for.
-            Some(error) if *error > 0.0 && error.is_finite() => format!(", {}", error / scale),
+            Some(error) if *error > 0.0 => format!(", {}", error.min(ANYWHERE) / scale),
             _ => String::new(),
         };
         text += &format!("{name}: [{x}, {y}, {z}{error}]");

@@ -1,6 +1,6 @@
 //! What mesh files say, before it is a scan.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -30,30 +30,47 @@ pub(super) struct MeshFile {
     /// Which of the images is on each triangle; any where none is.
     pub image_of: Vec<usize>,
     pub notes: Vec<String>,
+    /// Whether images are left closed, as nobody looks at them.
+    pub without_pictures: bool,
     /// What it consists of besides the file itself.
     pub beside: Vec<PathBuf>,
 }
 
 /// Reads an OBJ file and what it refers to.
-pub(super) fn obj(path: &Path) -> FitResult<MeshFile> {
+pub(super) fn obj(path: &Path, pictures: bool) -> FitResult<MeshFile> {
     let obj = Obj::read(path)?;
     let mut file = MeshFile {
         notes: obj.notes.clone(),
+        without_pictures: !pictures,
         ..MeshFile::default()
     };
     let mut images = obj_images(path, &obj, &mut file);
     file.beside
         .extend(images.iter().map(|(_, image)| image.clone()));
-    // Many a scan is passed on without its materials, but with its image.
-    let beside = match images.is_empty() && !obj.uvs.is_empty() {
-        true => file.image_beside(path),
-        false => None,
+    let ends = obj.runs.iter().skip(1).map(|next| next.first);
+    let used = obj.runs.iter().zip(ends.chain([obj.polygons()]));
+    let used = used.filter(|(run, end)| run.first < *end);
+    let used: BTreeSet<&str> = used.map(|(run, _)| run.material.as_str()).collect();
+    let there = images.iter().filter(|(_, image)| image.is_file());
+    let there: BTreeSet<&PathBuf> = there.map(|(_, image)| image).collect();
+    // Many a scan is passed on without its materials, but with its image; and in some materials have other names than
+    // in the file of them.
+    let instead = if obj.uvs.is_empty() {
+        None
+    } else if there.is_empty() {
+        file.image_beside(path)
+    } else if there.len() == 1 && !images.iter().any(|(m, _)| used.contains(&**m)) {
+        there.first().map(|only| {
+            let only = (*only).clone();
+            let note = format!("texture: {}, because it is the only one", only.display());
+            file.notes.push(note);
+            only
+        })
+    } else {
+        None
     };
-    if let Some(image) = beside {
-        let mut materials: Vec<&str> = obj.runs.iter().map(|r| r.material.as_str()).collect();
-        materials.sort_unstable();
-        materials.dedup();
-        images = materials
+    if let Some(image) = instead {
+        images = used
             .iter()
             .map(|m| ((*m).to_owned(), image.clone()))
             .collect();
@@ -133,10 +150,11 @@ fn libraries(folder: &Path, line: &str) -> Vec<PathBuf> {
 }
 
 /// Reads a PLY file and the image that it names.
-pub(super) fn ply(path: &Path) -> FitResult<MeshFile> {
+pub(super) fn ply(path: &Path, pictures: bool) -> FitResult<MeshFile> {
     let ply = ply::read_mesh(path)?;
     let mut file = MeshFile {
         notes: ply.notes,
+        without_pictures: !pictures,
         ..MeshFile::default()
     };
     let by_vertex = ply.uvs.len() == ply.positions.len();
@@ -145,17 +163,12 @@ pub(super) fn ply(path: &Path) -> FitResult<MeshFile> {
     let has_uvs = by_vertex || ply.faces.iter().any(|face| !face.uvs.is_empty());
     file.uvs = ply.uvs;
     file.triangles.reserve(ply.faces.len());
-    let names: Vec<PathBuf> = match ply.images.is_empty() {
-        true => has_uvs
-            .then(|| file.image_beside(path))
-            .flatten()
-            .into_iter()
-            .collect(),
-        false => {
-            let folder = path.parent().unwrap_or(Path::new(""));
-            ply.images.iter().map(|name| named(folder, name)).collect()
-        }
-    };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut names: Vec<PathBuf> = ply.images.iter().map(|name| named(folder, name)).collect();
+    if has_uvs && names.len() < 2 && !names.iter().any(|name| name.is_file()) {
+        let beside = file.image_beside(path);
+        names = beside.map_or(names, |image| vec![image]);
+    }
     // An image is opened when a face has it.
     let mut opened: Vec<Option<Option<usize>>> = vec![None; names.len()];
     for face in &ply.faces {
@@ -304,6 +317,9 @@ impl MeshFile {
     /// Opens an image: its place among the scan's. Where that fails it has none and says so.
     fn open_image(&mut self, name: &Path) -> Option<usize> {
         self.beside.push(name.to_owned());
+        if self.without_pictures {
+            return None;
+        }
         match std::fs::read(name) {
             Ok(bytes) => self.decode_image(&bytes, &name.display().to_string()),
             Err(e) => {

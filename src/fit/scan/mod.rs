@@ -67,6 +67,10 @@ const TURNED: &str = "triangles: all turned, because the surface was inside out"
 /// The note that the face on a scan told what the volume had not.
 const TURNED_BY_FACE: &str = "triangles: all turned, because there then is a face";
 
+/// The note that its landmarks did.
+const TURNED_BY_POINTS: &str =
+    "triangles: all turned, because by its landmarks the surface was inside out";
+
 /// A picture on a mesh.
 #[derive(Debug, Clone, Default)]
 pub struct Texture {
@@ -101,6 +105,18 @@ impl Scan {
     /// When the file cannot be read as its ending says, with the place in it, has no triangle
     /// with an area, or is too small or large for a head.
     pub fn read(path: &Path, unit: Option<Unit>) -> FitResult<Scan> {
+        Self::read_with(path, unit, true)
+    }
+
+    /// The same without its images: to open them may take longer than all else, and a gigabyte.
+    ///
+    /// # Errors
+    /// Those of [`Scan::read`].
+    pub fn read_shape(path: &Path, unit: Option<Unit>) -> FitResult<Scan> {
+        Self::read_with(path, unit, false)
+    }
+
+    fn read_with(path: &Path, unit: Option<Unit>, pictures: bool) -> FitResult<Scan> {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         let about = std::fs::metadata(path).map_err(|e| FitError::unread(path, e))?;
         if about.is_dir() {
@@ -110,9 +126,9 @@ impl Scan {
             return Err(FitError::file(path, "the file is empty"));
         }
         let file = match ending.as_deref() {
-            Some("obj") => mesh_file::obj(path)?,
-            Some("ply") => mesh_file::ply(path)?,
-            Some("glb" | "gltf") => glb::read(path)?,
+            Some("obj") => mesh_file::obj(path, pictures)?,
+            Some("ply") => mesh_file::ply(path, pictures)?,
+            Some("glb" | "gltf") => glb::read(path, pictures)?,
             Some("stl") => mesh_file::stl(path)?,
             _ => {
                 let cause = format!("not a scan's ending: {} are read", endings());
@@ -120,6 +136,9 @@ impl Scan {
             }
         };
         let mut scan = file.weld(path)?;
+        if !pictures {
+            scan.notes.retain(|note| !note.starts_with("texture: "));
+        }
         let extent = extent(&scan.positions);
         if extent == 0.0 {
             return Err(FitError::file(path, "all vertices are at one place"));
@@ -201,20 +220,24 @@ impl Scan {
             return Ok(());
         }
         let what = match extent < *EXTENTS.start() {
-            true => "small",
-            false => "large",
+            true => "small for a head",
+            false => "large for a head: if that is its unit, it is to be cut to the head",
         };
-        let cause = format!("in {unit} the mesh is {extent:.4} mm across: too {what} for a head");
+        let cause = format!("in {unit} the mesh is {extent:.4} mm across: too {what}");
         Err(FitError::file(&self.path, cause))
     }
 
     /// Says that the face on it is found the other way round than the volume told. What was turned as
     /// a whole is then as in its file, of which nothing is to be said.
     pub(in crate::fit) fn say_turned_by_face(&mut self) {
+        self.say_turned(TURNED_BY_FACE);
+    }
+
+    fn say_turned(&mut self, why: &str) {
         let before = self.notes.len();
         self.notes.retain(|note| note != TURNED);
         if self.notes.len() == before {
-            self.notes.push(TURNED_BY_FACE.into());
+            self.notes.push(why.into());
         }
     }
 

@@ -4,6 +4,7 @@
 //! same surface ([`crate::fit::mesh::resample`]), noise, holes, any pose, landmarks that a hand set nearly
 //! right. The truth is kept aside: the seed, the coefficients and the pose.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
@@ -13,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::ict::{Ict, OTHER_LANDMARKS};
 use crate::Random;
 use crate::fit::format::files::write_atomically;
-use crate::fit::format::ply::write_mesh;
+use crate::fit::format::ply::{faces, write_mesh};
 use crate::fit::mesh::align::Rigid;
 use crate::fit::mesh::resample::{Resampler, SurfacePoint};
 use crate::fit::mesh::surface::{Surface, border};
@@ -355,14 +356,52 @@ pub fn name(seed: u64) -> String {
     format!("person_{seed:04}")
 }
 
+/// Refuses a folder with scans that are none of these people's, made otherwise, or nobody's: who learns from it would
+/// learn from all of them, and `about.json` would not be true of some.
+///
+/// # Errors
+/// When there is one, or the folder cannot be read.
+pub fn check_folder(dir: &Path, seed: u64, count: u32, settings: &Settings) -> FitResult<()> {
+    if !dir.exists() {
+        return Ok(());
+    }
+    let own: BTreeSet<_> = (0..count)
+        .map(|i| dir.join(name(seed.wrapping_add(i.into())) + ".ply"))
+        .collect();
+    let mut others = faces(dir)?;
+    others.retain(|scan| !own.contains(scan));
+    others.sort();
+    // JSON's numbers are read to the last place but one.
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+    let same = |a: &Settings, b: &Settings| {
+        near(a.noise, b.noise) && near(a.jitter, b.jitter) && a.holes == b.holes
+    };
+    for scan in others {
+        let stem = scan.file_stem().unwrap_or_default();
+        let mut truth = dir.join("truth").join(stem).into_os_string();
+        truth.push(".json");
+        let truth = std::fs::read(truth).ok();
+        let truth = truth.and_then(|bytes| serde_json::from_slice::<Truth>(&bytes).ok());
+        let cause = match truth {
+            Some(truth) if same(&truth.settings, settings) => continue,
+            Some(_) => {
+                "a person of other noise, errors or holes: these go to a folder of their own"
+            }
+            None => "is none of these people's scans: they go to a folder of their own",
+        };
+        return Err(FitError::file(&scan, cause));
+    }
+    Ok(())
+}
+
 /// Writes `count` scans of the seeds from `seed` on: `person_SEED.ply` with the landmarks in
 /// `person_SEED.json`, the truth in `truth/person_SEED.json`, and `about.json`, which `train` puts
 /// into the model. The 68 iBUG points are written, or with `all_points` the others too, but none in
 /// a hole. `done` is
-/// called after each.
+/// called after each. Others of the same settings may be there.
 ///
 /// # Errors
-/// When the folder cannot be written to.
+/// Those of [`check_folder`], and when the folder cannot be written to.
 pub fn write(
     simulator: &Simulator,
     seed: u64,
@@ -372,6 +411,7 @@ pub fn write(
     dir: &Path,
     done: impl Fn() + Sync,
 ) -> FitResult<()> {
+    check_folder(dir, seed, count, settings)?;
     let truths = dir.join("truth");
     std::fs::create_dir_all(&truths).map_err(|e| FitError::file(&truths, e))?;
     let mut names: Vec<String> = (0..68).map(|i| format!("ibug_{i:02}")).collect();
