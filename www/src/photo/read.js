@@ -42,7 +42,6 @@ function saidOf(exif, xmp) {
   };
 }
 
-
 /** @typedef {Awaited<ReturnType<typeof readPhoto>>} Photo */
 
 /**
