@@ -829,6 +829,43 @@ describe('a face in a photo', () => {
       [points[16], points[17]],
     );
     assert.ok(chin[0] > stage[0] && chin[0] < stage[2] && chin[1] > stage[1] && chin[1] < stage[3], `the chin is at ${chin} of ${stage}`);
+
+    // A face that is shown for a while is shown in the photo; what only a head shows brings the head.
+    /** Until the photo moves its pixels so far, px. */
+    const moves = (/** @type {number} */ least, /** @type {number} */ most) =>
+      page.waitForFunction(
+        ([least, most]) => {
+          const { field } = window.designer.photo;
+          const far = field ? field.motion.reduce((far, x) => Math.max(far, Math.abs(x)), 0) : 0;
+          return far >= least && far < most;
+        },
+        [least, most],
+      );
+    const isOnStage = () => page.locator('.photo-canvas').isVisible();
+    await moves(0, 0.1);
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    await page.getByRole('button', { name: 'Hold to see it' }).focus();
+    await page.keyboard.down('Space');
+    await moves(1, 100);
+    assert.ok(await isOnStage());
+    await page.keyboard.up('Space');
+    await moves(0, 0.1);
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    const way = page.locator('#morph-at');
+    await way.focus();
+    await way.press('End');
+    await moves(1, 100);
+    // What is saved is the face, not what is shown for a while.
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await moves(0, 0.1);
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    for (const what of ['Split by a line you drag', 'Distance as colour']) {
+      assert.ok(await isOnStage());
+      await page.getByRole('checkbox', { name: what }).check();
+      assert.ok(!(await isOnStage()), what);
+      await page.getByRole('checkbox', { name: what }).uncheck();
+      await turn('Photo');
+    }
     assert.deepEqual(complaints, []);
     await context.close();
   });

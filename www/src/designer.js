@@ -177,6 +177,7 @@ export async function createDesigner(model, stage, chosen) {
     groupUnder: picking.groupUnder,
     preview: glow.hover,
     wearsPhoto: () => worn.photo !== null,
+    reveal: () => photo.reveal(),
     say: toast.say,
   });
   const file = createExpressionFile(model, chosen.expressions, () => {
@@ -196,12 +197,13 @@ export async function createDesigner(model, stage, chosen) {
   const ownSkin = createOwnSkin({ colouring: () => editor.colouring, wear: (colours) => wear('own', colours), say: toast.say });
   const colouring = createColours(editor, head.pigments, ownSkin.root);
   const meanings = createMeanings(editor, { distributions, limits });
-  const compare = createCompare(editor, { library, display, stage: stage.root, wears: () => head.wears });
+  const compare = createCompare(editor, { library, display, stage: stage.root, wears: () => head.wears, reveal: () => photo.reveal() });
   const saved = createSaved(editor, { library, portraits, display, canvas, expressions: file, say: toast.say });
   const photo = createPhotoTab(editor, {
     stage: stage.root,
     files: { modelUrl: chosen.url, expressionsUrl: chosen.expressions },
     expressions: file,
+    display,
     sleep: scene.sleep,
     tone: head.tone,
     wear: (colours) => wear('photo', colours),

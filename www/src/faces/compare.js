@@ -14,9 +14,10 @@ import { decimal, meant, spoken, text } from '../text.js';
  *   display: import('../stage/display.js').Display,
  *   stage: HTMLElement,
  *   wears: () => boolean,
- * }} parts `wears` tells whether the face wears a photo
+ *   reveal: () => void,
+ * }} parts `wears` tells whether the face wears a photo; `reveal` brings the head to the stage, where a photo may be
  */
-export function createCompare(editor, { library, display, stage, wears }) {
+export function createCompare(editor, { library, display, stage, wears, reveal }) {
   const { model, face } = editor;
   const reference = model.face();
   const average = model.face();
@@ -60,8 +61,13 @@ export function createCompare(editor, { library, display, stage, wears }) {
     },
   });
 
-  const split = element('input', { type: 'checkbox', id: 'compare-split', onchange: applySplit });
-  const heat = element('input', { type: 'checkbox', id: 'compare-heat', onchange: applyHeat });
+  const split = element('input', { type: 'checkbox', id: 'compare-split', onchange: () => asked(split, applySplit) });
+  const heat = element('input', { type: 'checkbox', id: 'compare-heat', onchange: () => asked(heat, applyHeat) });
+  /** @param {HTMLInputElement} what @param {() => void} apply */
+  function asked(what, apply) {
+    if (what.checked) reveal();
+    apply();
+  }
 
   const leftName = element('span', { class: 'side left' });
   const rightName = element('span', { class: 'side right' }, text.thisFace);

@@ -24,10 +24,11 @@ import { tapping, text, titleOf } from '../text.js';
  *   groupUnder: (event: PointerEvent) => string | null,
  *   preview: (group: string | null) => void,
  *   wearsPhoto: () => boolean,
+ *   reveal: () => void,
  *   say: (sentence: string) => void,
  * }} parts
  */
-export function createMix(editor, { groups, limits, library, portraits, display, canvas, groupUnder, preview, wearsPhoto, say }) {
+export function createMix(editor, { groups, limits, library, portraits, display, canvas, groupUnder, preview, wearsPhoto, reveal, say }) {
   const { model, face } = editor;
   // The chosen face, as a face.
   const other = model.face();
@@ -159,7 +160,7 @@ export function createMix(editor, { groups, limits, library, portraits, display,
 
   const caricature = createCaricature(editor, limits);
   const circle = createCircle(editor, { library, portraits, say });
-  const morph = createMorph(editor, { library, display, canvas, wearsPhoto, say });
+  const morph = createMorph(editor, { library, display, canvas, wearsPhoto, reveal, say });
 
   const root = element(
     'div',

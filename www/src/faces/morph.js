@@ -32,10 +32,11 @@ const turnAt = (percent) => 0.5 - Math.sin(Math.asin(1 - percent / 50) / 3);
  *   display: import('../stage/display.js').Display,
  *   canvas: HTMLCanvasElement,
  *   wearsPhoto: () => boolean,
+ *   reveal: () => void,
  *   say: (sentence: string) => void,
- * }} parts
+ * }} parts `reveal` brings the head to the stage, where a photo may be
  */
-export function createMorph(editor, { library, display, canvas, wearsPhoto, say }) {
+export function createMorph(editor, { library, display, canvas, wearsPhoto, reveal, say }) {
   const { model, face } = editor;
   const from = model.face();
   const to = model.face();
@@ -163,6 +164,8 @@ export function createMorph(editor, { library, display, canvas, wearsPhoto, say 
     const mine = new AbortController();
     filming = mine;
     playing = false;
+    // It is of the head.
+    reveal();
     bar.value = 0;
     bar.hidden = false;
     told.textContent = text.filming;

@@ -42,13 +42,14 @@ const shownOf = ({ width, height }) => Math.min(1, LONGEST_SHOWN / Math.max(widt
  *   stage: HTMLElement,
  *   files: { modelUrl: URL, expressionsUrl: URL | null },
  *   expressions: { any: boolean, load: () => Promise<void> },
+ *   display: import('../stage/display.js').Display,
  *   sleep: (asleep: boolean) => void,
  *   tone: import('three').Color,
  *   wear: (colours: import('./colours.js').Colours | null) => void,
- * }} parts `panel` takes the controls; `sleep` stops the drawing of the head while it is covered; `wear` gives it
+ * }} parts `panel` takes the controls; what `display` shows the photo does, too; `sleep` stops the drawing of the head while it is covered; `wear` gives it
  *   the photo's colours, or its own
  */
-export function createRoom(editor, { panel, stage, files, expressions, sleep, tone, wear }) {
+export function createRoom(editor, { panel, stage, files, expressions, display, sleep, tone, wear }) {
   const { model, face } = editor;
   const fitter = createFitter(files);
 
@@ -72,7 +73,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   let own = null;
   /** px of the stage's picture for one of the photo. */
   let shown = 1;
-  /** What the present face changes. @type {import('./warp.js').Field | null} */
+  /** What the face that is shown changes. @type {import('./warp.js').Field | null} */
   let field = null;
   let editable = false;
   /** Whether the head has the looks of this person. */
@@ -116,7 +117,8 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   const side = (/** @type {string} */ value, /** @type {string} */ words, /** @type {boolean} */ checked) =>
     element('label', {}, element('input', { type: 'radio', name: 'photo-side', value, checked, onchange: turn }), element('span', {}, words));
   const photoSide = side('photo', text.photo.photoSide, true);
-  const sides = element('div', { class: 'photo-sides', role: 'radiogroup', 'aria-label': text.photo.sides, hidden: true }, photoSide, side('head', text.photo.headSide, false));
+  const headSide = side('head', text.photo.headSide, false);
+  const sides = element('div', { class: 'photo-sides', role: 'radiogroup', 'aria-label': text.photo.sides, hidden: true }, photoSide, headSide);
   view.root.append(comparison.beforeAfter);
   // Over the head, under the buttons that stand on the stage.
   stage.querySelector('canvas')?.after(view.root, sides);
@@ -203,6 +205,11 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked = true;
     turn();
   }
+  /** What is wanted is on the head. */
+  function reveal() {
+    /** @type {HTMLInputElement} */ (headSide.firstElementChild).checked = true;
+    turn();
+  }
   function turn() {
     const covered = photo !== null && onPhoto();
     view.root.hidden = !covered;
@@ -240,7 +247,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
       asked = false;
       const here = visit;
       try {
-        const next = await fitter.field({ code: face.code, expression: face.expression });
+        const next = await fitter.field(display.shown);
         // Another photo may have come, which asked for itself.
         if (here !== visit || !editable) continue;
         field = next;
@@ -257,6 +264,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
     void follow();
   });
   editor.onStep(dress);
+  display.onShow(() => void follow());
   // While points are moved a step back is one of theirs.
   for (const part of [panel, view.root]) {
     part.addEventListener('keydown', (event) => {
@@ -666,6 +674,7 @@ export function createRoom(editor, { panel, stage, files, expressions, sleep, to
   show('empty');
   return {
     open,
+    reveal,
     /** The head has what it is to wear, for who shows it elsewhere than on the stage. */
     dress: colours.dress,
     /** For automation. */

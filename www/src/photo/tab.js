@@ -82,6 +82,10 @@ export function createPhotoTab(editor, parts) {
     shown(now) {
       if (now) void come();
     },
+    /** The head is on the stage, for who wants what no photo shows. */
+    reveal() {
+      room?.reveal();
+    },
     /** The head has the photo's colours on, if it is to, whether or not anybody looks at it. */
     async dress() {
       await room?.dress();

@@ -24,6 +24,8 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
   let split = null;
   /** The face that distances are from. @type {import('phiz').Face | null} */
   let reference = null;
+  /** Who follows what is shown instead. @type {(() => void)[]} */
+  const followers = [];
   /** Where its vertices were when they were asked for last. @type {{ code: string, expression: object, positions: Float32Array } | null} */
   let from = null;
   const away = new Float32Array(face.model.vertexCount);
@@ -85,6 +87,15 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
 
   return {
     refresh,
+    /** What is shown: this face, or for a while another one. */
+    get shown() {
+      const { code, expression } = shown();
+      return { code, expression };
+    },
+    /** Another face is shown, or this one again. @param {() => void} follower */
+    onShow(follower) {
+      followers.push(follower);
+    },
     /** The colours of what is shown have changed, or how much of them is to be seen. */
     repaint: () => dress(looks),
     /**
@@ -98,6 +109,7 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
       plain = uncoloured && other !== null;
       dress(looks);
       refresh();
+      for (const follow of followers) follow();
     },
     /**
      * The face's lids are shut so far at least, 0 to 1, in what is shown and nowhere else. Not when another
