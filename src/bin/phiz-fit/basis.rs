@@ -154,16 +154,13 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     let (names, mut faces) = super::read_faces(&args.faces, &template)?;
     let persons = super::persons_of(&args.faces, &names)?;
     if let Some(train) = args.compare {
-        if !persons.are_single() {
-            let (folder, all) = (args.faces.display(), persons.said("faces"));
-            println!("{folder}: {all}, of each of whom the first is taken");
-        }
+        super::say_scans(&args.faces, &persons, "the first is taken");
         // Nobody is learned from and tried.
         let of_each = persons.one_each().into_iter();
         let of_each: Vec<_> = of_each.map(|i| std::mem::take(&mut faces[i])).collect();
         return compare(args, &template, &of_each, train);
     }
-    super::warn_of_scans(&args.faces, &persons);
+    super::say_scans(&args.faces, &persons, "each scan is learned from as a face");
     let of_faces = |e: FitError| e.of(&args.faces);
     let triangles = template.triangles();
     let parts = face_parts(&template).map_err(|e| e.of(&args.template))?;

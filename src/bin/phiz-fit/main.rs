@@ -336,14 +336,11 @@ fn persons_of(folder: &Path, names: &[String]) -> FitResult<Persons> {
     Ok(Persons::told(names, &told))
 }
 
-/// Warns of several scans of one person, each of which is learned from as if it were another's.
-fn warn_of_scans(folder: &Path, persons: &Persons) {
+/// Says where some faces are scans of one person what of them is `taken`.
+fn say_scans(folder: &Path, persons: &Persons, taken: &str) {
     if !persons.are_single() {
-        eprintln!(
-            "phiz-fit: warning: {}: {}; each scan counts as one face in what is learned",
-            folder.display(),
-            persons.said("faces")
-        );
+        let (folder, all) = (folder.display(), persons.said("faces"));
+        println!("{folder}: {all}, of each of whom {taken}");
     }
 }
 
@@ -477,16 +474,17 @@ fn train(args: &TrainArgs) -> FitResult<()> {
     let (names, faces) = read_faces(&args.faces, &template)?;
     let about = about::read(&args.faces)?;
     let persons = persons_of(&args.faces, &names)?;
-    warn_of_scans(&args.faces, &persons);
+    say_scans(&args.faces, &persons, "the mean is learned from");
     let settings = Settings {
         tau: args.tau,
         semantic: args.semantic.into(),
         both_sides: !args.one_sided,
-        people: Some(persons.count()),
         ..Settings::default()
     };
-    let learned = step("learning", || learn(&template, faces, about, &settings))
-        .map_err(|e| e.of(&args.faces))?;
+    let learned = step("learning", || {
+        learn(&template, faces, &persons, about, &settings)
+    })
+    .map_err(|e| e.of(&args.faces))?;
     let bytes = pack(&learned.parts.write()?)?;
     // What is written is read once before it replaces anything.
     FaceModel::parse(&bytes)?;

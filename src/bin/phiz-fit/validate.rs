@@ -69,7 +69,7 @@ pub fn run(args: &ValidateArgs) -> FitResult<()> {
     let template = super::read_template(&args.template)?;
     let (names, faces) = super::read_faces(&args.faces, &template)?;
     let persons = super::persons_of(&args.faces, &names)?;
-    super::warn_of_scans(&args.faces, &persons);
+    super::say_scans(&args.faces, &persons, "the mean is learned from");
     let named: Vec<_> = names.into_iter().zip(faces).collect();
     for folder in [Some(&args.output), args.short.as_ref()]
         .into_iter()

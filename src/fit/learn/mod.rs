@@ -23,6 +23,7 @@ use rayon::prelude::*;
 
 use self::describe::describe;
 use self::measures::{SEMANTIC, measures};
+use self::persons::Persons;
 use self::semantic::{Method, Table};
 use crate::fit::head::template::Template;
 use crate::fit::mesh::align::{Rigid, procrustes, vertex_areas, without_proportions};
@@ -59,9 +60,6 @@ pub struct Settings {
     pub both_sides: bool,
     /// How semantic controls are found.
     pub semantic: Method,
-    /// How many people the faces are of, where some are scans of one person. Each scan is learned from as a face; how
-    /// much chance there is in correlations goes by people.
-    pub people: Option<usize>,
 }
 
 impl Default for Settings {
@@ -74,7 +72,6 @@ impl Default for Settings {
             },
             both_sides: true,
             semantic: Method::Constrained,
-            people: None,
         }
     }
 }
@@ -86,15 +83,15 @@ pub struct Learned {
     pub parts: ModelParts,
     /// A line a block.
     pub blocks: Vec<BlockReport>,
-    /// How each face stands to the others.
+    /// How each face stands to the others, scans of one person each by itself.
     pub faces: Vec<FaceReport>,
     /// Root mean square distance that alignment left, of all faces, mm.
     pub alignment: f64,
-    /// Their mean before it was rounded, mm.
+    /// The people's mean before it was rounded, mm.
     pub mean: Vec<DVec3>,
-    /// The training faces in the model's pose, mm.
+    /// Each person's face in the model's pose, mm: the mean of the scans.
     pub aligned: Vec<Vec<DVec3>>,
-    /// Coefficients of the training faces, sigmas: those of the population, for they have no edits.
+    /// Coefficients of each person's face, sigmas: those of the population, for they have no edits.
     pub coefficients: Vec<Vec<f64>>,
     /// What semantic controls do to each other's measures, a table a method.
     pub tables: Vec<Table>,
@@ -165,7 +162,10 @@ pub struct BlockReport {
     pub kept_by_smoothing: f64,
 }
 
-/// Learns a model from faces in the template's topology (mm, any pose).
+/// Learns a model from faces in the template's topology (mm, any pose), of which `persons` tells whom each is of.
+///
+/// Who was scanned several times has one face, the mean of the scans: people vary by how they differ from each other,
+/// and not by how one scan differs from the next, nor more by those of whom there are more.
 ///
 /// Steps: generalised Procrustes alignment of the whole skin; for each feature, of faces from which
 /// the proportions of the whole head are taken out, a second rigid alignment on its own region (a
@@ -175,15 +175,16 @@ pub struct BlockReport {
 /// what it says it is made by.
 ///
 /// # Errors
-/// With fewer than 3 faces, faces of another topology, a region that does not vary, or a tau
+/// With fewer than 3 people, persons of other faces, faces of another topology, a region that does not vary, or a tau
 /// outside (0, 1] or one that keeps more modes than a model file holds.
 pub fn learn(
     template: &Template,
     faces: Vec<Vec<DVec3>>,
+    persons: &Persons,
     about: About,
     settings: &Settings,
 ) -> FitResult<Learned> {
-    let learner = Learner::new(template, faces, settings)?;
+    let learner = Learner::new(template, faces, persons, settings)?;
     let bases = learner.bases(settings.tau)?;
     let bases = learner.that_fit(bases, settings.tau, MOST_MODES)?;
     let how = match settings.both_sides {
@@ -223,17 +224,18 @@ pub fn doubled(faces: &[impl AsRef<[DVec3]>]) -> Vec<(usize, usize)> {
 pub struct Learner<'a> {
     template: &'a Template,
     blending: Blending,
-    people: usize,
     /// The template's mirror map, where mirror images count.
     mirror: Option<&'a [u32]>,
     skin: Vec<u32>,
     areas: Vec<f64>,
+    /// How each face stands to the others, in their order.
+    pub faces: Vec<FaceReport>,
     /// The mean face as a model file holds it, mm.
     pub mean: Vec<DVec3>,
     /// The mean face before it was rounded, mm.
     exact: Vec<DVec3>,
     stored: Vec<Vec3>,
-    /// The faces in the model's pose, mm.
+    /// Each person's face in the model's pose, mm.
     pub aligned: Vec<Vec<DVec3>>,
     features: Vec<Feature>,
 }
@@ -246,7 +248,7 @@ pub struct Bases {
     /// Displacements of all vertices, those of the surround at the model's blending distance, one
     /// a coefficient, mm a sigma.
     pub modes: Vec<Vec<DVec3>>,
-    /// Coefficients of the training faces, sigmas.
+    /// Coefficients of each person's face, sigmas.
     pub coefficients: Vec<Vec<f64>>,
     /// Which modes are the opposite of their mirror image: of a training face's image the coefficients have the
     /// other sign. None where images do not count.
@@ -255,22 +257,25 @@ pub struct Bases {
 }
 
 impl<'a> Learner<'a> {
-    /// Aligns faces in the template's topology (mm, any pose) and finds how each feature varies.
+    /// Aligns faces in the template's topology (mm, any pose), takes the mean of each of `persons`, and finds how
+    /// each feature varies.
     ///
     /// # Errors
-    /// With fewer than 3 faces, faces of another topology, or a region that does not vary.
+    /// With fewer than 3 people, persons of other faces, faces of another topology, or a region that does not vary.
     pub fn new(
         template: &'a Template,
         faces: Vec<Vec<DVec3>>,
+        persons: &Persons,
         settings: &Settings,
     ) -> FitResult<Self> {
         let blending = settings.blending;
         let mirror = settings.both_sides.then_some(&template.topology.mirror[..]);
         let n = template.positions.len();
-        if faces.len() < 3 {
+        persons.check(faces.len())?;
+        if persons.count() < 3 {
             return Err(FitError::Input(format!(
-                "{} faces are too few to learn from; 3 is the least",
-                faces.len()
+                "{} are too few to learn from; 3 is the least",
+                persons.said("faces")
             )));
         }
         if let Some(other) = faces.iter().position(|f| f.len() != n) {
@@ -279,16 +284,31 @@ impl<'a> Learner<'a> {
                 faces[other].len()
             )));
         }
-        let people = settings.people.unwrap_or(faces.len());
         let triangles = template.triangles();
         let areas = vertex_areas(&template.positions, &triangles);
         let skin = template.part_vertices("skin")?;
-        let mut aligned = faces;
-        let exact = procrustes(&mut aligned, &template.positions, &skin, &areas, mirror);
+        let mut faces = faces;
+        let align = |faces: &mut [Vec<DVec3>]| {
+            procrustes(faces, &template.positions, &skin, &areas, mirror)
+        };
+        let mut exact = align(&mut faces);
+        let people = (!persons.are_single()).then(|| {
+            let mut people = persons.mean_faces(&faces);
+            exact = align(&mut people);
+            people
+        });
         // From here on it is the mean that a model file holds: what surrounds follow is found on
         // it.
         let mean: Vec<DVec3> = exact.iter().map(|&p| on_grid(p)).collect();
         let stored: Vec<Vec3> = mean.iter().map(|p| p.as_vec3()).collect();
+        if people.is_some() {
+            faces.par_iter_mut().for_each(|face| {
+                let motion = Rigid::fit(face, &mean, &skin, &areas);
+                face.iter_mut().for_each(|p| *p = motion.apply(*p));
+            });
+        }
+        let reports = reports(&faces, &mean, &skin);
+        let aligned = people.unwrap_or(faces);
         let ground = Ground {
             template,
             graph: Geodesic::new(&mean, &triangles),
@@ -327,10 +347,10 @@ impl<'a> Learner<'a> {
         Ok(Self {
             template,
             blending,
-            people,
             mirror,
             skin,
             areas,
+            faces: reports,
             mean,
             exact,
             stored,
@@ -460,8 +480,7 @@ impl<'a> Learner<'a> {
     /// When the template lacks a landmark that a measure needs, when the faces hardly differ in one, and
     /// as [`semantic::learn`].
     pub fn model(self, bases: Bases, about: About, method: Method) -> FitResult<Learned> {
-        let faces = self.faces();
-        let alignment = rms(faces.iter().map(|face| face.alignment));
+        let alignment = rms(self.faces.iter().map(|face| face.alignment));
         let both_sides = self.mirror.is_some();
         let Bases {
             reports,
@@ -470,6 +489,7 @@ impl<'a> Learner<'a> {
             odd,
             blocks,
         } = bases;
+        let people = self.aligned.len();
         let mut population = coefficients.clone();
         if self.mirror.is_some() {
             population.extend(coefficients.iter().map(|row| {
@@ -484,14 +504,14 @@ impl<'a> Learner<'a> {
         let (landmarks, measures) = measures(self.template)?;
         let mut parts = ModelParts {
             about: About {
-                faces: self.aligned.len() as u32,
+                faces: people as u32,
                 ..about
             },
             mean: self.stored,
             topology: self.template.topology.clone(),
             controls: controls(&blocks, &coefficients, &odd),
             blocks,
-            correlation: correlation(&population, self.people, &block_of, &odd),
+            correlation: correlation(&population, people, &block_of, &odd),
             attributes: Vec::new(),
             landmarks,
             measures,
@@ -508,15 +528,14 @@ impl<'a> Learner<'a> {
         };
         if let Some(control) = parts.controls.iter().find(even) {
             return Err(FitError::Input(format!(
-                "{} faces are too few, or too alike, to learn {:?} from",
-                self.aligned.len(),
+                "{people} faces are too few, or too alike, to learn {:?} from",
                 control.name
             )));
         }
         Ok(Learned {
             parts,
             blocks: reports,
-            faces,
+            faces: self.faces,
             alignment,
             mean: self.exact,
             aligned: self.aligned,
@@ -524,21 +543,6 @@ impl<'a> Learner<'a> {
             tables: found.tables,
             modes,
         })
-    }
-
-    /// How each face stands to the others, in their order.
-    pub fn faces(&self) -> Vec<FaceReport> {
-        let one = |face: &Vec<DVec3>| {
-            let at = |v: u32| face[v as usize];
-            let skin = || self.skin.iter().copied();
-            let far = |v: u32| at(v).distance(self.mean[v as usize]);
-            let centre = skin().map(at).sum::<DVec3>() / self.skin.len().max(1) as f64;
-            FaceReport {
-                alignment: rms(skin().map(far)),
-                size: rms(skin().map(|v| at(v).distance(centre))),
-            }
-        };
-        self.aligned.par_iter().map(one).collect()
     }
 
     /// A face (all vertices, mm) moved rigidly to where the population's faces are.
@@ -564,6 +568,20 @@ impl<'a> Learner<'a> {
     pub fn features(&self) -> impl Iterator<Item = (&'static str, &Spectrum)> {
         self.features.iter().map(|f| (f.rule.name, &f.spectrum))
     }
+}
+
+/// How aligned faces stand to their mean by their skin.
+fn reports(faces: &[Vec<DVec3>], mean: &[DVec3], skin: &[u32]) -> Vec<FaceReport> {
+    let one = |face: &Vec<DVec3>| {
+        let at = |v: u32| face[v as usize];
+        let skin = || skin.iter().copied();
+        let centre = skin().map(at).sum::<DVec3>() / skin().len().max(1) as f64;
+        FaceReport {
+            alignment: rms(skin().map(|v| at(v).distance(mean[v as usize]))),
+            size: rms(skin().map(|v| at(v).distance(centre))),
+        }
+    };
+    faces.par_iter().map(one).collect()
 }
 
 fn quantise(modes: &[Vec<f64>], sigmas: &[f64]) -> Modes {
@@ -626,7 +644,8 @@ mod tests {
     fn a_tau_of_too_many_modes_is_refused_with_the_largest_that_is_not() {
         let Some(head) = test_head() else { return };
         let people = population::sample(head, &base_mesh_dir().unwrap(), 6, 3).unwrap();
-        let learner = Learner::new(head, people.faces, &Settings::default()).unwrap();
+        let each = Persons::each(6);
+        let learner = Learner::new(head, people.faces, &each, &Settings::default()).unwrap();
         let count = |tau: f64| learner.bases(tau).unwrap().modes.len();
         let all = count(1.0);
         let most = all - 9;

@@ -1,13 +1,16 @@
 //! Who is on which face. Scans of one person are alike as no two people are: where some faces are held out from others,
-//! all of a person's are, and what is found on them counts once.
+//! all of a person's are, and what is found on them counts once; and a model is learned from people, not from scans.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
+use glam::DVec3;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::labels::Told;
 use crate::Random;
+use crate::fit::{FitError, FitResult};
 
 /// Whom each of some faces is of: a number a face, which grows from 0 in the order of the people's first faces.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -122,6 +125,36 @@ impl Persons {
         folds
     }
 
+    /// The mean of each person's faces, which lie on each other: all vertices, mm. Who has one face has it to the bit.
+    ///
+    /// So a person counts once however many scans there are, and what is unlike from scan to scan, which is none of
+    /// the ways in which people differ, is left with its variance divided by their number.
+    pub fn mean_faces(&self, faces: &[Vec<DVec3>]) -> Vec<Vec<DVec3>> {
+        let mean = |own: &Vec<usize>| {
+            let mut mean = faces[own[0]].clone();
+            for &other in &own[1..] {
+                mean.iter_mut()
+                    .zip(&faces[other])
+                    .for_each(|(m, p)| *m += *p);
+            }
+            mean.iter_mut().for_each(|m| *m /= own.len() as f64);
+            mean
+        };
+        self.groups().par_iter().map(mean).collect()
+    }
+
+    /// # Errors
+    /// When they are those of another number of faces.
+    pub fn check(&self, faces: usize) -> FitResult<()> {
+        match self.faces() == faces {
+            true => Ok(()),
+            false => Err(FitError::Input(format!(
+                "the persons are those of {} faces, and not of these {faces}",
+                self.faces()
+            ))),
+        }
+    }
+
     /// Of a value a face the mean of each person.
     pub fn means(&self, values: &[f64]) -> Vec<f64> {
         let mean = |faces: &Vec<usize>| {
@@ -228,5 +261,13 @@ mod tests {
         assert_eq!(persons.some(&[1, 4]).said("faces"), "2 faces");
         assert_eq!(persons.some(&[4, 2, 0]), of(&[0, 1, 1]));
         assert_eq!(Persons::default().count(), 0);
+        let face = |x: f64| vec![DVec3::splat(0.1 * x), DVec3::X];
+        let faces = [1.0, 10.0, 2.0, 3.0, 20.0].map(face);
+        let means = persons.mean_faces(&faces);
+        assert_eq!(means[1..], [face(10.0), face(20.0)]);
+        assert!(means[0][0].distance(DVec3::splat(0.2)) < 1e-15 && means[0][1] == DVec3::X);
+        persons.check(5).unwrap();
+        let said = persons.check(4).unwrap_err().to_string();
+        assert_eq!(said, "the persons are those of 5 faces, and not of these 4");
     }
 }

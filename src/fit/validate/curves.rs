@@ -57,8 +57,7 @@ pub const REGIONS: &str = "region PCA, blended";
 /// The name of the PCA of whole faces.
 pub const WHOLE: &str = "whole-face PCA";
 
-/// Learns from the faces of `training` people, drawn at random, and tries those of `test` others: one scan of each, as
-/// how many coefficients there can be goes by faces.
+/// Learns from the faces of `training` people, drawn at random, and tries those of `test` others: one scan of each.
 ///
 /// # Errors
 /// As [`Learner::new`].
@@ -77,7 +76,8 @@ pub fn curves(
     let (learned, rest) = order.split_at(training.min(order.len()));
     let rest = &rest[..test.min(rest.len())];
     let learned = wide(learned.iter().map(|&i| &faces[i]));
-    let learner = Learner::new(template, learned, settings)?;
+    let each = Persons::each(learned.len());
+    let learner = Learner::new(template, learned, &each, settings)?;
     let of_training: Vec<Vec<DVec3>> = (learner.aligned.iter())
         .map(|face| less(face, &learner.mean))
         .collect();

@@ -157,8 +157,9 @@ pub fn cross_validate(
     let mut found = vec![Found::default(); taus.len()];
     let mut pairs: Vec<Pair> = Vec::new();
     for test in tests {
-        let others = (faces.iter().enumerate()).filter(|(i, _)| !test.contains(i));
-        let mut learner = Learner::new(template, wide(others.map(|(_, face)| face)), settings)?;
+        let others: Vec<usize> = (0..faces.len()).filter(|i| !test.contains(i)).collect();
+        let learned = wide(others.iter().map(|&i| &faces[i]));
+        let mut learner = Learner::new(template, learned, &persons.some(&others), settings)?;
         // Of all vertices; what is compared are displacements from the mean.
         let fields: Vec<Vec<DVec3>> = wide(test.iter().map(|&i| &faces[i]))
             .par_iter()

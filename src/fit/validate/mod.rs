@@ -243,8 +243,8 @@ pub const STEPS: u64 = (3 + FOLDS + 1 + SPLITS.len()) as u64;
 
 /// Computes the report. Calls `done` with what comes next, [`STEPS`] times.
 ///
-/// Whoever has several scans is held out with all of them, and counts once in what is found of the others; each scan
-/// that is learned from counts as a face.
+/// Whoever has several scans is held out with all of them, and counts once in what is found of the others and in what is
+/// learned.
 ///
 /// # Errors
 /// With fewer than 4 people, of whom none can be held out, or persons of other faces; and as [`Learner::new`].
@@ -262,11 +262,7 @@ pub fn validate<'a>(
         about,
         drift,
     } = population;
-    if persons.faces() != faces.len() {
-        let (told, there) = (persons.faces(), faces.len());
-        let cause = format!("the persons are those of {told} faces, and not of these {there}");
-        return Err(FitError::Input(cause));
-    }
+    persons.check(faces.len())?;
     let count_of_people = persons.count();
     if count_of_people < FEWEST {
         return Err(FitError::Input(format!(
@@ -276,14 +272,12 @@ pub fn validate<'a>(
     }
     let settings = Learning {
         both_sides,
-        people: Some(count_of_people),
         ..Learning::default()
     };
     let areas = Areas::new(template)?;
 
     done("learning");
-    let learner = Learner::new(template, wide(&faces), &settings)?;
-    let each = learner.faces();
+    let learner = Learner::new(template, wide(&faces), &persons, &settings)?;
     let mut modes = (learner.features())
         .map(|(name, spectrum)| Modes::of(name, spectrum))
         .collect::<FitResult<Vec<_>>>()?;
@@ -310,21 +304,19 @@ pub fn validate<'a>(
         .filter(|c| c.measure.is_none())
         .map(|c| c.name.clone())
         .collect();
-    // The scans of one person are no more than one sample of what people are.
-    let of_each = persons.one_each().into_iter();
-    let of_each: Vec<Vec<f64>> = of_each.map(|i| learned.coefficients[i].clone()).collect();
-    let normality = normality(&controls, &of_each);
+    let normality = normality(&controls, &learned.coefficients);
     let rounding = Rounding {
         bytes: file.len(),
         rms: rounding(&learned, &model)?,
     };
-    let specificity = specificity(&learned, &persons, &model, &whole_modes, &areas.skin)?;
+    let specificity = specificity(&learned, &model, &whole_modes, &areas.skin)?;
     done("seams");
     let kept = whole.modes_for(settings.tau)?;
     let seams = seams(template, &model, &whole_modes[..kept], &|face| face)?;
     let Learned {
         parts,
         blocks,
+        faces: each,
         aligned,
         ..
     } = learned;
@@ -465,7 +457,6 @@ pub fn rounding(learned: &Learned, model: &FaceModel) -> FitResult<f64> {
 
 fn specificity(
     learned: &Learned,
-    persons: &Persons,
     model: &FaceModel,
     whole_modes: &[Vec<DVec3>],
     skin: &[u32],
@@ -474,7 +465,7 @@ fn specificity(
     let people = &learned.aligned;
     // Mean distance to the nearest of people, but for one person; who is farther already is not followed further.
     let nearest = |face: &[DVec3], but: Option<usize>| {
-        let is_other = |(i, _): &(usize, &Vec<DVec3>)| Some(persons.of(*i)) != but;
+        let is_other = |(i, _): &(usize, &Vec<DVec3>)| Some(*i) != but;
         let others = people.iter().enumerate().filter(is_other);
         let least = others.fold(f64::INFINITY, |least, (_, other)| {
             let mut sum = 0.0;
@@ -505,11 +496,11 @@ fn specificity(
         .map(|field| nearest(&held_out::plus(&mean, field), None))
         .collect();
     let between: Vec<f64> = (people.par_iter().enumerate())
-        .map(|(i, face)| nearest(face, Some(persons.of(i))))
+        .map(|(i, face)| nearest(face, Some(i)))
         .collect();
     Ok(Specificity {
         regions: Interval::of(&regions),
         whole_face: Interval::of(&whole),
-        population: Interval::of(&persons.means(&between)),
+        population: Interval::of(&between),
     })
 }

@@ -136,7 +136,7 @@ fn population(report: &Report) -> FitResult<Section> {
     if !report.persons.are_single() {
         content.push(Content::Text(format!(
             "They are {}. Whoever has several is held out with all of them and counts once in all means over faces and \
-             their intervals; each scan that is learned from counts as a face.",
+             their intervals; what is learned from is the mean of a person's scans.",
             report.persons.said("faces")
         )));
     }
