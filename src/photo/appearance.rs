@@ -696,6 +696,7 @@ mod tests {
             noise: None,
             scale: 1.0,
             against: None,
+            known: None,
         };
         let comparison = Comparison {
             model: &model,
@@ -723,6 +724,7 @@ mod tests {
             pose,
             unknowns,
             determined: 0.0,
+            known: 0.0,
             noise: solver::Noise::none(),
         };
         let shown = expression_shown(&state.unknowns[coefficients..]);

@@ -59,6 +59,35 @@ pub(super) struct Observed<'a> {
     pub seen: &'a [DVec2],
 }
 
+/// What other photos tell of the same face, whatever was its pose there and its expression: half the curvature of their
+/// energy along the first coefficients, and half the slope where these are 0. To second order about where they put it.
+#[derive(Debug, Clone)]
+pub(super) struct Known {
+    curvature: DMatrix<f64>,
+    slope: DVector<f64>,
+}
+
+impl Known {
+    /// What several photos tell, each of which knows nothing of the others; `None` of none.
+    pub fn all<'a>(each: impl Iterator<Item = &'a Self>) -> Option<Self> {
+        each.cloned().reduce(|a, b| Self {
+            curvature: a.curvature + b.curvature,
+            slope: a.slope + b.slope,
+        })
+    }
+
+    /// Half the gradient at some coefficients.
+    fn gradient(&self, z: &[f64]) -> DVector<f64> {
+        &self.curvature * DVector::from_column_slice(&z[..self.slope.len()]) + &self.slope
+    }
+
+    /// The energy, 0 at 0.
+    fn energy(&self, z: &[f64]) -> f64 {
+        let z = DVector::from_column_slice(&z[..self.slope.len()]);
+        z.dot(&(&self.curvature * &z)) + 2.0 * self.slope.dot(&z)
+    }
+}
+
 /// The terms of the energy, besides the points.
 pub(super) struct Terms {
     /// How many unknowns are independent coefficients.
@@ -75,6 +104,8 @@ pub(super) struct Terms {
     pub scale: f64,
     /// An expression that the photo speaks against, and how much: 0 is not at all, 1 as much as can be.
     pub against: Option<(usize, f64)>,
+    /// What other photos tell.
+    pub known: Option<Known>,
 }
 
 /// Where the solver stands.
@@ -83,8 +114,10 @@ pub(super) struct State {
     pub pose: Pose,
     /// Independent coefficients, then weights of expressions.
     pub unknowns: Vec<f64>,
-    /// How many of them the points determine, and the pixels if there are any.
+    /// How many of them the points determine, and the pixels if there are any: n_eff.
     pub determined: f64,
+    /// How many more other photos do.
+    pub known: f64,
     /// How far points are taken to be off.
     pub noise: Noise,
 }
@@ -208,7 +241,8 @@ impl Terms {
         let focal = (state.pose.log_focal - self.focal.0) / self.focal.1;
         let each = e.iter().enumerate();
         let expressed: f64 = each.map(|(i, &e)| self.tightness(i) * expressed(e).0).sum();
-        square(z) + expressed + focal * focal
+        let known = self.known.as_ref().map_or(0.0, |known| known.energy(z));
+        square(z) + known + expressed + focal * focal
             - 2.0 * determined * (state.pose.log_depth - state.pose.log_focal)
     }
 }
@@ -323,13 +357,14 @@ pub(super) fn step_with(
     most: f64,
 ) -> Option<(State, DVector<f64>)> {
     let held = Held::new(observed, terms, state)?;
-    let (step, determined) = step(terms, held.normal(state)?, Some(besides.normal()), state)?;
+    let (step, [determined, known]) =
+        step(terms, held.normal(state)?, Some(besides.normal()), state)?;
     let longest = step.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
     let mut part = (most / longest).min(1.0);
     let before = held.energy(state, determined)? + besides.energy(None)?;
     (0..HALVINGS).find_map(|_| {
         let mut there = moved(state, &step, part, terms);
-        there.determined = determined;
+        (there.determined, there.known) = (determined, known);
         let own = besides.energy(Some((&there, &step, part)))?;
         let after = held.energy(&there, determined)? + own;
         let found = (after <= before).then(|| (there, &step * part));
@@ -359,6 +394,7 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
         pose,
         unknowns: vec![0.0; terms.count()],
         determined: 0.0,
+        known: 0.0,
         noise: Noise {
             inner: terms.noise.unwrap_or(usual),
             across: terms.jaw.or(terms.noise).unwrap_or(usual),
@@ -368,8 +404,8 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
     for _ in 0..STEPS {
         // With weights, outline and n_eff as they are.
         let held = Held::new(observed, terms, &state)?;
-        let (step, determined) = step(terms, held.normal(&state)?, None, &state)?;
-        state.determined = determined;
+        let (step, [determined, known]) = step(terms, held.normal(&state)?, None, &state)?;
+        (state.determined, state.known) = (determined, known);
         let energy = |state: &State| held.squares(state, determined);
         let before = energy(&state)?;
         let mut part = 1.0;
@@ -446,19 +482,56 @@ fn moved(state: &State, step: &DVector<f64>, part: f64, terms: &Terms) -> State 
     there
 }
 
+/// What the points tell of the coefficients, where the solver has ended: to second order, whatever pose and expression
+/// are. `None` when they tell nothing.
+pub(super) fn told(observed: &Observed, terms: &Terms, state: &State) -> Option<Known> {
+    let held = Held::new(observed, terms, state)?;
+    let mut normal = held.normal(state)?;
+    let (first, count) = (terms.coefficients, terms.count());
+    for i in first..count {
+        normal.curvature[(i, i)] += terms.tightness(i - first) * EXPRESSION_WIDTH.powi(-2);
+    }
+    let focal = count + POSE - 1;
+    normal.curvature[(focal, focal)] += terms.focal.1.powi(-2);
+    let others: Vec<usize> = (first..count)
+        .filter(|&i| state.unknowns[i] > 0.0)
+        .chain(count..count + POSE)
+        .collect();
+    let rows = normal.curvature.select_rows(&others);
+    let factor = rows.select_columns(&others).cholesky()?;
+    let mut across = rows.columns(0, first).into_owned();
+    factor.l_dirty().solve_lower_triangular_mut(&mut across);
+    let curvature = normal.curvature.view((0, 0), (first, first)) - across.tr_mul(&across);
+    // Where all of the energy is least its gradient is 0: what the points pull with is the opposite of the rest.
+    let z = &state.unknowns[..first];
+    let mut pull = -DVector::from_column_slice(z);
+    if let Some(known) = &terms.known {
+        pull -= known.gradient(z);
+    }
+    let slope = pull - &curvature * DVector::from_column_slice(z);
+    Some(Known { curvature, slope })
+}
+
 /// The Gauss-Newton step with what the points tell and something besides, and how many unknowns they
-/// determine.
+/// determine, and how many more other photos do.
 fn step(
     terms: &Terms,
     points: Normal,
     besides: Option<&Normal>,
     state: &State,
-) -> Option<(DVector<f64>, f64)> {
+) -> Option<(DVector<f64>, [f64; 2])> {
     let count = terms.count();
     let mut normal = points;
     if let Some(other) = besides {
         normal.curvature += &other.curvature;
         normal.gradient += &other.gradient;
+    }
+    if let Some(known) = &terms.known {
+        let k = known.slope.len();
+        let mut own = normal.curvature.view_mut((0, 0), (k, k));
+        own += &known.curvature;
+        let mut own = normal.gradient.rows_mut(0, k);
+        own += known.gradient(&state.unknowns);
     }
     let tight = |i: usize| match i < terms.coefficients {
         true => 1.0,
@@ -479,16 +552,26 @@ fn step(
         .filter(|&i| i < terms.coefficients || state.unknowns[i] > 0.0)
         .collect();
     let own = normal.curvature.select_rows(&free).select_columns(&free);
-    let inverse = inverse_diagonal(own.cholesky()?.l_dirty(), free.len());
+    let factor = own.cholesky()?;
+    let inverse = inverse_diagonal(factor.l_dirty(), free.len());
     let left: f64 = free.iter().zip(inverse).map(|(&i, d)| tight(i) * d).sum();
-    let determined = free.len() as f64 - left;
+    let known = terms.known.as_ref().map_or(0.0, |known| {
+        // The trace of the inverse times what is known.
+        let k = known.slope.len();
+        let mut columns = DMatrix::zeros(free.len(), k);
+        columns.rows_mut(0, k).copy_from(&known.curvature);
+        factor.solve_mut(&mut columns);
+        (0..k).map(|i| columns[(i, i)]).sum()
+    });
+    let determined = free.len() as f64 - left - known;
     normal.gradient[count + 5] -= determined;
     normal.gradient[count + 6] += determined;
     let bounds: Vec<[f64; 2]> = state.unknowns[terms.coefficients..]
         .iter()
         .map(|weight| [-weight, 1.0 - weight])
         .collect();
-    Some((bounded(&normal, terms.coefficients, &bounds)?, determined))
+    let step = bounded(&normal, terms.coefficients, &bounds)?;
+    Some((step, [determined, known]))
 }
 
 /// The step to the minimum of a quadratic energy where some unknowns, from `first` on, keep to bounds.

@@ -12,7 +12,7 @@ use js_sys::Function;
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
-use crate::photo::{Camera, Fit, Image, Light, Photo};
+use crate::photo::{Camera, Fit, Image, Light, POINTS, Photo};
 use crate::{Expressions, FaceModel};
 
 fn error(why: impl std::fmt::Display) -> JsError {
@@ -87,6 +87,23 @@ struct AppearanceInfo {
     patches: usize,
 }
 
+/// Numbers of one of several photos.
+const OTHER: usize = 4 + 2 * POINTS;
+
+fn other(numbers: &[f64; OTHER]) -> Photo<'_> {
+    let [width, height, focal, jaw, points @ ..] = numbers;
+    let known = |value: f64| (!value.is_nan()).then_some(value);
+    Photo {
+        width: *width as u32,
+        height: *height as u32,
+        points: points.as_chunks::<2>().0,
+        focal: known(*focal),
+        noise: None,
+        jaw: known(*jaw),
+        others: &[],
+    }
+}
+
 /// Weights of expressions below this are not told: no vertex moves by a tenth of a mm.
 const SHOWN: f64 = 2e-3;
 
@@ -117,7 +134,9 @@ impl Fitter {
 
     /// What the points (68 pairs of x and y, px) of a photo tell, those of the jaw with a noise of their own
     /// (px) if it is given, and its pixels (sRGB and alpha) if
-    /// they are given, which tell more of the shape, and the light; as a plain object. `told` is called
+    /// they are given, which tell more of the shape, and the light; as a plain object. Of each of `others`,
+    /// which are photos of the same person: width, height, focal length and the jaw's noise (NaN where they are not known),
+    /// then the points. `told` is called
     /// with the part of the steps that are done; what it throws is dropped.
     pub fn fit(
         &self,
@@ -125,6 +144,7 @@ impl Fitter {
         points: &[f64],
         focal: Option<f64>,
         jaw: Option<f64>,
+        others: &[f64],
         rgba: Option<Vec<u8>>,
         told: Option<Function>,
     ) -> Result<JsValue, JsError> {
@@ -137,6 +157,8 @@ impl Fitter {
             .transpose()
             .map_err(error)?;
         let (pairs, _) = points.as_chunks::<2>();
+        let (others, _) = others.as_chunks::<OTHER>();
+        let others: Vec<Photo> = others.iter().map(other).collect();
         let photo = Photo {
             width,
             height,
@@ -144,6 +166,7 @@ impl Fitter {
             focal,
             noise: None,
             jaw,
+            others: &others,
         };
         let mut tell = |part: f64| {
             if let Some(told) = &told {

@@ -870,6 +870,41 @@ describe('a face in a photo', () => {
     await context.close();
   });
 
+  test('of the same person is added: the shape is what both tell, and the first comes back', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    const first = await choose(page, PORTRAIT, 'first.jpg', 'image/jpeg');
+    const note = () => page.locator('.photo-panel .note').allTextContents();
+    assert.ok(!(await note()).join(' ').includes('photos of this person'));
+    // Where nothing else is known, so little that it is not seen: as if somebody had bent a little.
+    const turned = await drawn(page, [['turn', 0.966, 0.259, -0.259, 0.966, 100, -30], ['draw', 0, 0, 512, 512]], 512, 512);
+    const pick = async (/** @type {string} */ button, /** @type {Buffer} */ buffer) => {
+      const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.getByRole('button', { name: button }).click()]);
+      await chooser.setFiles({ name: 'picked', mimeType: 'image/png', buffer });
+      await page.waitForFunction(() => window.designer.photo.mode === 'busy');
+      return done(page);
+    };
+    const add = (/** @type {Buffer} */ buffer) => pick('Add a photo of this person', buffer);
+    const both = await add(turned);
+    assert.equal(both.mode, 'ready');
+    assert.ok((await note()).some((words) => words.startsWith('The shape is what 2 photos of this person tell.')));
+    // More is determined by two than by one of them.
+    assert.ok(both.fit.quality.determined > first.fit.quality.determined + 1, `${both.fit.quality.determined}, ${first.fit.quality.determined}`);
+    // One without a face leaves what was, and a third counts the two.
+    assert.equal((await add(greyPng(600, 600))).mode, 'none');
+    await page.getByRole('button', { name: 'Back to the last photo' }).click();
+    const back = await done(page);
+    assert.deepEqual(back.fit.code, both.fit.code);
+    assert.equal((await add(PORTRAIT)).mode, 'ready');
+    assert.ok((await note()).some((words) => words.startsWith('The shape is what 3 photos of this person tell.')));
+    // Another person's is not of this one.
+    const alone = await pick('Choose a photo', PORTRAIT);
+    assert.equal(alone.fit.code, first.fit.code);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('whose detector does not start is said to have none, and another try finds it', async () => {
     const { context, page } = await open(browser, site);
     await page.getByRole('tab', { name: 'Photo' }).click();

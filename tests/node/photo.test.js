@@ -13,10 +13,10 @@ const SIZE = { width: 640, height: 480 };
 const CAMERA = { focal: 900, yaw: 0.3, translation: [10, -15, 700] };
 
 /** The 68 points of a face, as a camera sees them that it looks past by an angle. */
-function seen(face) {
+function seen(face, { yaw } = CAMERA) {
   const { positions, model } = face;
   const points = [];
-  const [cos, sin] = [Math.cos(CAMERA.yaw), Math.sin(CAMERA.yaw)];
+  const [cos, sin] = [Math.cos(yaw), Math.sin(yaw)];
   for (let i = 0; i < 68; i++) {
     const name = `ibug_${String(i).padStart(2, '0')}`;
     const { stencil } = model.landmarks.find((l) => l.name === name);
@@ -72,6 +72,30 @@ describe('a photo', () => {
     assert.deepEqual(await model.fitPhoto({ ...SIZE, points: new Float64Array(points) }), first);
     const known = await model.fitPhoto({ ...SIZE, points, focal: 900 });
     assert.ok(Math.abs(known.camera.focal / 900 - 1) < 0.1, `${known.camera.focal}`);
+  });
+
+  test('of the same person from another side tells more of the face', async () => {
+    const face = model.face();
+    face.randomize({ seed: 4 });
+    const truth = face.positions.slice();
+    const side = { ...SIZE, points: seen(face, { yaw: -0.5 }), focal: 900 };
+    const off = async (photo) => {
+      face.code = (await model.fitPhoto(photo)).code;
+      return face.positions.reduce((sum, x, i) => sum + Math.abs(x - truth[i]), 0) / truth.length;
+    };
+    const [alone, both] = [await off({ ...SIZE, points }), await off({ ...SIZE, points, others: [side] })];
+    assert.ok(both < alone, `${both} mm off, ${alone} with one`);
+    face.free();
+    for (const [others, what] of [
+      [side, /others must be an array of photos/],
+      [[5], /a photo must be an object/],
+      [[{ ...side, points: side.points.slice(2) }], /67 points were given of another photo, a face has 68/],
+      [[{ ...side, focal: 0 }], /the focal length must be above 0 px, not 0/],
+      [[{ ...side, jawNoise: NaN }], /the jaw's noise must be above 0 px/],
+      [[{ ...side, others: [] }], /fitPhoto knows no option "others"/],
+    ]) {
+      await assert.rejects(model.fitPhoto({ ...SIZE, points, others }), what);
+    }
   });
 
   test('tells expressions once they are loaded', async () => {

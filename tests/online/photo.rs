@@ -54,6 +54,7 @@ fn photo(points: &[[f64; 2]]) -> Photo<'_> {
         focal: None,
         noise: None,
         jaw: None,
+        others: &[],
     }
 }
 
@@ -110,6 +111,113 @@ fn a_face_and_its_camera_come_back() {
     }
     off.sort_by(f64::total_cmp);
     assert!(off[4].to_degrees() < 2.5, "{off:?}");
+}
+
+/// A person from the front and from the side, marked as people mark: 0.75 mm off.
+fn two_views(seed: u64) -> [Vec<[f64; 2]>; 2] {
+    [[0.05, 0.05, 0.0], [0.65, 0.0, 0.05]].map(|angles| {
+        let own = seed + (1000.0 * angles[0]) as u64;
+        noisy(&seen(person(seed).positions(), &camera(angles)), 1.0, own)
+    })
+}
+
+/// How far the fitted face's vertices are from a person's, as the model has both, mm.
+fn apart(seed: u64, fit: &Fit) -> f64 {
+    let mut fitted = person(seed);
+    fitted.set_coefficients(&fit.coefficients).unwrap();
+    let truth = person(seed);
+    let both = fitted.positions().iter().zip(truth.positions());
+    both.map(|(p, q)| f64::from(p.distance(*q))).sum::<f64>() / truth.positions().len() as f64
+}
+
+#[test]
+fn two_photos_of_a_person_tell_more_than_each() {
+    let mut off = [0.0; 3];
+    for seed in 1..13 {
+        let [front, side] = two_views(seed);
+        let others = [photo(&side)];
+        let both = FITTER.fit(&Photo {
+            others: &others,
+            ..photo(&front)
+        });
+        let fits = [FITTER.fit(&photo(&front)), FITTER.fit(&photo(&side)), both];
+        for (sum, fit) in off.iter_mut().zip(fits) {
+            let fit = fit.unwrap();
+            assert_eq!(fit.quality.refusal(), None, "{:?}", fit.quality);
+            *sum += apart(seed, &fit) / 12.0;
+        }
+    }
+    println!(
+        "mm off from the front {:.3}, from the side {:.3}, from both {:.3}",
+        off[0], off[1], off[2]
+    );
+    assert!(off[2] < 0.9 * off[0].min(off[1]), "{off:?}");
+}
+
+/// Who smiles in one photo and not in the other has one face at rest.
+#[test]
+fn each_photo_of_a_person_has_an_expression_of_its_own() {
+    let fitter = Fitter::new(common::head_model(), Some(&EXPRESSIONS)).unwrap();
+    let list = EXPRESSIONS.list();
+    let weight = |fit: &Fit, name: &str| {
+        let at = list.iter().position(|e| e.name == name).unwrap();
+        fit.expression[at]
+    };
+    let mut off = [0.0; 2];
+    for seed in 1..7 {
+        let [front, _] = two_views(seed);
+        let face = person(seed);
+        let mut performance = Performance::new(&EXPRESSIONS);
+        performance.set("mouthSmileLeft", 0.6).unwrap();
+        performance.set("mouthSmileRight", 0.6).unwrap();
+        performance.perform(&face).unwrap();
+        let side = seen(performance.positions(), &camera([0.6, 0.0, 0.05]));
+        let side = noisy(&side, 1.0, seed);
+        let [rest, smiling] = [(&front, &side), (&side, &front)].map(|(one, other)| {
+            let others = [photo(other)];
+            fitter
+                .fit(&Photo {
+                    others: &others,
+                    ..photo(one)
+                })
+                .unwrap()
+        });
+        assert!(weight(&smiling, "mouthSmileLeft") > weight(&rest, "mouthSmileLeft") + 0.2);
+        off[0] += apart(seed, &fitter.fit(&photo(&front)).unwrap());
+        off[1] += apart(seed, &rest);
+    }
+    println!(
+        "mm off from the front {:.3}, with a smile from the side {:.3}",
+        off[0] / 6.0,
+        off[1] / 6.0
+    );
+    assert!(off[1] < 0.9 * off[0], "{off:?}");
+}
+
+/// Whichever of the photos is asked for, the face is one.
+#[test]
+fn photos_of_a_person_agree_on_the_face() {
+    for seed in 1..5 {
+        let [front, side] = two_views(seed);
+        let [a, b] = [(&front, &side), (&side, &front)].map(|(one, other)| {
+            let others = [photo(other)];
+            FITTER
+                .fit(&Photo {
+                    others: &others,
+                    ..photo(one)
+                })
+                .unwrap()
+        });
+        let alone = FITTER.fit(&photo(&front)).unwrap();
+        let far = |a: &Fit, b: &Fit| {
+            let both = a.coefficients.iter().zip(&b.coefficients);
+            both.map(|(a, b)| f64::from((a - b).powi(2)))
+                .sum::<f64>()
+                .sqrt()
+        };
+        println!("{seed}: {:.4} of {:.4}", far(&a, &b), far(&a, &alone));
+        assert!(far(&a, &b) < 0.02 * far(&a, &alone));
+    }
 }
 
 #[test]
@@ -313,6 +421,7 @@ fn whatever_is_given_the_answer_is_finite() {
             focal: (case % 5 == 0).then(|| 10_f64.powf(8.0 * random.uniform() - 2.0)),
             noise: (case % 7 == 0).then(|| 10_f64.powf(12.0 * random.uniform() - 6.0)),
             jaw: (case % 3 == 0).then(|| 10_f64.powf(12.0 * random.uniform() - 6.0)),
+            others: &[],
         };
         let Ok(fit) = FITTER.fit(&given) else {
             errors += 1;
@@ -361,6 +470,13 @@ fn bad_input_is_an_error_with_a_reason() {
     assert_eq!(error(&photo(&[[5.0, 5.0]; POINTS])), line);
     let diagonal: Vec<[f64; 2]> = (0..POINTS).map(|i| [i as f64, 2.0 * i as f64]).collect();
     assert_eq!(error(&photo(&diagonal)), line);
+    // Of another photo, too.
+    let others = [photo(&good), photo(&good[1..])];
+    let besides = error(&Photo {
+        others: &others,
+        ..photo(&good)
+    });
+    assert_eq!(besides, "67 points were given, a face has 68");
     let empty = Photo {
         width: 0,
         ..photo(&good)

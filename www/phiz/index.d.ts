@@ -79,8 +79,8 @@ export interface Attribute {
   readonly deviation: number;
 }
 
-/** What is known of a photo. */
-export interface PhotoPoints {
+/** What is known of a photo, but for its pixels. */
+export interface PhotoView {
   /** px, whole; with the height no more than 2^28 pixels, as canvases have. */
   width: number;
   /** px, whole. */
@@ -100,6 +100,15 @@ export interface PhotoPoints {
    * that is known and more than the other points are: detectors see eyes better than where a face ends.
    */
   jawNoise?: number;
+}
+
+/** What is known of a photo. */
+export interface PhotoPoints extends PhotoView {
+  /**
+   * Other photos of the same person, from another side or with another expression: what their points tell of the face
+   * counts, too.
+   */
+  others?: readonly PhotoView[];
   /**
    * The pixels, as `ImageData.data` has them: sRGB and alpha, row by row from the upper left corner.
    * With them the shape is told better, and the light too. Where alpha is below 128 the pixel is taken for

@@ -7,8 +7,9 @@ export class Fitter {
   fit(
     size: Uint32Array,
     points: Float64Array,
-    focal?: number,
-    jaw?: number,
+    focal: number | undefined,
+    jaw: number | undefined,
+    others: Float64Array,
     rgba?: Uint8Array | Uint8ClampedArray,
     told?: (part: number) => void,
   ): import('phiz').PhotoFit;

@@ -45,6 +45,9 @@ pub struct PhotographArgs {
     /// Photograph people with one to three of the expressions.
     #[arg(long, requires = "expressions")]
     moods: bool,
+    /// Fit the points of so many other photos of each person with those of the first.
+    #[arg(long, value_name = "COUNT", default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=20))]
+    others: u64,
     /// As JSON.
     #[arg(long)]
     json: bool,
@@ -128,7 +131,9 @@ pub fn run(args: &PhotographArgs) -> FitResult<()> {
         let mut saved = Saved::default();
         for seed in (0..args.count).map(|i| args.seed.wrapping_add(i.into())) {
             let photograph = photographer.take(seed, setting);
-            let photo = photo(&photograph);
+            let others = others(args, &photographer, seed, setting);
+            let others: Vec<Photo> = others.iter().map(|other| photo(other, &[])).collect();
+            let photo = photo(&photograph, &others);
             let started = Instant::now();
             let fit = fitter.fit(&photo)?;
             seconds += started.elapsed().as_secs_f64();
@@ -218,7 +223,19 @@ struct Measured {
     expressions: Option<Mistaken>,
 }
 
-fn photo(photograph: &Photograph) -> Photo<'_> {
+/// The other photos of a person.
+fn others(
+    args: &PhotographArgs,
+    photographer: &Photographer,
+    seed: u64,
+    setting: &Setting,
+) -> Vec<Photograph> {
+    let each = 1..=args.others;
+    each.map(|time| photographer.take_again(seed, time, setting))
+        .collect()
+}
+
+fn photo<'a>(photograph: &'a Photograph, others: &'a [Photo<'a>]) -> Photo<'a> {
     Photo {
         width: SIZE,
         height: SIZE,
@@ -226,6 +243,7 @@ fn photo(photograph: &Photograph) -> Photo<'_> {
         focal: None,
         noise: None,
         jaw: None,
+        others,
     }
 }
 
@@ -325,9 +343,12 @@ fn compare(
         let photograph = photographer.take(seed, setting);
         let portrait = Portrait::take(&photograph, ict, colour);
         let image = Image::new(SIZE, SIZE, &portrait.rgba)?;
-        let first = fitter.fit(&photo(&photograph))?;
+        let others = others(args, photographer, seed, setting);
+        let others: Vec<Photo> = others.iter().map(|other| photo(other, &[])).collect();
+        let photo = photo(&photograph, &others);
+        let first = fitter.fit(&photo)?;
         let started = Instant::now();
-        let fit = fitter.fit_pixels(&photo(&photograph), &image)?;
+        let fit = fitter.fit_pixels(&photo, &image)?;
         seconds.push(started.elapsed().as_secs_f64());
         unused += u32::from(fit.appearance.is_none());
         let face = |fit: &Fit| -> FitResult<(phiz::Face, Errors)> {

@@ -165,6 +165,12 @@ impl<'a> Photographer<'a> {
     /// The photo of the person of a seed; everything of it is drawn from that seed, and what two
     /// settings share is the same.
     pub fn take(&self, seed: u64, setting: &Setting) -> Photograph {
+        self.take_again(seed, 0, setting)
+    }
+
+    /// One of several photos of the person of a seed, each with a pose and a camera of its own: the first is that of
+    /// [`Photographer::take`].
+    pub fn take_again(&self, seed: u64, time: u64, setting: &Setting) -> Photograph {
         let mut person = self.ict.person(seed);
         let neutral = self.binding.truth(&person, self.ict);
         let weights = match &self.mood {
@@ -172,8 +178,9 @@ impl<'a> Photographer<'a> {
             None => Vec::new(),
         };
         let skin = self.binding.truth(&person, self.ict);
-        // Streams 1 to 5 are the scans'.
-        let mut random = Random::stream(seed, 6);
+        // Streams 1 to 5 are the scans', 6 to 8 the first photo's.
+        let stream = |own: u64| Random::stream(seed, own + 100 * time);
+        let mut random = stream(6);
         let mut between = |least: f64, most: f64| least + (most - least) * random.uniform();
         let angles = ANGLES.map(|most| between(-most, most).to_radians());
         let lens = between(LENS[0].ln(), LENS[1].ln()).exp();
@@ -199,7 +206,7 @@ impl<'a> Photographer<'a> {
                 }
             })
             .collect();
-        let mut random = Random::stream(seed, 7);
+        let mut random = stream(7);
         if setting.slide > 0.0 {
             let slides: Vec<f64> = (0..JAW).map(|_| setting.slide * random.normal()).collect();
             let slid: Vec<DVec2> = (0..JAW)
@@ -207,7 +214,7 @@ impl<'a> Photographer<'a> {
                 .collect();
             points[..JAW].copy_from_slice(&slid);
         }
-        let mut random = Random::stream(seed, 8);
+        let mut random = stream(8);
         for point in &mut points {
             *point += DVec2::from_array([0; 2].map(|_| random.normal())) * setting.noise;
         }

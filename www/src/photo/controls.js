@@ -21,6 +21,7 @@ import { text } from '../text.js';
  *   leave: () => void,
  *   correct: () => void,
  *   another: () => void,
+ *   more: (file: File) => void,
  *   close: () => void,
  *   own: () => void,
  *   keep: (type: 'image/png' | 'image/jpeg') => void,
@@ -37,6 +38,8 @@ export function createControls(panel, parts) {
 
   const status = element('p', { class: 'photo-status', role: 'status' });
   const bar = element('progress', { max: 1, value: 0, 'aria-label': text.photo.progress });
+  /** What is done with what is picked. */
+  let picked = parts.open;
   const picker = element('input', {
     type: 'file',
     accept: 'image/*',
@@ -44,10 +47,16 @@ export function createControls(panel, parts) {
     'aria-label': text.photo.choose,
     onchange: () => {
       const file = picker.files?.[0];
-      if (file) parts.open(file);
+      if (file) picked(file);
+      picked = parts.open;
       picker.value = '';
     },
   });
+  /** @param {(file: File) => void} then */
+  function pick(then) {
+    picked = then;
+    picker.click();
+  }
   const back = button(text.photo.own, parts.own);
   const again = button(text.photo.fitAgain, parts.fit, 'primary');
   const asDetected = button(text.photo.asDetected, parts.asDetected);
@@ -75,6 +84,8 @@ export function createControls(panel, parts) {
       {},
       quality,
       row(button(text.photo.correct, parts.correct), another, button(text.photo.close, parts.close)),
+      row(button(text.photo.more, () => pick(parts.more))),
+      element('p', { class: 'note' }, text.photo.moreAbout),
       element(
         'section',
         { class: 'part', 'aria-label': text.photo.change },
@@ -100,7 +111,7 @@ export function createControls(panel, parts) {
     element('h2', { class: 'photo-title' }, text.photo.title),
     first,
     row(
-      element('button', { type: 'button', class: 'button primary', onclick: () => picker.click() }, icon('upload'), text.photo.choose),
+      element('button', { type: 'button', class: 'button primary', onclick: () => pick(parts.open) }, icon('upload'), text.photo.choose),
       button(text.photo.example, parts.example),
       picker,
     ),

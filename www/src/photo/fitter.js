@@ -133,7 +133,7 @@ export function createFitter({ modelUrl, expressionsUrl }) {
     /** Loads what fits need, ahead of the first. @returns {Promise<unknown>} */
     prepare: () => ask('prepare', urls),
     /**
-     * @param {object} photo of `pixels`
+     * @param {object} photo of `pixels`, and `others` of the same person
      * @param {(part: number) => void} progress the part of the steps that are done
      * @returns {Promise<import('phiz').PhotoFit>}
      */

@@ -71,6 +71,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let people = 0;
   /** The person's own face, as the fit had it. @type {{ code: string, expression: Record<string, number> } | null} */
   let own = null;
+  /** What is known of other photos of this person. @type {import('phiz').PhotoView[]} */
+  let others = [];
   /** px of the stage's picture for one of the photo. */
   let shown = 1;
   /** What the face that is shown changes. @type {import('./warp.js').Field | null} */
@@ -158,6 +160,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     },
     leave: leaveAdjusting,
     correct: startAdjusting,
+    more: (file) => void open(file, file.name, true),
     another: () => {
       // This one is still there for who changes their mind.
       keepLast();
@@ -304,7 +307,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     say(text.photo.cancelled);
     show(photo ? 'none' : 'empty');
   }
-  const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, shown, sentence: controls.quality.textContent });
+  const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, others, shown, sentence: controls.quality.textContent });
   function keepLast() {
     if (fitted) last = present();
   }
@@ -318,6 +321,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     warp.clear();
     photo = onStage = detected = fitted = own = field = null;
     faces = [];
+    others = [];
     number = 0;
     colours.forget();
     say('');
@@ -346,7 +350,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     stopFinding();
     forgetPerson();
     forgetPhoto();
-    ({ photo, onStage, faces, person, detected, fitted, number, own, shown } = last);
+    ({ photo, onStage, faces, person, detected, fitted, number, own, others, shown } = last);
     controls.quality.textContent = last.sentence;
     last = null;
     if (!photo || !onStage || !fitted) return;
@@ -406,8 +410,17 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     return createImageBitmap(scaled, { premultiplyAlpha: 'none' }).finally(() => scaled.close());
   }
 
-  /** @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name */
-  async function open(file, name) {
+  /** What of the present photo counts in another of the same person. @returns {import('phiz').PhotoView[]} */
+  function views() {
+    if (!fitted) return others;
+    const { width, height, points, focal, jawNoise } = fitted.pixels;
+    return [...others, { width, height, points, focal, jawNoise }];
+  }
+  /**
+   * @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name
+   * @param {boolean} [same] whether it shows the same person as the photo before
+   */
+  async function open(file, name, same = false) {
     const mine = (begun += 1);
     beside ??= mode;
     unread = '';
@@ -450,6 +463,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     show('busy');
     moving = null;
     keepLast();
+    others = same ? views() : [];
     forgetPerson();
     forgetPhoto();
     onStage = picture;
@@ -562,12 +576,13 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       say(text.photo.fitting);
       show('busy');
       const [found] = await Promise.all([
-        fitter.fit(pixels, (part) => here === visit && controls.progress(part)),
+        fitter.fit({ ...pixels, others }, (part) => here === visit && controls.progress(part)),
         expressions.any ? expressions.load() : undefined,
       ]);
       if (here !== visit) return;
       if (found.quality.refusal) {
-        say(text.photo.refused(found.quality.refusal), true);
+        const asked = others.length > 0 ? ` ${text.photo.notTogether(others.length)}` : '';
+        say(text.photo.refused(found.quality.refusal) + asked, true);
         before = fitted ? 'ready' : 'none';
         return show(from === 'none' ? 'adjust' : from);
       }
@@ -594,6 +609,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       field = null;
       view.closeTo(around(points, 1));
       const sentences = [text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm)];
+      if (others.length > 0) sentences.unshift(text.photo.together(others.length + 1));
       if (!person) sentences.push(text.photo.noPerson);
       controls.quality.textContent = sentences.join(' ');
       say(unread || text.photo.ready, unread !== '');
