@@ -1,5 +1,6 @@
 //! People drawn from a model, as files: for crowds, for data sets, for other programs.
 
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -7,7 +8,7 @@ use glam::Vec3;
 use npyz::WriterBuilder;
 use rayon::prelude::*;
 
-use crate::fit::format::files::{write_atomically, write_through};
+use crate::fit::format::files::{files_of, write_atomically, write_through};
 use crate::fit::format::glb;
 use crate::fit::format::obj;
 use crate::fit::format::ply;
@@ -16,6 +17,9 @@ use crate::{Face, FaceModel, Randomize};
 
 /// Faces that are computed before they are written to a common file.
 const BATCH: u32 = 256;
+
+/// Numbers in names of files have so many digits at least.
+const DIGITS: usize = 4;
 
 /// What faces are written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,6 +84,35 @@ impl Target {
     }
 }
 
+/// Refuses a folder that files of a former run would stay in beside `count` new ones, with the same names but for the number:
+/// nobody could tell them apart.
+fn check_folder(target: &Target, own: &BTreeSet<String>, ending: &str) -> FitResult<()> {
+    let is_other = |path: &PathBuf| {
+        let name = path.file_name().and_then(|name| name.to_str());
+        let Some((stem, end)) = name.and_then(|name| name.rsplit_once('.')) else {
+            return false;
+        };
+        let number = stem.strip_prefix(&*target.stem);
+        let number = number.and_then(|rest| rest.strip_prefix('_'));
+        number.is_some_and(|n| n.len() >= DIGITS && n.bytes().all(|b| b.is_ascii_digit()))
+            && end.eq_ignore_ascii_case(ending)
+            && !name.is_some_and(|name| own.contains(name))
+    };
+    let folder = match target.folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => &target.folder,
+    };
+    match files_of(folder)?.into_iter().filter(is_other).min() {
+        Some(other) => {
+            let count = own.len();
+            let cause =
+                format!("a face that is none of these {count}: they go to a folder of their own");
+            Err(FitError::file(&other, cause))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Coordinates as the bits of little-endian f32.
 fn little_endian(positions: &[Vec3]) -> Vec<u32> {
     let numbers: &[f32] = bytemuck::cast_slice(positions);
@@ -93,7 +126,8 @@ fn little_endian(positions: &[Vec3]) -> Vec<u32> {
 /// The same seed is the same face that [`Face::randomize`] draws, on one thread or many.
 ///
 /// # Errors
-/// When the model has no such attribute or region, or cannot draw what is asked, and when a file cannot be written.
+/// When the model has no such attribute or region, or cannot draw what is asked, when other faces of that name are there, and
+/// when a file cannot be written.
 pub fn write(
     model: &FaceModel,
     count: u32,
@@ -103,7 +137,7 @@ pub fn write(
     done: impl Fn(u64) + Sync,
 ) -> FitResult<()> {
     std::fs::create_dir_all(&target.folder).map_err(|e| FitError::file(&target.folder, e))?;
-    let digits = count.to_string().len().max(4);
+    let digits = count.to_string().len().max(DIGITS);
     let name = |i: u32| format!("{}_{:0digits$}", target.stem, i + 1);
     let draw = |face: &mut Face, i: u32| -> FitResult<String> {
         face.randomize(&Randomize {
@@ -148,6 +182,14 @@ pub fn write(
         })?;
         codes
     } else {
+        let ending = match target.format {
+            Format::Obj => "obj",
+            Format::Glb => "glb",
+            Format::Ply | Format::Npy => "ply",
+        };
+        let file = |i: u32| format!("{}.{ending}", name(i));
+        check_folder(target, &(0..count).map(file).collect(), ending)?;
+        let path = |i: u32| target.folder.join(file(i));
         let triangles = model.parts().topology.triangles();
         (0..count)
             .into_par_iter()
@@ -155,14 +197,13 @@ pub fn write(
                 || model.face(),
                 |face, i| {
                     let code = draw(face, i)?;
-                    let path = |end: &str| target.folder.join(format!("{}.{end}", name(i)));
                     match target.format {
-                        Format::Obj => obj::write_face(&path("obj"), face)?,
-                        Format::Glb => glb::write_face(&path("glb"), face)?,
+                        Format::Obj => obj::write_face(&path(i), face)?,
+                        Format::Glb => glb::write_face(&path(i), face)?,
                         Format::Ply | Format::Npy => {
                             let wide: Vec<_> =
                                 face.positions().iter().map(|p| p.as_dvec3()).collect();
-                            ply::write_mesh(&path("ply"), &wide, &triangles)?;
+                            ply::write_mesh(&path(i), &wide, &triangles)?;
                         }
                     }
                     done(1);

@@ -15,6 +15,7 @@ use phiz::fit::learn::crease::{Seam, seams};
 use phiz::fit::learn::labels::{Labels, Told};
 use phiz::fit::learn::persons::Persons;
 use phiz::fit::learn::{Learned, Settings, doubled, far_beyond, learn};
+use phiz::fit::mesh::mirror::mirrored;
 use phiz::fit::truth::population;
 use phiz::fit::validate::rounding;
 use phiz::quantise::BLOCK_ERROR;
@@ -312,6 +313,8 @@ fn doubled_faces_are_told_and_too_few_are_refused_in_words() {
     );
     let few = format!("phiz-fit: {}: 2 faces are too few", people.display());
     assert!(err.starts_with(&few), "{err}");
+    // Labels that no report counts are told of, in a table too.
+    std::fs::write(people.join("labels.csv"), "name,age\nanna,3\n").unwrap();
     // Other verbs leave them out and name the folder, too.
     for (verb, option) in [("basis", Some("--one-sided")), ("validate", None)] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
@@ -321,8 +324,12 @@ fn doubled_faces_are_told_and_too_few_are_refused_in_words() {
             .arg("--faces")
             .arg(&people);
         command.args(option).arg("-o").arg(root.path().join(verb));
-        let err = String::from_utf8(command.output().unwrap().stderr).unwrap();
+        let done = command.output().unwrap();
+        let [out, err] = [done.stdout, done.stderr].map(|said| String::from_utf8(said).unwrap());
         assert!(err.starts_with(&few), "{err}");
+        let counted =
+            "labels.csv: other labels than those of a synthetic population are not counted\n";
+        assert_eq!(out.ends_with(counted), verb == "validate", "{out}");
     }
     // The generic head learns from them once, too.
     let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
@@ -365,6 +372,8 @@ fn labels_are_learned_each_by_itself() {
         ("same", column(&|_| Some(0.1))),
         ("rare", column(&|f| Some(f64::from(u8::from(f == 12))))),
         ("hardly known", column(&|f| (f < 9).then(|| sex(f)))),
+        ("day of birth", column(&|f| Some(19_000_000.0 + f as f64))),
+        ("nearly same", column(&|f| Some(1e5 + 1e-6 * f as f64))),
     ]))
     .unwrap();
     let told: Vec<(&str, usize)> = (all.told.iter())
@@ -383,10 +392,12 @@ fn labels_are_learned_each_by_itself() {
         ("same", "the same for all 40 people"),
         ("rare", "so few people differ in it"),
         ("hardly known", "known of 9 people, where 10 are the fewest"),
+        ("day of birth", "from 19000000 to 19000040, where"),
+        ("nearly same", "from 100000 to 100000, where"),
     ]) {
         assert!(*name == wanted && why.starts_with(cause), "{name}: {why}");
     }
-    assert_eq!(skipped.len(), 3);
+    assert_eq!(skipped.len(), 5);
     // Who is crooked by chance is not told older by it: what is unlike on two sides has no part in it.
     let odd = model.parts().odd();
     assert!(odd.iter().any(|odd| *odd));
@@ -404,6 +415,12 @@ fn labels_are_learned_each_by_itself() {
     let said = "no label can be learned; same: the same for all 40 people";
     assert!(none.to_string().starts_with(said), "{none}");
     learn(&Labels::default()).unwrap_err();
+    // What is known besides asks for more people.
+    let mut many = labels(vec![("sex", column(&|f| Some(sex(f))))]);
+    many.besides = vec![vec![1.0; 40]; 16];
+    let said = learn(&many).unwrap_err().to_string();
+    let few = "40 faces are too few to tell labels by; 42 people are the least: two for each of the 16 numbers";
+    assert!(said.starts_with(few), "{said}");
 }
 
 /// So many people, each scanned so many times, each time so far on the way to somebody else.
@@ -565,6 +582,19 @@ fn scans_of_one_person_are_told_and_labels_chosen() {
     assert_eq!(code, Some(1));
     let said = "phiz-fit: faces/labels.csv: no label of these faces is called \"agee\"; there are age, ethnicity\n";
     assert_eq!(err, said);
+    for labels in ["", "age,,ethnicity"] {
+        assert_eq!(run(&format!("{attributes} --labels {labels}")).0, Some(2));
+    }
+    // Files of other kinds are told by what they are.
+    let expressions = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/expressions.phiz");
+    for (file, said) in [
+        ("t.phiz", "a template, not a model"),
+        (expressions, "a model's expressions"),
+    ] {
+        let (code, [_, err]) = run(&format!("sample {file} -o s"));
+        let said = format!("phiz-fit: {file}: {said}");
+        assert!(code == Some(1) && err.starts_with(&said), "{err}");
+    }
     let over = "attributes --template t.phiz --faces faces m.phiz -o faces/labels.csv";
     let (code, [_, err]) = run(over);
     assert!(
@@ -732,6 +762,33 @@ fn sides_are_alike_where_mirror_images_count() {
     }
 }
 
+/// Heads whose sides are alike have no slider that is of rounding, and others are not held to it.
+#[test]
+fn what_is_the_same_for_all_has_no_slider() {
+    let (Some(folder), Some(template)) = (base_mesh::folder(), heads::plain()) else {
+        return;
+    };
+    let mut faces = population::sample(template, &folder, 12, SEED)
+        .unwrap()
+        .faces;
+    for face in &mut faces {
+        let image = mirrored(face, &template.topology.mirror);
+        let both = face.iter_mut().zip(image);
+        both.for_each(|(p, q)| *p = p.midpoint(q));
+    }
+    let learned = learn(template, faces, population::about(), &Settings::default()).unwrap();
+    let semantic = learned.parts.controls.iter();
+    let semantic: Vec<&str> = semantic
+        .filter(|control| control.measure.is_some())
+        .map(|control| &*control.name)
+        .collect();
+    assert_eq!(semantic.len(), 18, "{semantic:?}");
+    assert!(!semantic.iter().any(|name| name.contains("lateral")));
+    for table in &learned.tables {
+        assert!(table.sigmas.iter().all(|sigma| *sigma > 0.1), "{table:?}");
+    }
+}
+
 /// Who is far from all others is named, and what a model says of how it was made is what was asked for.
 #[test]
 fn training_names_a_face_that_is_far_beyond_the_others() {
@@ -827,4 +884,17 @@ fn a_basis_is_the_same_file_each_time() {
         std::fs::read(&path).unwrap()
     });
     assert!(written[0] == written[1]);
+    // An image of a face is not told to be one more.
+    for i in 1..6 {
+        std::fs::remove_file(people.join(format!("face_{i:04}.ply"))).unwrap();
+    }
+    let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+    command.args(["basis", "--template"]).arg(&file);
+    command.arg("--faces").arg(&people);
+    let done = command.arg("-o").arg(root.path().join("c.json")).output();
+    let err = String::from_utf8(done.unwrap().stderr).unwrap();
+    assert!(
+        err.contains(": 1 face is too few to learn from; 2 are the least"),
+        "{err}"
+    );
 }

@@ -103,6 +103,31 @@ fn threads_do_not_change_samples() {
     assert_eq!(run(1, "one.npy"), run(2, "two.npy"));
 }
 
+/// Faces of a former run are written over, and none stays among others.
+#[test]
+fn no_face_of_a_former_run_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let like = Randomize::default();
+    let again = |name: &str, count: u32| {
+        let target = Target::parse(&folder.path().join(name)).unwrap();
+        write(common::head_model(), count, 5, &like, &target, |_| ())
+    };
+    let files = || std::fs::read_dir(folder.path()).unwrap().count();
+    again("a.ply", 3).unwrap();
+    let error = again("a.ply", 2).unwrap_err().to_string();
+    assert!(
+        error.contains("a_0003.ply: a face that is none of these 2"),
+        "{error}"
+    );
+    again("a.ply", 3).unwrap();
+    // Those of other names and formats are told apart.
+    again("b.ply", 1).unwrap();
+    again("a.obj", 1).unwrap();
+    std::fs::write(folder.path().join("a_me.ply"), "").unwrap();
+    again("a.ply", 4).unwrap();
+    assert_eq!(files(), 4 + 2 + 1 + 2);
+}
+
 #[test]
 fn what_cannot_be_written_is_said() {
     let wrong = Target::parse(Path::new("faces/a.stl")).unwrap_err();
@@ -167,8 +192,12 @@ fn people_are_drawn_as_they_are_asked_for() {
     assert_ne!(noses[0].code(), noses[1].code());
     for (options, said) in [
         ("--attributes height=3", "height"),
-        ("--regions ears", "ears"),
-        ("--attributes age=900", "900"),
+        ("--attributes Age=30", "\"Age\"; there are age, "),
+        ("--regions ears", "\"ears\"; there are eyes, nose, "),
+        (
+            "--attributes sex=1,age=900",
+            "age goes from 18 to 80, not to 900",
+        ),
     ] {
         let (code, error) = run(options, "none.npy");
         assert_eq!(code, Some(1), "{error}");
@@ -178,6 +207,14 @@ fn people_are_drawn_as_they_are_asked_for() {
         );
         assert!(!folder.path().join("none.npy").exists());
     }
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/model.phiz");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_phiz-fit"));
+    command.args(["sample", path, "--count", "2", "--regions", "nose, chin"]);
+    // Into the folder that it is called in.
+    let done = command.current_dir(folder.path()).args(["-o", "two.obj"]);
+    let done = done.output().unwrap();
+    assert!(done.status.success(), "{done:?}");
+    assert!(folder.path().join("two_0002.obj").exists());
     for options in ["--attributes age", "--attributes age=x", "--spread 4"] {
         assert_eq!(run(options, "none.npy").0, Some(2));
     }

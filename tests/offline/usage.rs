@@ -58,6 +58,13 @@ fn what_is_not_meant_is_a_usage_error() {
         ),
         (&format!("{basis} --kind pca --tolerance 1"), "--tolerance"),
         (&format!("{basis} --kind pca --plain"), "--plain"),
+        (&format!("{basis} --tolerance nan"), "--tolerance"),
+        (&format!("{basis} --tolerance=-1"), "--tolerance"),
+        (
+            "sample m -o f --attributes sex=1,age=3,sex=0",
+            "sex is asked for twice",
+        ),
+        ("sample m -o f --regions nose,,mouth", "--regions"),
     ] {
         let (code, error) = called(arguments);
         assert_eq!(code, Some(2), "{arguments}: {error}");

@@ -23,7 +23,7 @@ pub struct AttributesArgs {
     #[arg(long, value_name = "DIR")]
     faces: PathBuf,
     /// Learn these labels alone, as age,sex; the three shares are ethnicity.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = super::word)]
     labels: Vec<String>,
     /// The model, of these people or of others.
     model: PathBuf,

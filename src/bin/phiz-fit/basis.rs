@@ -39,7 +39,7 @@ pub struct BasisArgs {
     one_sided: bool,
     #[arg(long, help = usual("Iterations at most", Settings::default().iterations))]
     iterations: Option<usize>,
-    #[arg(long, help = usual(
+    #[arg(long, value_parser = super::within(0.0..=1.0), help = usual(
         "Stop when the objective changes by less than this part over five iterations",
         Settings::default().tolerance
     ))]
@@ -165,6 +165,12 @@ pub fn run(args: &BasisArgs) -> FitResult<()> {
     let triangles = template.triangles();
     let parts = face_parts(&template).map_err(|e| e.of(&args.template))?;
     if !args.one_sided {
+        // What is learned from would be told to be two.
+        if faces.len() < 2 {
+            let cause =
+                "1 face is too few to learn from; 2 are the least, with their mirror images";
+            return Err(FitError::file(&args.faces, cause));
+        }
         faces = with_mirror_images(&faces, &template.topology.mirror);
     }
     // The pose is that of the face, whatever is modelled: a basis of the head is one of the face.

@@ -32,7 +32,8 @@ pub fn run(args: &ExpressionsArgs) -> FitResult<()> {
     let model = super::read_model(&args.model)?;
     let baked = super::step("expressions on the mean head", || {
         phiz::fit::head::expression::bake(&template, &model, &args.base_mesh)
-    })?;
+    })
+    .map_err(|e| e.of(&args.model))?;
     let bytes = expression::write(&model, &baked).and_then(|blob| pack(&blob));
     let bytes = bytes.map_err(|e| FitError::file(&args.output, e))?;
     write_atomically(&args.output, &bytes)?;

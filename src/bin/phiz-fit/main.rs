@@ -25,7 +25,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use indicatif::ProgressBar;
 
-use phiz::blob::pack;
+use phiz::blob::{Blob, Kind, pack, unpack};
 use phiz::fit::format::files::{check_apart, check_writable, files_of, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::head::expression;
@@ -283,6 +283,14 @@ fn part(word: &str) -> Result<f64, String> {
     }
 }
 
+/// Reads one of the names in an argument, which may stand after commas with spaces.
+fn word(word: &str) -> Result<String, String> {
+    match word.trim() {
+        "" => Err("a name is meant".into()),
+        name => Ok(name.into()),
+    }
+}
+
 fn read(path: &Path) -> FitResult<Vec<u8>> {
     std::fs::read(path).map_err(|e| FitError::file(path, e))
 }
@@ -299,7 +307,18 @@ fn read_template(path: &Path) -> FitResult<Template> {
 }
 
 fn read_model(path: &Path) -> FitResult<FaceModel> {
-    FaceModel::parse(&read(path)?).map_err(|e| FitError::file(path, e))
+    let bytes = read(path)?;
+    FaceModel::parse(&bytes).map_err(|e| {
+        let is = |kind| unpack(&bytes).is_ok_and(|bytes| Blob::parse(&bytes, kind).is_ok());
+        match [Kind::Template, Kind::Expressions].map(is) {
+            [true, _] => {
+                let cause = "a template, not a model: `phiz-fit train` makes one";
+                FitError::file(path, cause)
+            }
+            [_, true] => FitError::file(path, "a model's expressions, not a model"),
+            _ => FitError::file(path, e),
+        }
+    })
 }
 
 /// Refuses a model that has one face and no other, as `head` writes it.

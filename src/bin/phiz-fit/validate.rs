@@ -169,18 +169,20 @@ fn one_arena() {
     }
 }
 
-/// What `labels.json` beside the faces says of each of them; nothing where there is none, or what it says is not counted.
+/// What `labels.json` beside the faces says of each of them; nothing where there is none, or what is told is not counted.
 fn labels(folder: &Path, faces: &[(String, Vec<glam::DVec3>)]) -> FitResult<Option<Vec<Labels>>> {
-    let path = folder.join("labels.json");
-    if !path.exists() {
+    let Some(told) = Told::beside(folder)? else {
         return Ok(None);
-    }
+    };
     let names: Vec<&str> = faces.iter().map(|(name, _)| name.as_str()).collect();
-    let labels = Labels::read(&path, &names)?;
-    if labels.is_none() && Told::beside(folder)?.is_some_and(|told| told.has_labels()) {
+    let labels = match told.path() == folder.join(Told::FILES[0]) {
+        true => Labels::read(told.path(), &names)?,
+        false => None,
+    };
+    if labels.is_none() && told.has_labels() {
         println!(
             "{}: other labels than those of a synthetic population are not counted",
-            path.display()
+            told.path().display()
         );
     }
     Ok(labels)

@@ -38,6 +38,9 @@ const SEED: u64 = 5;
 /// are correlated by less than a half.
 const LEAST_EXPLAINED: f32 = 0.25;
 
+/// A model holds no greater numbers of a label.
+const LARGEST: f32 = 1e6;
+
 /// A label's name, and its value of each face of which it is known.
 type Label = (String, Vec<Option<f64>>);
 
@@ -118,8 +121,19 @@ pub fn learn(
         let cause = format!("the labels are those of {told} faces, and not of these {there}");
         return Err(FitError::Input(cause));
     }
-    if persons.count() < 2 * (FOLDS + labels.besides.len()) {
-        let cause = format!("{} are too few to tell labels by", persons.said("faces"));
+    let least = 2 * (FOLDS + labels.besides.len());
+    if persons.count() < least {
+        let (said, besides) = (persons.said("faces"), labels.besides.len());
+        let why = match besides {
+            0 => String::new(),
+            _ => format!(
+                ": two for each of the {besides} numbers that are known of them besides, whose part is taken out first, \
+                 and {} more",
+                2 * FOLDS
+            ),
+        };
+        let cause =
+            format!("{said} are too few to tell labels by; {least} people are the least{why}");
         return Err(FitError::Input(cause));
     }
     if labels.together.is_empty() {
@@ -165,6 +179,17 @@ pub fn learn(
         if labels.is_empty() {
             return Err(skipped(&still, same));
         }
+        for label in &labels {
+            let known: Vec<f64> = all.iter().filter_map(|&f| label.1[f]).collect();
+            let [least, most] = round_limits(&known).map(|limit| limit as f32);
+            if !(least < most && least.abs().max(most.abs()) <= LARGEST) {
+                let why = format!(
+                    "from {least} to {most}, where a model holds seven digits of numbers up to {LARGEST}: in another \
+                     unit it can be learned"
+                );
+                return Err(skipped(&labels, why));
+            }
+        }
         let values: Vec<Vec<f64>> = labels.iter().map(read).collect();
         let values: Vec<&[f64]> = values.iter().map(|values| &values[..]).collect();
         let mut weights = vec![0.0; faces.len()];
@@ -178,7 +203,10 @@ pub fn learn(
             prior: &prior,
         };
         let one_way = || {
-            let why = "one of its shares goes with another, and does not vary by itself";
+            let why = match labels.len() {
+                1 => "what it differs in is lost in the rounding of its numbers",
+                _ => "one of its shares goes with another, and does not vary by itself",
+            };
             skipped(&labels, why.into())
         };
         let readouts = data.learn(&values, &all).ok_or_else(one_way)?;

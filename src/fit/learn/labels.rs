@@ -22,13 +22,18 @@ taken out before labels are learned. Who has no value of a label (null, or nothi
 for that label alone. "person" is no label: faces with the same text or number there are scans of one person, who is held
 out whole and counts once; a face without it is a person by itself.
 labels.csv may be there in its place, a table with a row a face: the columns are called name, person (or no such column),
-and as labels are; african, asian and caucasian together are the three shares. An empty cell is what is not known."#;
+and as labels are; african, asian and caucasian together are the three shares, as they are in labels.json. Between columns
+are commas, semicolons or tabs; beside the latter two 0,5 is a half. An empty cell, or NA, is what is not known; rows and
+columns of empty cells are none, nor is a first column without a name, where R and pandas count rows."#;
 
 /// The label that is three shares.
 const SHARES: &str = "ethnicity";
 
 /// What is no label, but whom a face is of.
 const PERSON: &str = "person";
+
+/// How it is told of what sex somebody is.
+const SEX: &str = ", where 0 is female and 1 is male";
 
 /// Three shares sum to 1 but for how they are rounded: thirds in hundredths are a hundredth short of it.
 const ROUNDED: f64 = 0.01 + 1e-9;
@@ -63,11 +68,30 @@ impl Told {
     }
 
     fn json(path: &Path) -> FitResult<Self> {
-        let faces: BTreeMap<String, BTreeMap<String, Value>> = json(path)?;
-        for (face, labels) in &faces {
-            for (label, value) in labels {
+        let mut faces: BTreeMap<String, BTreeMap<String, Value>> = json(path)?;
+        let fail = |face: &str, cause: &str| FitError::file(path, format!("{face}: its {cause}"));
+        let known = |value: Option<&Value>| value.is_some_and(|value| !value.is_null());
+        for (face, labels) in &mut faces {
+            if ETHNICITIES.iter().all(|&share| known(labels.get(share)))
+                && !known(labels.get(SHARES))
+            {
+                let shares = ETHNICITIES.iter().filter_map(|&share| labels.remove(share));
+                let shares = Value::Array(shares.collect());
+                labels.insert(SHARES.to_owned(), shares);
+            }
+            for (label, value) in &*labels {
                 if let Some(fault) = fault(label, value) {
-                    return Err(FitError::file(path, format!("{face}: its {fault}")));
+                    return Err(fail(face, &fault));
+                }
+            }
+        }
+        // They would be two labels of one name.
+        if faces.values().any(|labels| known(labels.get(SHARES))) {
+            for (face, labels) in &faces {
+                let one = ETHNICITIES.iter().find(|&&share| known(labels.get(share)));
+                if let Some(share) = one {
+                    let cause = format!("{share} is one of the shares that {SHARES:?} has");
+                    return Err(fail(face, &cause));
                 }
             }
         }
@@ -82,13 +106,13 @@ impl Told {
         let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
         let bytes = plain(&bytes).map_err(&fail)?;
         let text = decoded(&bytes);
-        let mut table = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .from_reader(text.as_bytes());
-        let columns = table
-            .headers()
+        let (delimiter, mut table, columns) = table(&text)
             .map_err(|e| FitError::file(path, e))?
-            .clone();
+            .ok_or_else(|| {
+                fail(format!(
+                    "it has no column called {NAME:?}, separated from others by commas, semicolons or tabs"
+                ))
+            })?;
         let columns: Vec<&str> = columns.iter().collect();
         check_columns(&columns).map_err(&fail)?;
         let mut faces = BTreeMap::new();
@@ -99,8 +123,19 @@ impl Told {
             let bad = |column: &str, cause: String| {
                 Err(fail(format!("row {row}, column {column}: {cause}")))
             };
+            // Spreadsheets write the rows and columns that something was in once, too.
+            if record.iter().all(str::is_empty) {
+                continue;
+            }
+            // In the first column R and pandas count rows.
+            let mut rest = columns.iter().zip(&record).zip(1..).skip(1);
+            let unnamed = rest.find(|((column, cell), _)| column.is_empty() && !cell.is_empty());
+            if let Some((_, i)) = unnamed {
+                return Err(fail(format!("its column {i} has no name")));
+            }
             let mut cells: BTreeMap<&str, &str> = columns.iter().copied().zip(&record).collect();
-            cells.retain(|_, cell| !cell.is_empty());
+            cells.remove("");
+            cells.retain(|&column, cell| !cell.is_empty() && (column == NAME || *cell != UNKNOWN));
             let Some(name) = cells.remove(NAME) else {
                 return bad(NAME, "it is empty".into());
             };
@@ -113,9 +148,13 @@ impl Told {
             }
             let mut numbers = BTreeMap::new();
             for (column, cell) in cells {
-                let number = cell.parse().ok().and_then(Number::from_f64);
-                let Some(number) = number else {
-                    return bad(column, format!("{cell:?} is no number"));
+                let point = match delimiter {
+                    b',' => cell.into(),
+                    _ => cell.replace(',', "."),
+                };
+                let Some(number) = point.parse().ok().and_then(Number::from_f64) else {
+                    let coded = if column == "sex" { SEX } else { "" };
+                    return bad(column, format!("{cell:?} is no number{coded}"));
                 };
                 numbers.insert(column.to_owned(), Value::Number(number));
             }
@@ -210,18 +249,30 @@ impl Told {
 /// The column of a face's name.
 const NAME: &str = "name";
 
-/// Refuses a table's head in which columns are missing, or there twice.
-fn check_columns(columns: &[&str]) -> Result<(), String> {
-    if !columns.contains(&NAME) {
-        return Err(format!(
-            "it has no column called {NAME:?}, separated from others by commas"
-        ));
-    }
-    for (i, column) in columns.iter().enumerate() {
-        if column.is_empty() {
-            return Err(format!("its column {} has no name", i + 1));
+/// What stands in a cell of which nothing is known, as R writes it.
+const UNKNOWN: &str = "NA";
+
+/// A table with its columns' names, by what is between them: the first of the usual with which one of them is a face's name.
+type Table<'a> = (u8, csv::Reader<&'a [u8]>, csv::StringRecord);
+
+fn table(text: &str) -> csv::Result<Option<Table<'_>>> {
+    for delimiter in *b",;\t" {
+        let mut table = csv::ReaderBuilder::new()
+            .delimiter(delimiter)
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes());
+        let columns = table.headers()?.clone();
+        if columns.iter().any(|column| column == NAME) {
+            return Ok(Some((delimiter, table, columns)));
         }
-        if columns[..i].contains(column) {
+    }
+    Ok(None)
+}
+
+/// Refuses a table's head in which columns are there twice, or not as they are meant.
+fn check_columns(columns: &[&str]) -> Result<(), String> {
+    for (i, column) in columns.iter().enumerate() {
+        if !column.is_empty() && columns[..i].contains(column) {
             return Err(format!("it has two columns called {column:?}"));
         }
     }
@@ -239,6 +290,7 @@ fn check_columns(columns: &[&str]) -> Result<(), String> {
 fn fault(label: &str, value: &Value) -> Option<String> {
     let is = |what: &str| Some(format!("{label} is {what}"));
     match value {
+        _ if label.trim().is_empty() => Some("label has no name".into()),
         Value::String(person) if label == PERSON && !person.trim().is_empty() => None,
         Value::Number(_) | Value::Null if label == PERSON => None,
         _ if label == PERSON => is("neither text nor a number"),
@@ -246,7 +298,7 @@ fn fault(label: &str, value: &Value) -> Option<String> {
         Value::Number(number) => {
             let coded = |sex: f64| (0.0..=1.0).contains(&sex);
             match label == "sex" && !number.as_f64().is_some_and(coded) {
-                true => is(&format!("{number}, where 0 is female and 1 is male")),
+                true => is(&format!("{number}{SEX}")),
                 false => None,
             }
         }
@@ -269,6 +321,7 @@ fn fault(label: &str, value: &Value) -> Option<String> {
             let bad = more.find(|(_, value)| !value.is_number() && !value.is_null());
             bad.map(|(name, _)| format!("{label}, {name} is no number"))
         }
+        _ if label == "sex" => is(&format!("no number{SEX}")),
         _ => is("no number"),
     }
 }
@@ -447,6 +500,19 @@ mod tests {
                 "a: its ethnicity is not three numbers",
             ),
             (
+                r#"{"a": {"african": 1, "asian": 1, "caucasian": 0}}"#,
+                "a: its ethnicity is three shares that sum to 2.000",
+            ),
+            (
+                r#"{"a": {"ethnicity": [1, 0, 0]}, "b": {"asian": 1}}"#,
+                "b: its asian is one of the shares that \"ethnicity\" has",
+            ),
+            (
+                r#"{"a": {"sex": "F"}}"#,
+                "a: its sex is no number, where 0 is female and 1 is male",
+            ),
+            (r#"{"a": {"": 2}}"#, "a: its label has no name"),
+            (
                 r#"{"a": {"ethnicity": [1, 0, "x"]}}"#,
                 "a: its ethnicity is not three numbers",
             ),
@@ -508,6 +574,24 @@ mod tests {
         let (same, same_labels) = read("labels.json", object).unwrap();
         assert_eq!(told.faces, same.faces);
         assert_eq!(labels, same_labels);
+        // As German spreadsheets write it, with a row and a column that something was in once; and with tabs and R's word.
+        let table = "name;age;person;african;asian;caucasian;\r\n\
+                     a;20,0;Ann;0,2;0,3;0,5;\r\nb;\"30,5\";Ann;;;;\r\n;;;;;;\r\nc;NA;NA;0;0;1;\r\n";
+        assert_eq!(read("labels.csv", table).unwrap().0.faces, same.faces);
+        let (tabs, _) = read("labels.csv", table.replace(';', "\t")).unwrap();
+        assert_eq!(tabs.faces, same.faces);
+        // With rows that are counted.
+        let (counted, _) = read("labels.csv", ",name,age\n0,a,20\n1,b,30\n").unwrap();
+        let (plain, _) = read("labels.csv", "name,age\na,20\nb,30\n").unwrap();
+        assert_eq!(counted.faces, plain.faces);
+        // Shares in an object as in a table; alone one is a label as any other.
+        let object =
+            r#"{"a": {"african": 0.2, "asian": 0.3, "caucasian": 0.5}, "b": {"asian": null}}"#;
+        let (_, shares) = read("labels.json", object).unwrap();
+        let asian = ("asian".into(), vec![Some(0.3), None]);
+        assert_eq!((shares.together.len(), &shares.told[1]), (1, &asian));
+        let (_, alone) = read("labels.json", r#"{"a": {"asian": 0.3}}"#).unwrap();
+        assert_eq!(alone.told, [asian]);
         // A name in Latin-1.
         let (told, _) = read("labels.csv", b"name,age\nZo\xeb,3\n").unwrap();
         assert!(told.faces.contains_key("Zo\u{eb}"));
@@ -545,6 +629,16 @@ mod tests {
             ("Name;age\na;20\n", r#"no column called "name""#),
             ("name,age,age\na,20,30\n", r#"two columns called "age""#),
             ("name,\na,20\n", "its column 2 has no name"),
+            ("name,,age,\na,,20,3\n", "its column 4 has no name"),
+            (
+                "name;age\na;1.234,5\n",
+                r#"row 2, column age: "1.234,5" is no number"#,
+            ),
+            ("name,age\na,\"20,5\"\n", r#""20,5" is no number"#),
+            (
+                "name,sex\na,F\n",
+                r#""F" is no number, where 0 is female and 1 is male"#,
+            ),
             ("name,age\na,20,30\n", "line: 2"),
         ] {
             let error = read("labels.csv", text).unwrap_err().to_string();

@@ -70,6 +70,10 @@ const STEP: f32 = 0.02;
 /// of its part.
 const NEGLIGIBLE: f64 = 1e-3;
 
+/// What differs by less, mm a standard deviation, is the same for all: the rest is rounding, which would be magnified to
+/// something that others must not change.
+const SAME: f64 = 1e-3;
+
 /// What other measures may change by while a constrained control moves its own by one standard
 /// deviation, about, in theirs: holding them altogether would take faces that nobody has, where two
 /// parts meet or a part has too few components.
@@ -212,6 +216,7 @@ struct Population<'a> {
     /// How many faces there are, without images.
     faces: usize,
     means: Vec<f64>,
+    /// Their standard deviations, mm, [`SAME`] at least.
     sigmas: Vec<f64>,
     /// The vertices beside each vertex.
     neighbours: Vec<Vec<u32>>,
@@ -222,7 +227,8 @@ struct Population<'a> {
 /// Learns semantic controls from faces in the pose of `parts` (all vertices, mm), whose blocks and
 /// measures are there already; from their mirror images too, if `both_sides` count.
 ///
-/// A control that nothing in its part can move, because there are too few faces, is left out.
+/// A control that nothing in its part can move, because there are too few faces, is left out, and one of what is the same for
+/// all faces, as how far to a side is for faces whose sides are alike.
 ///
 /// # Errors
 /// When the template lacks a part, or the sparse basis cannot be learned.
@@ -577,8 +583,7 @@ impl Candidates {
             let along: Vec<f64> = amounts.iter().map(|a| a[i]).collect();
             let square: f64 = along.iter().map(|m| m * m).sum();
             let sigma = (square / (along.len() - 1) as f64).sqrt();
-            // A micrometre is no variation.
-            if sigma > 1e-3 {
+            if sigma > SAME {
                 fields.push(field.iter().map(|d| *d * sigma).collect());
                 let rows = weights.iter_mut().zip(&along);
                 rows.for_each(|(row, m)| row.push(m / sigma));
@@ -615,7 +620,7 @@ impl<'a> Population<'a> {
         let sigmas = (0..measures.len())
             .map(|m| {
                 let squares: f64 = column(m).map(|l| (l - means[m]).powi(2)).sum();
-                (squares / (count - 1.0)).sqrt()
+                (squares / (count - 1.0)).sqrt().max(SAME)
             })
             .collect();
         Ok(Self {
@@ -692,7 +697,7 @@ impl<'a> Population<'a> {
         let mut found: Vec<(usize, Field, f64)> = Vec::new();
         for (part, own) in candidates {
             let controls: Vec<usize> = (0..SEMANTIC)
-                .filter(|&m| MEASURES[m].feature == part)
+                .filter(|&m| MEASURES[m].feature == part && self.sigmas[m] > SAME)
                 .collect();
             if own.fields.is_empty() || controls.is_empty() {
                 continue;
