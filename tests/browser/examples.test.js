@@ -95,6 +95,8 @@ test('the types beside the element are whole, and true of what a page writes', a
       designer.addEventListener('error', ({ detail }) => detail.message.slice());
       designer.colours = 'skin: 0.8';
       designer.code = null;
+      designer.src = '/model.phiz';
+      designer.controls = null;
       const known: number | undefined = designer.face?.measure('nose width');
       const picture: Promise<Blob> = designer.toPng({ width: known ?? 300, transparent: true });
       // @ts-expect-error there is no such format

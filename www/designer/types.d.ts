@@ -14,6 +14,14 @@ export interface PhizDesignerEventMap {
 export interface PhizDesignerMembers {
   readonly model: FaceModel | null;
   readonly face: Face | null;
+  get src(): string;
+  set src(src: string | null | undefined);
+  get head(): string;
+  set head(head: string | null | undefined);
+  get controls(): string | null;
+  set controls(controls: string | null | undefined);
+  get theme(): string;
+  set theme(theme: string | null | undefined);
   get code(): string;
   set code(code: string | null | undefined);
   get colours(): Readonly<Record<string, number>>;
