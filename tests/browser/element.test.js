@@ -578,6 +578,15 @@ describe('<phiz-designer> in any page', () => {
     assert.equal(wrong.length, 1);
     assert.match(wrong[0], /a page: is its address right/);
     isWrong = false;
+    await page.evaluate(async () => {
+      const { late } = window.all;
+      const ready = window.heard('late', 'ready');
+      late.src = late.getAttribute('src');
+      await ready;
+      const { model } = late;
+      late.src = late.getAttribute('src');
+      if (late.model !== model) throw new Error('what is there begins anew');
+    });
     const found = await page.evaluate(async () => {
       const { late } = window.all;
       let [ready, without, again] = [0, 0, false];

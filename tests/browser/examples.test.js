@@ -362,6 +362,18 @@ describe('examples', () => {
     await context.close();
   });
 
+  test('three.js and crowd: where the model does not come, they say so', async () => {
+    const bare = await serve({ model: null });
+    const page = await browser.newPage();
+    for (const name of ['three', 'crowd']) {
+      await page.goto(`${bare.url}examples/${name}/`);
+      const status = page.getByRole('status').filter({ hasText: /model\.phiz: 404/ });
+      await status.waitFor({ timeout: 20_000 });
+    }
+    await page.close();
+    await bare.close();
+  });
+
   test('crowd: a hundred faces follow one slider, a frame each', async () => {
     const { context, page, complaints } = await visit('examples/crowd/');
     await page.waitForSelector('html[data-ready]', { state: 'attached', timeout: 60_000 });

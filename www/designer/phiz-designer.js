@@ -160,6 +160,8 @@ export class PhizDesigner extends HTMLElement {
   #lost = element('p', { class: 'status', role: 'alert' });
   #dark = window.matchMedia('(prefers-color-scheme: dark)');
   #started = false;
+  /** Whether the model did not come. */
+  #failed = false;
   /** Counts starts: a start that is no longer the last one gives up. */
   #start = 0;
   /** Ends what listens to the canvas. */
@@ -211,6 +213,8 @@ export class PhizDesigner extends HTMLElement {
   attributeChangedCallback(name, before, value) {
     if (name === 'code' || name === 'colours') this.#ask(name, value);
     else if (before !== value) this.#attempt(() => this.#follow(name, value));
+    // As of an image that did not come, the same address is another attempt.
+    else if (name === 'src' && this.#started && this.#failed) this.#restart();
   }
 
   /** @param {'code' | 'colours'} name @param {unknown} value that may be none: a page that renders what somebody typed goes on */
@@ -425,6 +429,7 @@ export class PhizDesigner extends HTMLElement {
 
   /** There will be no model: what there is of a face stays. @param {unknown} error */
   #fail(error) {
+    this.#failed = true;
     if (!this.#scene) this.#frame.replaceChildren();
     this.#frame.append(element('p', { class: 'status', role: 'alert' }, sentence(error)));
     this.#complain(error);
@@ -434,6 +439,7 @@ export class PhizDesigner extends HTMLElement {
     const start = ++this.#start;
     const isStale = () => start !== this.#start;
     this.#started = true;
+    this.#failed = false;
     this.#stop();
     this.#paint();
     const src = this.getAttribute('src');
