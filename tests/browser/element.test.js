@@ -502,6 +502,38 @@ describe('<phiz-designer> in any page', () => {
     assert.deepEqual(found, { before: 'block', there: ['block', true], back: ['block', true] });
   });
 
+  test('what others that come and go share with it does not stay on its card', async () => {
+    const counts = await page.evaluate(async () => {
+      const { wrong } = window.all;
+      const own = wrong.shadowRoot.querySelector('canvas').getContext('webgl2');
+      const { prototype } = WebGL2RenderingContext;
+      const { createTexture, deleteTexture } = prototype;
+      let textures = 0;
+      prototype.createTexture = function () {
+        if (this === own) textures += 1;
+        return createTexture.call(this);
+      };
+      prototype.deleteTexture = function (texture) {
+        if (this === own) textures -= 1;
+        return deleteTexture.call(this, texture);
+      };
+      const counts = [];
+      for (let i = 0; i < 4; i++) {
+        window.add('passing', { src: '../model.phiz', controls: 'none' });
+        await window.heard('passing', 'ready');
+        window.all.passing.remove();
+        delete window.all.passing;
+        await new Promise((done) => setTimeout(done));
+        wrong.refresh();
+        await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+        counts.push(textures);
+      }
+      Object.assign(prototype, { createTexture, deleteTexture });
+      return counts;
+    });
+    assert.deepEqual(counts, counts.map(() => counts[0]), 'each may replace what was there');
+  });
+
   test('those that are gone are forgotten', async () => {
     const session = await page.context().newCDPSession(page);
     await page.evaluate(() => {
