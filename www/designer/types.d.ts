@@ -31,8 +31,8 @@ export interface PhizDesignerMembers {
   reset(region?: string): void;
   randomize(options?: Parameters<Face['randomize']>[0]): number;
   view(name: 'front' | 'quarter' | 'profile'): void;
-  toPng(options?: { width?: number; height?: number; transparent?: boolean }): Promise<Blob>;
-  toMesh(format: 'glb' | 'obj' | 'ply' | 'stl', options?: { targets?: boolean }): Promise<Uint8Array<ArrayBuffer>>;
+  toPng(options?: { width?: number | undefined; height?: number | undefined; transparent?: boolean | undefined }): Promise<Blob>;
+  toMesh(format: 'glb' | 'obj' | 'ply' | 'stl', options?: { targets?: boolean | undefined }): Promise<Uint8Array<ArrayBuffer>>;
   refresh(): void;
 }
 
