@@ -282,6 +282,7 @@ build() {
 }
 
 serve() {
+    [[ ${PORT:-8080} =~ ^[0-9]{1,5}$ ]] && ((10#${PORT:-8080} < 65536)) || die "PORT=$PORT is no port: give a number below 65536"
     build
     say "Serving www/dist; stop with Ctrl-C"
     cd www
@@ -538,6 +539,11 @@ clean() {
 
 # In a function, so that the script is read whole before it starts and may change while it runs.
 main() {
+    if [ $# -gt 1 ]; then
+        usage >&2
+        printf 'build.sh: %s takes nothing after it, not %s\n' "$1" "$2" >&2
+        exit 2
+    fi
     case "${1:---help}" in
         serve | build | model | bench | clean) "$1" ;;
         test) run_tests ;;

@@ -89,7 +89,7 @@ describe('<phiz-designer> in any page', () => {
 
   test('what is assigned before the class or the model is there is shown when they are, also in what was hidden', async () => {
     const found = await page.evaluate(async (code) => {
-      window.add('upgraded', { src: '../model.phiz', code: 'zzz', controls: 'none' }, { code, colours: { skin: 0.9 } });
+      window.add('upgraded', { code: 'zzz', controls: 'none' }, { src: '../model.phiz', code, colours: { skin: 0.9 } });
       await window.define();
       window.add('hidden', { src: '../model.phiz', controls: 'none' });
       const { upgraded, hidden } = window.all;
@@ -434,6 +434,106 @@ describe('<phiz-designer> in any page', () => {
     });
   });
 
+  test('attributes are properties, a slider is there once, colours are a copy, and an option is known by its name', async () => {
+    const found = await page.evaluate(async () => {
+      window.add('proper', {}, { src: '../model.phiz', controls: 'nose 2, nose,', theme: 'dark', head: undefined });
+      const { proper } = window.all;
+      await window.heard('proper', 'ready');
+      const nose = proper.model.controls.filter(({ group }) => group === 'nose').map(({ name }) => name);
+      const sliders = [...proper.shadowRoot.querySelectorAll('input')];
+      proper.set('nose 2', 0.9);
+      const at = sliders.map(({ value }) => Number(value));
+      const told = [proper.src, proper.head, proper.controls, proper.theme, proper.dataset.theme];
+      proper.controls = null;
+      const many = proper.shadowRoot.querySelectorAll('input').length;
+      proper.controls = '';
+      const none = proper.shadowRoot.querySelectorAll('input').length;
+
+      proper.colours = { skin: 0.8 };
+      const { colours } = proper;
+      colours.skin = 0.2;
+      let changes = 0;
+      const count = () => (changes += 1);
+      proper.addEventListener('change', count);
+      proper.colours = colours;
+      const skin = proper.colours.skin;
+      const refused = async (/** @type {Promise<unknown>} */ call) => call.then(() => '', ({ message }) => message);
+      return {
+        nose,
+        at,
+        told,
+        many,
+        none,
+        changes,
+        skin,
+        refused: [await refused(proper.toPng({ size: 300 })), await refused(proper.toMesh('glb', { target: false }))],
+        plain: (await proper.toMesh('stl', null)).length > 84 && (await proper.toPng(null)).type,
+        errors: window.errors.proper,
+      };
+    });
+    assert.deepEqual(found.told, ['../model.phiz', '', 'nose 2, nose,', 'dark', 'dark']);
+    assert.equal(found.at.length, found.nose.length, 'each slider once');
+    assert.deepEqual(found.at.map((value) => value > 0.89), [true, ...found.nose.slice(1).map(() => false)], 'the one that is there follows');
+    assert.deepEqual([found.many, found.none], [18, 0]);
+    assert.deepEqual([found.changes, found.skin], [1, 0.2]);
+    assert.deepEqual(found.refused, ['toPng knows no option "size"', 'toMesh knows no option "target"']);
+    assert.equal(found.plain, 'image/png');
+    assert.deepEqual(found.errors, []);
+  });
+
+  test('in another document it looks as it did, and goes on', async () => {
+    const found = await page.evaluate(async () => {
+      const { proper } = window.all;
+      const { model } = proper;
+      const frame = document.createElement('iframe');
+      document.querySelector('main').append(frame);
+      const displays = () => getComputedStyle(proper.shadowRoot.querySelector('canvas')).display;
+      const before = displays();
+      frame.contentDocument.body.append(proper);
+      await new Promise((done) => setTimeout(done));
+      const there = [displays(), proper.model === model];
+      document.querySelector('main').append(proper);
+      await new Promise((done) => setTimeout(done));
+      const back = [displays(), proper.model === model];
+      proper.remove();
+      frame.remove();
+      return { before, there, back };
+    });
+    assert.deepEqual(found, { before: 'block', there: ['block', true], back: ['block', true] });
+  });
+
+  test('what others that come and go share with it does not stay on its card', async () => {
+    const counts = await page.evaluate(async () => {
+      const { wrong } = window.all;
+      const own = wrong.shadowRoot.querySelector('canvas').getContext('webgl2');
+      const { prototype } = WebGL2RenderingContext;
+      const { createTexture, deleteTexture } = prototype;
+      let textures = 0;
+      prototype.createTexture = function () {
+        if (this === own) textures += 1;
+        return createTexture.call(this);
+      };
+      prototype.deleteTexture = function (texture) {
+        if (this === own) textures -= 1;
+        return deleteTexture.call(this, texture);
+      };
+      const counts = [];
+      for (let i = 0; i < 4; i++) {
+        window.add('passing', { src: '../model.phiz', controls: 'none' });
+        await window.heard('passing', 'ready');
+        window.all.passing.remove();
+        delete window.all.passing;
+        await new Promise((done) => setTimeout(done));
+        wrong.refresh();
+        await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+        counts.push(textures);
+      }
+      Object.assign(prototype, { createTexture, deleteTexture });
+      return counts;
+    });
+    assert.deepEqual(counts, counts.map(() => counts[0]), 'each may replace what was there');
+  });
+
   test('those that are gone are forgotten', async () => {
     const session = await page.context().newCDPSession(page);
     await page.evaluate(() => {
@@ -510,6 +610,15 @@ describe('<phiz-designer> in any page', () => {
     assert.equal(wrong.length, 1);
     assert.match(wrong[0], /a page: is its address right/);
     isWrong = false;
+    await page.evaluate(async () => {
+      const { late } = window.all;
+      const ready = window.heard('late', 'ready');
+      late.src = late.getAttribute('src');
+      await ready;
+      const { model } = late;
+      late.src = late.getAttribute('src');
+      if (late.model !== model) throw new Error('what is there begins anew');
+    });
     const found = await page.evaluate(async () => {
       const { late } = window.all;
       let [ready, without, again] = [0, 0, false];

@@ -95,6 +95,8 @@ test('the types beside the element are whole, and true of what a page writes', a
       designer.addEventListener('error', ({ detail }) => detail.message.slice());
       designer.colours = 'skin: 0.8';
       designer.code = null;
+      designer.src = '/model.phiz';
+      designer.controls = null;
       const known: number | undefined = designer.face?.measure('nose width');
       const picture: Promise<Blob> = designer.toPng({ width: known ?? 300, transparent: true });
       // @ts-expect-error there is no such format
@@ -358,6 +360,18 @@ describe('examples', () => {
     assert.ok(differing(after, await look(canvas, 'example-three-other')) > 1000);
     assert.deepEqual(complaints, []);
     await context.close();
+  });
+
+  test('three.js and crowd: where the model does not come, they say so', async () => {
+    const bare = await serve({ model: null });
+    const page = await browser.newPage();
+    for (const name of ['three', 'crowd']) {
+      await page.goto(`${bare.url}examples/${name}/`);
+      const status = page.getByRole('status').filter({ hasText: /model\.phiz: 404/ });
+      await status.waitFor({ timeout: 20_000 });
+    }
+    await page.close();
+    await bare.close();
   });
 
   test('crowd: a hundred faces follow one slider, a frame each', async () => {

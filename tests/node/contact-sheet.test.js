@@ -22,6 +22,11 @@ test('a contact sheet of six people', async () => {
     const { status, stdout, stderr } = run(here('www/public/model.phiz'), 'sheet.png', '3', '2', '7');
     assert.equal(status, 0, stderr);
     assert.match(run(here('www/public/model.phiz'), 'sheet.png', 'x', '2').stderr, /^usage: /, 'what is no number is told');
+    for (const [model, sheet] of [['nowhere.phiz', 'sheet.png'], ['contact-sheet.mjs', 'sheet.png'], [here('www/public/model.phiz'), 'nowhere/sheet.png']]) {
+      const failed = run(model, sheet, '1', '1');
+      assert.equal(failed.status, 1);
+      assert.match(failed.stderr, /^(ENOENT.*nowhere|not a usable phiz blob).*\n$/, 'one line');
+    }
     const codes = stdout.trim().split('\n').map((line) => line.split('\t')[1]);
     assert.equal(new Set(codes).size, 6, 'six people, each with a code');
 

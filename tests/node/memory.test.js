@@ -9,6 +9,8 @@ import { fastestBuild, load, prepare } from '../../pkg/index.js';
 const file = (/** @type {string} */ path) => readFile(new URL(`../../${path}`, import.meta.url));
 /** Pages of 64 KiB: the model and some ten faces fit in. */
 const MOST = 500;
+/** The same of the module for photos: what prepares it fits in, and no picture of 4096 pixels a side. */
+const MOST_PHOTOS = 1200;
 
 /** A number as wasm writes it, in as many bytes as it takes. @param {number} value */
 function leb(value) {
@@ -63,4 +65,22 @@ test('a full memory is told, and what there is of it can be given back', async (
   assert.ok(Math.abs(again.get('nose 1') - 0.9) < 1e-3);
   model.free();
   assert.throws(() => model.face(), /freed/);
+});
+
+test('a photo that was at work when memory ran out is freed without a second word', async () => {
+  // Of the build whose memory is not full.
+  const model = await load(await file('www/public/model.phiz'), { build: 'scalar' });
+  await model.preparePhotos({ wasm: limited(await file('pkg/photo/photo_bg.wasm'), MOST_PHOTOS) });
+  const [width, height] = [64, 64];
+  // A head that looks ahead, 700 mm away, in light from everywhere.
+  const camera = { focal: 90, centre: /** @type {const} */ ([32, 32]), rotation: [1, 0, 0, 0, -1, 0, 0, 0, -1], translation: /** @type {const} */ ([0, 0, 700]) };
+  const light = { coefficients: [0, 1, 2].map(() => [1, 0, 0, 0, 0, 0, 0, 0, 0]), rms: 0.1 };
+  const face = model.face();
+  const fit = /** @type {any} */ ({ code: face.code, camera, light, expression: {} });
+  const edit = await model.editPhoto({ width, height, fit });
+  const rgba = new Uint8ClampedArray(4 * width * height).fill(128);
+  assert.throws(() => edit.texture(rgba, 4096), /no memory left/);
+  edit.free();
+  assert.throws(() => edit.render(face, rgba), /freed/);
+  model.free();
 });

@@ -715,6 +715,7 @@ test('the types are true of what a program writes, and strict', async () => {
     await writeFile(
       join(folder, 'page.ts'),
       `import { fastestBuild, load, prepare, type PhotoFit } from 'phiz';
+      import { toGlb } from 'phiz/export';
       import photo from 'phiz/photo/photo_bg.wasm';
       import scalar from 'phiz/scalar/phiz_bg.wasm';
       import simd from 'phiz/simd/phiz_bg.wasm';
@@ -727,11 +728,20 @@ test('the types are true of what a program writes, and strict', async () => {
         const edit = await model.editPhoto({ width: 4, height: 4, fit, rgba });
         return [new ImageData(edit.render(model.face(), rgba), 4, 4), new ImageData(edit.texture(rgba, 64), 64, 64)];
       }
+      // What is not there is as if it were not named.
+      export async function other(file: Blob, seed?: number, rgba?: Uint8ClampedArray, targets?: boolean) {
+        const model = await load(file, { build: undefined });
+        const face = model.face();
+        face.randomize({ seed, regions: undefined });
+        const fit = await model.fitPhoto({ width: 4, height: 4, points: [], rgba, focal: undefined });
+        await model.editPhoto({ width: 4, height: 4, fit, rgba });
+        return toGlb(face, { targets });
+      }
       // @ts-expect-error a stream of text is none of bytes
       load(new ReadableStream<string>());`,
     );
     for (const resolution of ['--module nodenext', '--module esnext --moduleResolution bundler']) {
-      const flags = `--strict --noEmit --target es2022 --lib es2023,dom ${resolution}`.split(' ');
+      const flags = `--strict --exactOptionalPropertyTypes --noEmit --target es2022 --lib es2023,dom ${resolution}`.split(' ');
       const { status, stdout } = spawnSync(process.execPath, [here('www/node_modules/typescript/bin/tsc'), ...flags, 'page.ts'], { cwd: folder, encoding: 'utf8' });
       assert.equal(status, 0, stdout);
     }

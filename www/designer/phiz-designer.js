@@ -17,9 +17,24 @@ import { listenToKeys } from '../src/stage/viewpoint.js';
 import { shareGestures } from './gestures.js';
 import css from './phiz-designer.css?inline';
 
-// Sheets that are made here pass a content security policy that forbids inline styles.
-const sheet = new CSSStyleSheet();
-sheet.replaceSync(css);
+/**
+ * Sheets that are made here pass a content security policy that forbids inline styles. A document takes none of another one's.
+ * @type {WeakMap<Document, CSSStyleSheet>}
+ */
+const sheets = new WeakMap();
+/** @param {Document} page */
+function sheetFor(page) {
+  let sheet = sheets.get(page);
+  if (!sheet) {
+    sheet = new (page.defaultView ?? window).CSSStyleSheet();
+    sheet.replaceSync(css);
+    sheets.set(page, sheet);
+  }
+  return sheet;
+}
+
+/** What properties of the same name tell and set. */
+const REFLECTED = /** @type {const} */ (['src', 'head', 'controls', 'theme']);
 
 /** How many sliders each feature shows when the page does not say. */
 const FIRST = 3;
@@ -46,7 +61,7 @@ function download(url) {
 }
 
 /**
- * What a `controls` attribute asks for: names of controls and features, between commas; `none`; or
+ * What a `controls` attribute asks for: names of controls and features, between commas, each slider once; `none`; or
  * nothing, which is the first few of each feature.
  * @param {import('phiz').FaceModel} model @param {string | null} asked
  */
@@ -54,13 +69,20 @@ function chosenControls(model, asked) {
   if (asked === null) {
     return model.regions.flatMap((region) => model.controls.filter((c) => c.group === region).slice(0, FIRST));
   }
-  const names = asked.split(',').map((name) => name.trim());
-  if (names.length === 1 && (names[0] === 'none' || names[0] === '')) return [];
-  return names.flatMap((name) => {
-    const found = model.controls.filter((c) => c.name === name || c.group === name);
-    if (found.length === 0) throw new Error(`the model has no control and no feature "${name}"`);
-    return found;
+  const names = asked.split(',').map((name) => name.trim()).filter(Boolean);
+  if (names.length === 1 && names[0] === 'none') return [];
+  const found = names.flatMap((name) => {
+    const named = model.controls.filter((c) => c.name === name || c.group === name);
+    if (named.length === 0) throw new Error(`the model has no control and no feature "${name}"`);
+    return named;
   });
+  return [...new Set(found)];
+}
+
+/** Nobody hears of an option that is misspelled. @param {string} method @param {object} others options that nobody asks for */
+function noMore(method, others) {
+  const [unknown] = Object.keys(others);
+  if (unknown !== undefined) throw new Error(`${method} knows no option "${unknown}"`);
 }
 
 /** Until the head is on the screen; a page that is hidden paints nothing, and waits no longer. */
@@ -138,6 +160,8 @@ export class PhizDesigner extends HTMLElement {
   #lost = element('p', { class: 'status', role: 'alert' });
   #dark = window.matchMedia('(prefers-color-scheme: dark)');
   #started = false;
+  /** Whether the model did not come. */
+  #failed = false;
   /** Counts starts: a start that is no longer the last one gives up. */
   #start = 0;
   /** Ends what listens to the canvas. */
@@ -147,13 +171,19 @@ export class PhizDesigner extends HTMLElement {
   constructor() {
     super();
     const root = this.attachShadow({ mode: 'open' });
-    root.adoptedStyleSheets = [sheet];
+    root.adoptedStyleSheets = [sheetFor(document)];
     root.append(this.#frame);
+  }
+
+  /** In a window of its own, such as a picture in picture, it looks as it did. */
+  adoptedCallback() {
+    // A document that nobody shows has no sheets to give.
+    if (this.shadowRoot && this.ownerDocument.defaultView) this.shadowRoot.adoptedStyleSheets = [sheetFor(this.ownerDocument)];
   }
 
   connectedCallback() {
     // What the page assigned before this class was there hides the accessors.
-    for (const name of /** @type {const} */ (['code', 'colours'])) {
+    for (const name of /** @type {const} */ (['code', 'colours', ...REFLECTED])) {
       if (!Object.hasOwn(this, name)) continue;
       const value = this[name];
       delete (/** @type {Partial<PhizDesigner>} */ (this)[name]);
@@ -183,6 +213,8 @@ export class PhizDesigner extends HTMLElement {
   attributeChangedCallback(name, before, value) {
     if (name === 'code' || name === 'colours') this.#ask(name, value);
     else if (before !== value) this.#attempt(() => this.#follow(name, value));
+    // As of an image that did not come, the same address is another attempt.
+    else if (name === 'src' && this.#started && this.#failed) this.#restart();
   }
 
   /** @param {'code' | 'colours'} name @param {unknown} value that may be none: a page that renders what somebody typed goes on */
@@ -211,6 +243,44 @@ export class PhizDesigner extends HTMLElement {
     } else if (!this.#live) this.#restart();
   }
 
+  /** @param {typeof REFLECTED[number]} name @param {string | null | undefined} value */
+  #reflect(name, value) {
+    if (value === null || value === undefined) this.removeAttribute(name);
+    else this.setAttribute(name, value);
+  }
+  /** The attribute; empty where there is none, as of an image. Null and undefined take it away. @returns {string} */
+  get src() {
+    return this.getAttribute('src') ?? '';
+  }
+  /** @param {string | null | undefined} value */
+  set src(value) {
+    this.#reflect('src', value);
+  }
+  /** @returns {string} */
+  get head() {
+    return this.getAttribute('head') ?? '';
+  }
+  /** @param {string | null | undefined} value */
+  set head(value) {
+    this.#reflect('head', value);
+  }
+  /** Null is those that it has without, the empty string none. @returns {string | null} */
+  get controls() {
+    return this.getAttribute('controls');
+  }
+  /** @param {string | null | undefined} value */
+  set controls(value) {
+    this.#reflect('controls', value);
+  }
+  /** @returns {string} */
+  get theme() {
+    return this.getAttribute('theme') ?? '';
+  }
+  /** @param {string | null | undefined} value */
+  set theme(value) {
+    this.#reflect('theme', value);
+  }
+
   /** The model, once `ready` was fired. */
   get model() {
     return this.#live?.model ?? null;
@@ -228,9 +298,10 @@ export class PhizDesigner extends HTMLElement {
     this.#ask('code', code);
   }
 
-  /** The colours that are not the model's own; may be assigned at any time, also as the attribute has them. @returns {Readonly<Record<string, number>>} */
+  /** The colours that are not the model's own, a copy; may be assigned at any time, also as the attribute has them. @returns {Readonly<Record<string, number>>} */
   get colours() {
-    if (this.#live) return this.#live.head.colouring;
+    // Who changes what was given and assigns it means another one.
+    if (this.#live) return { ...this.#live.head.colouring };
     try {
       return coloursOf(this.#kept.colours ?? this.#asked.colours);
     } catch {
@@ -295,7 +366,9 @@ export class PhizDesigner extends HTMLElement {
     this.#need().scene.view(name);
   }
   /** The view as a PNG. @param {{ width?: number, height?: number, transparent?: boolean }} [options] */
-  async toPng({ width = 1024, height = width, transparent } = {}) {
+  async toPng(options) {
+    const { width = 1024, height = width, transparent = false, ...others } = options ?? {};
+    noMore('toPng', others);
     const { head, scene } = this.#need();
     head.finish();
     this.#ownBackdrop(scene);
@@ -303,10 +376,12 @@ export class PhizDesigner extends HTMLElement {
   }
   /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format @param {{ targets?: boolean }} [options] of a GLB */
   async toMesh(format, options) {
+    const { targets = true, ...others } = options ?? {};
+    noMore('toMesh', others);
     const { face, head, scene } = this.#need();
     if (format === 'glb') {
       const { glbAsShown } = await part(() => import('../src/appearance/appearance.js'));
-      return glbAsShown(scene.renderer, head, face, options);
+      return glbAsShown(scene.renderer, head, face, { targets });
     }
     const { toObj, toPly, toStl } = await part(() => import('phiz/export'));
     const writers = { obj: toObj, ply: toPly, stl: toStl };
@@ -354,6 +429,7 @@ export class PhizDesigner extends HTMLElement {
 
   /** There will be no model: what there is of a face stays. @param {unknown} error */
   #fail(error) {
+    this.#failed = true;
     if (!this.#scene) this.#frame.replaceChildren();
     this.#frame.append(element('p', { class: 'status', role: 'alert' }, sentence(error)));
     this.#complain(error);
@@ -363,6 +439,7 @@ export class PhizDesigner extends HTMLElement {
     const start = ++this.#start;
     const isStale = () => start !== this.#start;
     this.#started = true;
+    this.#failed = false;
     this.#stop();
     this.#paint();
     const src = this.getAttribute('src');

@@ -14,6 +14,14 @@ export interface PhizDesignerEventMap {
 export interface PhizDesignerMembers {
   readonly model: FaceModel | null;
   readonly face: Face | null;
+  get src(): string;
+  set src(src: string | null | undefined);
+  get head(): string;
+  set head(head: string | null | undefined);
+  get controls(): string | null;
+  set controls(controls: string | null | undefined);
+  get theme(): string;
+  set theme(theme: string | null | undefined);
   get code(): string;
   set code(code: string | null | undefined);
   get colours(): Readonly<Record<string, number>>;
@@ -23,8 +31,8 @@ export interface PhizDesignerMembers {
   reset(region?: string): void;
   randomize(options?: Parameters<Face['randomize']>[0]): number;
   view(name: 'front' | 'quarter' | 'profile'): void;
-  toPng(options?: { width?: number; height?: number; transparent?: boolean }): Promise<Blob>;
-  toMesh(format: 'glb' | 'obj' | 'ply' | 'stl', options?: { targets?: boolean }): Promise<Uint8Array<ArrayBuffer>>;
+  toPng(options?: { width?: number | undefined; height?: number | undefined; transparent?: boolean | undefined }): Promise<Blob>;
+  toMesh(format: 'glb' | 'obj' | 'ply' | 'stl', options?: { targets?: boolean | undefined }): Promise<Uint8Array<ArrayBuffer>>;
   refresh(): void;
 }
 

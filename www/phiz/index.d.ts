@@ -17,7 +17,7 @@
  */
 export function load(
   file: Uint8Array | ArrayBuffer | Blob | Response | ReadableStream<Uint8Array | ArrayBuffer>,
-  options?: { build?: 'simd' | 'scalar' },
+  options?: { build?: 'simd' | 'scalar' | undefined },
 ): Promise<FaceModel>;
 
 /** A compiled module, where the types of the platform know such: Node's own do not. */
@@ -33,7 +33,7 @@ export type Wasm = string | URL | Response | ArrayBuffer | ArrayBufferView | Was
  *   `phiz/scalar/phiz_bg.wasm`, whichever `build` is. It counts before anything else has asked for that build.
  * @throws Error when it does not come; `load` tries again
  */
-export function prepare(options?: { build?: 'simd' | 'scalar'; wasm?: Wasm }): Promise<void>;
+export function prepare(options?: { build?: 'simd' | 'scalar' | undefined; wasm?: Wasm | undefined }): Promise<void>;
 
 /** The build that `load` takes by itself: `simd` where 128-bit instructions work. */
 export function fastestBuild(): 'simd' | 'scalar';
@@ -94,12 +94,12 @@ export interface PhotoView {
    * The focal length in px, if it is known: that of EXIF as if for film, over the 43.3 mm of its diagonal, times that of the photo,
    * unless it was cut. Otherwise it is estimated.
    */
-  focal?: number;
+  focal?: number | undefined;
   /**
    * By how much the 17 points of the jaw are off across the face's outline, px, one standard deviation, if
    * that is known and more than the other points are: detectors see eyes better than where a face ends.
    */
-  jawNoise?: number;
+  jawNoise?: number | undefined;
 }
 
 /** What is known of a photo. */
@@ -108,19 +108,19 @@ export interface PhotoPoints extends PhotoView {
    * Other photos of the same person, from another side or with another expression: what their points tell of the face
    * counts, too.
    */
-  others?: readonly PhotoView[];
+  others?: readonly PhotoView[] | undefined;
   /**
    * The pixels, as `ImageData.data` has them: sRGB and alpha, row by row from the upper left corner.
    * With them the shape is told better, and the light too. Where alpha is below 128 the pixel is taken for
    * background, not the person, and is not looked at, but for how dark the photo is; where it is 0 nothing is there,
    * whatever its colour, as in pictures that were cut out. They are copied at once.
    */
-  rgba?: Uint8Array | Uint8ClampedArray;
+  rgba?: Uint8Array | Uint8ClampedArray | undefined;
   /**
    * Is called during a fit with pixels with the part of its steps that are done, above 0 and at last 1;
    * what it throws is dropped. A fit that pixels tell nothing ends sooner.
    */
-  progress?: (part: number) => void;
+  progress?: ((part: number) => void) | undefined;
 }
 
 /** A pinhole camera. Its frame is x to the right, y down, z forward; the head's is the model's. */
@@ -377,7 +377,7 @@ export class FaceModel implements ModelInfo {
    * @param options `wasm` is `phiz/photo/photo_bg.wasm` where a bundler does not find it by itself
    * @throws Error with the reason when the module cannot be loaded.
    */
-  preparePhotos(options?: { wasm?: Wasm }): Promise<void>;
+  preparePhotos(options?: { wasm?: Wasm | undefined }): Promise<void>;
   /**
    * The face and the camera that the points of a photo tell. Nothing leaves the machine; the module
    * that does it is loaded with the first photo. Expressions are told too when they are loaded, and
@@ -395,7 +395,7 @@ export class FaceModel implements ModelInfo {
    * @throws Error with the reason when the face is not in the photo, `rgba` has another size, or the fit's camera or light
    *   have numbers that none has.
    */
-  editPhoto(photo: { width: number; height: number; fit: PhotoFit; rgba?: Uint8Array | Uint8ClampedArray }): Promise<PhotoEdit>;
+  editPhoto(photo: { width: number; height: number; fit: PhotoFit; rgba?: Uint8Array | Uint8ClampedArray | undefined }): Promise<PhotoEdit>;
 
   readonly controls: readonly Control[];
   readonly attributes: readonly Attribute[];
@@ -456,7 +456,7 @@ export class Face {
    * Moves towards another face of the same model: t from 0, which changes nothing, to 1, which takes it over. All of a face has its
    * blending distance with it unless something is locked here; regions have none.
    */
-  blend(other: Face, t: number, options?: { regions?: readonly string[] }): void;
+  blend(other: Face, t: number, options?: { regions?: readonly string[] | undefined }): void;
   /**
    * Where the face stands on an attribute, in its unit. Edits by semantic controls do not count.
    * @throws Error when no attribute has that name.
@@ -481,10 +481,10 @@ export class Face {
    * @throws Error for what is unknown, and for values beyond their limits.
    */
   randomize(options?: {
-    seed?: number;
-    spread?: number;
-    regions?: readonly string[];
-    attributes?: Readonly<Record<string, number>>;
+    seed?: number | undefined;
+    spread?: number | undefined;
+    regions?: readonly string[] | undefined;
+    attributes?: Readonly<Record<string, number>> | undefined;
   }): number;
   /**
    * Holds a region where and as it is, to 0.0001 mm, until it is unlocked: `randomize`, `blend`,

@@ -48,7 +48,12 @@ export class PhotoEdit {
     return [this.#checks.string('a code', shape.code), this.#weigh(shape.expression)];
   }
   free() {
-    this.#raw?.free();
+    const raw = this.#raw;
     this.#raw = null;
+    try {
+      raw?.free();
+    } catch {
+      // What was at work when memory ran out is never given back: nobody is told a second time.
+    }
   }
 }

@@ -18,6 +18,10 @@ if (!file || !output || !(across >= 1 && down >= 1 && first >= 0 && [across, dow
   console.error('usage: node contact-sheet.js model.phiz sheet.png [columns rows seed]');
   process.exit(2);
 }
+process.on('uncaughtException', ({ message }) => {
+  console.error(message);
+  process.exit(1);
+});
 const model = await load(await readFile(file));
 const sheet = new PNG({ width: across * SIZE, height: down * SIZE });
 sheet.data.fill(0xee);

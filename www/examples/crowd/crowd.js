@@ -33,7 +33,10 @@ const select = /** @type {HTMLSelectElement} */ (document.querySelector('select'
 const slider = /** @type {HTMLInputElement} */ (document.querySelector('input'));
 
 const response = await fetch(new URL('../../model.phiz', document.baseURI));
-const model = await load(response);
+const model = await load(response).catch((why) => {
+  status.textContent = why.message;
+  throw why;
+});
 await MeshoptSimplifier.ready;
 
 const median = model.face();

@@ -20,4 +20,6 @@ picture.addEventListener('click', async () => {
   link.href = URL.createObjectURL(await designer.toPng({ width: 1200, height: 1200, transparent: true }));
   link.download = 'face.png';
   link.click();
+  // Not before the browser has begun to read it.
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 });

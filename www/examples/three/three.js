@@ -20,7 +20,10 @@ const form = /** @type {HTMLFormElement} */ (document.querySelector('form'));
 const status = /** @type {HTMLElement} */ (document.querySelector('[role=status]'));
 
 const response = await fetch(new URL('../../model.phiz', document.baseURI));
-const model = await load(response);
+const model = await load(response).catch((why) => {
+  status.textContent = why.message;
+  throw why;
+});
 const face = model.face();
 
 const geometry = new BufferGeometry();

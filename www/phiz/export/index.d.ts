@@ -95,9 +95,9 @@ export interface Appearance {
    * Both eyeballs: around the gaze, which is in the middle, away from there by the angle, `reach` (radians) at
    * the edge.
    */
-  readonly eyes?: { readonly colour: Picture; readonly reach: number };
+  readonly eyes?: { readonly colour: Picture; readonly reach: number } | undefined;
   /** Those without a vertex or a triangle are left out. */
-  readonly parts?: readonly Part[];
+  readonly parts?: readonly Part[] | undefined;
 }
 
 /**
@@ -117,9 +117,9 @@ export interface Appearance {
 export function toGlb(
   face: Face,
   options?: {
-    targets?: boolean;
-    targetNormals?: boolean;
-    appearance?: Appearance;
-    measured?: { controls: readonly MorphTarget[]; expressions: readonly ExpressionTarget[] };
+    targets?: boolean | undefined;
+    targetNormals?: boolean | undefined;
+    appearance?: Appearance | undefined;
+    measured?: { controls: readonly MorphTarget[]; expressions: readonly ExpressionTarget[] } | undefined;
   },
 ): Uint8Array<ArrayBuffer>;
