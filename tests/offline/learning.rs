@@ -776,7 +776,8 @@ fn what_is_the_same_for_all_has_no_slider() {
         let both = face.iter_mut().zip(image);
         both.for_each(|(p, q)| *p = p.midpoint(q));
     }
-    let learned = learn(template, faces, population::about(), &Settings::default()).unwrap();
+    let (each, about) = (Persons::each(12), population::about());
+    let learned = learn(template, faces, &each, about, &Settings::default()).unwrap();
     let semantic = learned.parts.controls.iter();
     let semantic: Vec<&str> = semantic
         .filter(|control| control.measure.is_some())
