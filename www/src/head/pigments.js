@@ -20,6 +20,8 @@ const BLOOD = [0.97, 0.68, 0.66];
 
 /** What lips have of the skin's colour at rest, and what both ends have of that. */
 const LIPS = [0.76, 0.38, 0.39];
+/** How much less of that on the darkest skin: lips have melanin as well, and blood below it shows less, or they would be maroon. */
+const BROWNED = [0.2, 0.55, 0.9];
 const PALE = [1.13, 1.72, 1.68];
 const PAINTED = [0.78, 0.16, 0.24];
 
@@ -83,6 +85,9 @@ export function skinColour(tone, skin, blood) {
   return new Color(r, g, b);
 }
 
+/** How bright skin is beside that at rest, to the eye; 1 at most. @param {Color} tone at rest @param {Color} skin */
+const brightness = (tone, skin) => Math.min(1, Math.sqrt((skin.g + 0.01) / (tone.g + 0.01)));
+
 /** The colours of an iris, linear. @param {number} iris */
 export const irisColours = (iris) => ({ inner: between(IRIS, iris, 1), outer: between(IRIS, iris, 2) });
 
@@ -97,7 +102,8 @@ export function pigments(tone, colouring) {
   // Pale lips have no more blood than the skin; full ones are painted.
   const [most, factors] = lips < REST.lips ? [REST.lips, PALE] : [1 - REST.lips, PAINTED];
   const far = Math.abs(lips - REST.lips) / most;
-  const [lipRed, lipGreen, lipBlue] = LIPS.map((factor, k) => factor * factors[k] ** far);
+  const dark = 1 - brightness(tone, skinColour(tone, skin, REST.blood));
+  const [lipRed, lipGreen, lipBlue] = LIPS.map((factor, k) => factor ** (1 - BROWNED[k] * dark) * factors[k] ** far);
   const [young, old] = [hairColour(hair, red, 0), hairColour(hair, red, 1)];
   const strands = young.clone().lerp(old, grey);
   const atRest = between(HAIR, REST.hair, 1);
@@ -107,7 +113,7 @@ export function pigments(tone, colouring) {
   return {
     skin: own,
     /** How much darker than at rest, for what lies on the skin: 1 at rest. */
-    bright: Math.min(1, Math.sqrt((own.g + 0.01) / (tone.g + 0.01))),
+    bright: brightness(tone, own),
     /** How much of the lips is not painted, 1 at rest and 0 at full. */
     bare: lips > REST.lips ? 1 - far : 1,
     lips: own.clone().multiply(new Color(lipRed, lipGreen, lipBlue)),
