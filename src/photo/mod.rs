@@ -183,7 +183,7 @@ pub struct Appearance {
 const BELIEVED: f64 = 0.8;
 
 /// Photos of one person are fitted so many times in turn, each with what the others tell: to second order about where all
-/// of them put the face, from which they then move by less than a fiftieth of its standard deviation.
+/// of them put the face. In turn the same face comes of all of them then, but for a thousandth of what each changes.
 const TURNS: usize = 3;
 
 /// Weights of expressions below this are not shown: no vertex moves by a tenth of a mm.

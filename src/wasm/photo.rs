@@ -90,18 +90,20 @@ struct AppearanceInfo {
 /// Numbers of one of several photos.
 const OTHER: usize = 4 + 2 * POINTS;
 
-fn other(numbers: &[f64; OTHER]) -> Photo<'_> {
-    let [width, height, focal, jaw, points @ ..] = numbers;
+fn view<'a>(numbers: &'a [f64], others: &'a [Photo<'a>]) -> Option<Photo<'a>> {
+    let [width, height, focal, jaw, points @ ..] = numbers else {
+        return None;
+    };
     let known = |value: f64| (!value.is_nan()).then_some(value);
-    Photo {
+    Some(Photo {
         width: *width as u32,
         height: *height as u32,
         points: points.as_chunks::<2>().0,
         focal: known(*focal),
         noise: None,
         jaw: known(*jaw),
-        others: &[],
-    }
+        others,
+    })
 }
 
 /// Weights of expressions below this are not told: no vertex moves by a tenth of a mm.
@@ -132,42 +134,28 @@ impl Fitter {
         })
     }
 
-    /// What the points (68 pairs of x and y, px) of a photo tell, those of the jaw with a noise of their own
-    /// (px) if it is given, and its pixels (sRGB and alpha) if
-    /// they are given, which tell more of the shape, and the light; as a plain object. Of each of `others`,
-    /// which are photos of the same person: width, height, focal length and the jaw's noise (NaN where they are not known),
-    /// then the points. `told` is called
+    /// What a photo's points tell, and its pixels (sRGB and alpha) if they are given, which tell more of the shape, and
+    /// the light; as a plain object. `photo` is its width and height, the focal length and the noise of the jaw's points
+    /// (px; NaN where they are not known), then the points, pairs of x and y, px; so are each of `others`, one after
+    /// another, which are photos of the same person. `told` is called
     /// with the part of the steps that are done; what it throws is dropped.
     pub fn fit(
         &self,
-        size: &[u32],
-        points: &[f64],
-        focal: Option<f64>,
-        jaw: Option<f64>,
+        photo: &[f64],
         others: &[f64],
         rgba: Option<Vec<u8>>,
         told: Option<Function>,
     ) -> Result<JsValue, JsError> {
-        let &[width, height] = size else {
-            return Err(error("a size is a width and a height"));
-        };
+        let none = || error("a photo is a width, a height, a focal length, a noise and points");
+        let (others, _) = others.as_chunks::<OTHER>();
+        let others: Option<Vec<Photo>> = others.iter().map(|other| view(other, &[])).collect();
+        let others = others.ok_or_else(none)?;
+        let photo = view(photo, &others).ok_or_else(none)?;
         let image = rgba
             .as_deref()
-            .map(|rgba| Image::new(width, height, rgba))
+            .map(|rgba| Image::new(photo.width, photo.height, rgba))
             .transpose()
             .map_err(error)?;
-        let (pairs, _) = points.as_chunks::<2>();
-        let (others, _) = others.as_chunks::<OTHER>();
-        let others: Vec<Photo> = others.iter().map(other).collect();
-        let photo = Photo {
-            width,
-            height,
-            points: pairs,
-            focal,
-            noise: None,
-            jaw,
-            others: &others,
-        };
         let mut tell = |part: f64| {
             if let Some(told) = &told {
                 let _ = told.call1(&JsValue::NULL, &part.into());

@@ -150,16 +150,17 @@ function sizeOf(width, height) {
   return size;
 }
 
-/** What is known of a photo, but for its pixels. @param {import('phiz').PhotoView} photo */
-function pointsOf(photo) {
+/** What is known of a photo, but for its pixels, as numbers. @param {import('phiz').PhotoView} photo @returns {number[]} */
+function viewOf(photo) {
   if (typeof photo !== 'object' || !photo) wrong('a photo', 'an object of its width, height and points', photo);
   const { width, height, points, focal, jawNoise, ...others } = photo;
   noMore('fitPhoto', others);
   const size = sizeOf(width, height);
   if (!(points?.length >= 0)) wrong('points', 'an array of x, y, x, y ...', points);
-  const pairs = Float64Array.from(points);
-  if (pairs.length % 2) throw new Error('points are pairs of x and y, and one has no y');
-  return { size, pairs, focal, jawNoise };
+  if (points.length % 2) throw new Error('points are pairs of x and y, and one has no y');
+  // What is not known is no number, and what is given as none is refused as 0 is.
+  const known = [focal, jawNoise].map((value) => (value === undefined ? NaN : value || 0));
+  return [...size, ...known, ...Float64Array.from(points)];
 }
 
 // Glue takes whatever it is given for what it expects: another type would be read as an address.
@@ -510,21 +511,19 @@ export class FaceModel {
   async fitPhoto(photo) {
     if (typeof photo !== 'object' || !photo) wrong('a photo', 'an object of its width, height and points', photo);
     const { others = [], rgba, progress, ...own } = photo;
-    const { size, pairs, focal, jawNoise } = pointsOf(own);
+    const view = Float64Array.from(viewOf(own));
     if (!Array.isArray(others)) wrong('others', 'an array of photos', others);
-    // What is not known is no number, and what is given as none is refused as 0 is.
-    const given = (/** @type {number | undefined} */ value) => (value === undefined ? NaN : value || 0);
     const besides = others.flatMap((other) => {
-      const { size, pairs, focal, jawNoise } = pointsOf(other);
-      if (pairs.length !== 136) throw new Error(`${pairs.length / 2} points were given of another photo, a face has 68`);
-      return [...size, given(focal), given(jawNoise), ...pairs];
+      const numbers = viewOf(other);
+      if (other.points.length !== 136) throw new Error(`${other.points.length / 2} points were given of another photo, a face has 68`);
+      return numbers;
     });
     // What the caller does with them while the module comes is nobody's face.
     const image = rgba && rgbaOf('rgba', rgba).slice();
     const fitter = await this.#photoFitter();
     // It may have been freed while the module came.
     this.#live;
-    return fitter.fit(size, pairs, focal, jawNoise, Float64Array.from(besides), image, progress);
+    return fitter.fit(view, Float64Array.from(besides), image, progress);
   }
 
   /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit, rgba?: Uint8Array | Uint8ClampedArray }} photo */

@@ -5,10 +5,7 @@ export class Fitter {
   private constructor();
   static parse(model: Uint8Array, expressions?: Uint8Array): Fitter;
   fit(
-    size: Uint32Array,
-    points: Float64Array,
-    focal: number | undefined,
-    jaw: number | undefined,
+    photo: Float64Array,
     others: Float64Array,
     rgba?: Uint8Array | Uint8ClampedArray,
     told?: (part: number) => void,
