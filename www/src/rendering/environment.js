@@ -41,12 +41,13 @@ export const STUDIO_GLSL = /* glsl */ `
 export function createEnvironment({ levels, light, flat }) {
   studioUniforms.studioLight.value = light;
   const [shine, sheen] = flat.roughness;
-  const mirror = new DataTexture(flat.texels, flat.side, 2 * flat.side);
-  mirror.magFilter = mirror.minFilter = LinearFilter;
-  mirror.needsUpdate = true;
-  // All scenes of a page share it: each would keep the last one on its card, and it whoever has drawn with it.
-  studioUniforms.studioMirror.value.dispose();
-  studioUniforms.studioMirror.value = mirror;
+  // All scenes of a page share it, and all studios are the same: another one would stay on the card of each beside the last.
+  if (studioUniforms.studioMirror.value === dark) {
+    const mirror = new DataTexture(flat.texels, flat.side, 2 * flat.side);
+    mirror.magFilter = mirror.minFilter = LinearFilter;
+    mirror.needsUpdate = true;
+    studioUniforms.studioMirror.value = mirror;
+  }
   studioUniforms.studioFold.value.set(0.5 - 0.5 / flat.side, shine, 1 / (sheen - shine), flat.brightest);
   const images = levels.map(({ size, faces }) =>
     faces.map((texels) => {
