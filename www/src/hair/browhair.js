@@ -1,4 +1,5 @@
 import { chance } from '../chance.js';
+import { smoothstep } from '../groundwork/paint.js';
 import { browLines, growBrows } from './browline.js';
 import { clamp, norm } from './hull.js';
 import { ANCHORS, POINTS } from './strands.js';
@@ -107,10 +108,10 @@ export function browHair(skin) {
         path.push(px + off * out[0], py + off * out[1], relief.z(px, py) + off * out[2]);
         outward.push(...out);
       }
-      // A brow begins soft.
-      const broad = Math.min(1, 0.45 + 2 * t) * (0.55 + 0.45 * random());
-      // Those in the middle of a brow are there however thin it is.
-      hairs.push({ ...bound, broad, lasts: 1 - 1.5 * Math.abs(across), path, outward, order });
+      // A brow begins soft, and ends in single hairs.
+      const broad = Math.min(1, 0.45 + 2 * t) * (1 - 0.55 * smoothstep(0.5, 1, t)) * (0.55 + 0.45 * random());
+      // Those in the middle of a brow are there however thin it is, but for its tail.
+      hairs.push({ ...bound, broad, lasts: (1 - 1.5 * Math.abs(across)) * (1 - 0.5 * smoothstep(0.6, 1, t)), path, outward, order });
     });
   }
   // The first of them are anywhere: where few are drawn, it is they.

@@ -32,7 +32,7 @@ export function growBrows(lines, tries, random, each) {
       const t = random();
       const across = (random() + random()) / 2 - 0.5;
       // A brow begins soft, is fullest at a quarter and runs out in a tail.
-      const half = HALF * Math.min(1, 0.6 + 2 * t) * (1 - 0.8 * smoothstep(0.35, 1, t));
+      const half = HALF * Math.min(1, 0.6 + 2 * t) * (1 - 0.7 * smoothstep(0.35, 1, t));
       // As many would be one stroke where it is narrow.
       if (random() > 0.12 + 0.2 * half) continue;
       const [cx, cy] = along(t);
@@ -43,7 +43,7 @@ export function growBrows(lines, tries, random, each) {
       const [ax, ay] = along(Math.max(0, t - 0.1));
       const [bx, by] = along(Math.min(1, t + 0.1));
       const course = Math.atan2(by - ay, Math.abs(bx - ax));
-      const rise = course + 1.2 * (1 - smoothstep(0, 0.5, t)) + 0.12 - 0.7 * across + (random() - 0.5) * 0.35;
+      const rise = course + 1.2 * (1 - smoothstep(0, 0.5, t)) + 0.12 - 0.7 * across + (random() - 0.5) * (0.35 + 0.45 * smoothstep(0.5, 1, t));
       const length = (3.2 + 3.2 * random()) * (1 - 0.38 * t);
       each({ x, y, dx: side * Math.cos(rise) * length, dy: Math.sin(rise) * length, t, across });
     }

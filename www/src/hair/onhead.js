@@ -40,10 +40,10 @@ export function growHair(skin, where, uniforms, fade, onGrown) {
         kind: 'brows',
         style: () => BROWS,
         // What is bushy is broader, too: thin brows are the middle of it.
-        thinning: ({ bushy, browed }) => ({ share: browed * Math.min(1, 0.75 * bushy ** 0.7), gone: [0, 0, 0, 0.35 * (2 - bushy)] }),
+        thinning: ({ bushy, browed }) => ({ share: browed * Math.min(1, 0.45 * bushy ** 1.15), gone: [0, 0, 0, 0.35 * (2 - bushy)] }),
         long: () => BROW,
         turned: ({ turned }) => turned[1],
-        half: 0.3,
+        half: 0.23,
         gaps: 0.45,
         bare: 0.2,
         carries: ({ browed }) => browed,

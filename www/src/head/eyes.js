@@ -151,7 +151,7 @@ export const EYE_GLSL = /* glsl */ `
   // Redder towards the corners.
   vec3 scleraColour(vec2 eye, float side) {
     vec4 veins = texture2D(poreMap, eye * vec2(0.9, 1.6));
-    vec3 sclera = mix(vec3(0.83, 0.80, 0.77), vec3(0.80, 0.60, 0.55), 0.55 * side);
+    vec3 sclera = mix(vec3(0.72, 0.69, 0.66), vec3(0.70, 0.52, 0.47), 0.55 * side);
     return scleraTint * sclera * mix(vec3(1.0), vec3(0.98, 0.9, 0.88), veins.a * (0.5 + 0.5 * side));
   }
   // Without the cornea.
@@ -207,7 +207,7 @@ const COLOUR = /* glsl */ `
 
     // The lids shade the eye: a soft band under the upper one, a thin one over the lower one.
     lidShade = smoothstep(-0.1, 0.42, lidAt(upperLid) - vInHead.y) * smoothstep(-0.12, 0.2, vInHead.y - lidAt(lowerLid));
-    lidShade = mix(lidShade, lidShade * 0.55, side);
+    lidShade = mix(lidShade, lidShade * 0.55, side) * mix(0.72, 1.0, smoothstep(0.1, 0.75, lidAt(upperLid) - vInHead.y));
     diffuseColor.rgb *= mix(vec3(0.42, 0.28, 0.24), vec3(1.0), lidShade);
   }
 `;

@@ -172,9 +172,9 @@ function formsOf(at) {
       // Above the fold from the nose to the mouth the cheek hangs over.
       { middle: [0.5 * (wing[0] + mouth[0]) + side * 14, 0.5 * (wing[1] + mouth[1]) + 4], half: [7, 12], high: 3, turn: -side * 0.5 },
       // Below the cheekbone it is hollow.
-      { middle: [far[0] + side * 6, 0.4 * wing[1] + 0.6 * mouth[1]], half: [10, 15], high: -3.8, turn: side * 0.35 },
+      { middle: [far[0] + side * 6, 0.4 * wing[1] + 0.6 * mouth[1]], half: [13, 18], high: -2.6, turn: side * 0.35 },
       // The jowl, and the hollow between it and the chin.
-      { middle: [mouth[0] + side * 13, 0.3 * mouth[1] + 0.7 * chin[1]], half: [8, 10], high: 3.2 },
+      { middle: [mouth[0] + side * 13, 0.3 * mouth[1] + 0.7 * chin[1]], half: [9, 11], high: 2.9 },
       { middle: [mouth[0] - side * 3, 0.12 * mouth[1] + 0.88 * chin[1]], half: [5, 8], high: -2.2 },
       // The bands of the neck, and the hollow between them.
       { middle: [side * 13, chin[1] - 34], half: [3.2, 19], high: 2.6, turn: side * 0.12 },
