@@ -55,7 +55,7 @@ pub use camera::Camera;
 pub use light::{Detail, HARMONICS, Image, Light};
 pub use looks::{Hair, Looks};
 pub use reshape::{Edit, Field};
-pub use texture::Texture;
+pub use texture::{Texture, View};
 
 use crate::{Error, Expressions, FaceModel, Result};
 use contour::JAW;
@@ -165,6 +165,17 @@ pub struct Fit {
     pub quality: Quality,
     /// What the photo's pixels told; `None` when none were given, or they told nothing.
     pub appearance: Option<Appearance>,
+    /// How the other photos of the person were taken, in their order.
+    pub others: Vec<Shot>,
+}
+
+/// How another photo of a fitted face was taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shot {
+    /// The camera, in the frame of the model's heads.
+    pub camera: Camera,
+    /// The weight of each expression there, 0..=1.
+    pub expression: Vec<f64>,
 }
 
 /// What a photo's pixels told of a face's shape.
@@ -259,9 +270,13 @@ impl Fitter {
     pub fn fit(&self, photo: &Photo) -> Result<Fit> {
         let seen = checked(photo)?;
         let observed = self.observed(&self.points, &seen);
-        let known = self.known(photo)?;
+        let (known, others) = self.known(photo)?;
         let (state, _) = self.solve(photo, None, &observed, known)?;
-        (self.finish(&observed, state, &self.points.basis, None)).ok_or_else(nobody)
+        let fit = self.finish(&observed, state, &self.points.basis, None);
+        Ok(Fit {
+            others,
+            ..fit.ok_or_else(nobody)?
+        })
     }
 
     /// The same from a photo's points and its pixels, which tell the shape by its shading, E_c
@@ -287,9 +302,20 @@ impl Fitter {
         told: &mut dyn FnMut(f64),
     ) -> Result<Fit> {
         image.check_size([photo.width, photo.height])?;
+        let (known, others) = self.known(photo)?;
+        let fit = self.fit_knowing(known, photo, image, told)?;
+        Ok(Fit { others, ..fit })
+    }
+
+    fn fit_knowing(
+        &self,
+        known: Option<Known>,
+        photo: &Photo,
+        image: &Image,
+        told: &mut dyn FnMut(f64),
+    ) -> Result<Fit> {
         let seen = checked(photo)?;
         let observed = self.observed(&self.points, &seen);
-        let known = self.known(photo)?;
         let (state, terms) = self.solve(photo, Some(image), &observed, known)?;
         let fit = self.finish(&observed, state.clone(), &self.points.basis, None);
         let fit = fit.ok_or_else(nobody)?;
@@ -362,24 +388,31 @@ impl Fitter {
         Some((jaw, teeth::shut(image, seen)))
     }
 
-    /// What the points of a photo's others tell of the face.
-    fn known(&self, photo: &Photo) -> Result<Option<Known>> {
+    /// What the points of a photo's others tell of the face, and how those were taken.
+    fn known(&self, photo: &Photo) -> Result<(Option<Known>, Vec<Shot>)> {
         if photo.others.is_empty() {
-            return Ok(None);
+            return Ok((None, Vec::new()));
         }
         let photos: Vec<&Photo> = std::iter::once(photo).chain(photo.others).collect();
         let seen: Vec<Vec<DVec2>> = (photos.iter().map(|p| checked(p))).collect::<Result<_>>()?;
         let mut told: Vec<Option<Known>> = vec![None; photos.len()];
+        let mut shots = Vec::with_capacity(photos.len());
         for _ in 0..TURNS {
+            shots.clear();
             for i in 0..photos.len() {
                 told[i] = None;
                 let observed = self.observed(&self.points, &seen[i]);
                 let known = Known::all(told.iter().flatten());
                 let (state, terms) = self.solve(photos[i], None, &observed, known)?;
                 told[i] = solver::told(&observed, &terms, &state);
+                shots.push(Shot {
+                    camera: state.pose.camera(),
+                    expression: state.unknowns[terms.coefficients..].to_vec(),
+                });
             }
         }
-        Ok(Known::all(told[1..].iter().flatten()))
+        let others = shots.split_off(1);
+        Ok((Known::all(told[1..].iter().flatten()), others))
     }
 
     /// What the points tell, with what is known, and the teeth if there is an image.
@@ -455,6 +488,7 @@ impl Fitter {
             camera,
             residuals,
             appearance,
+            others: Vec::new(),
             quality: Quality {
                 rms_px,
                 rms_mm: rms_px * (state.pose.log_depth - state.pose.log_focal).exp(),

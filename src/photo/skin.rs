@@ -538,6 +538,14 @@ fn trust(
         .filter(|l| l.name.starts_with("ibug_"))
         .map(|l| l.position(&parts.mean))
         .collect();
+    // Broad cheeks are farther from all of them in their middle.
+    let cheeks = (1..=15).flat_map(|jaw| {
+        let wing = if jaw < 8 { 31 } else { 35 };
+        let ends = points.get(jaw).zip(points.get(wing));
+        let between = |(jaw, wing): (&Vec3, &Vec3)| [0.33, 0.67].map(|part| jaw.lerp(*wing, part));
+        ends.map(between).into_iter().flatten()
+    });
+    let points: Vec<Vec3> = points.iter().copied().chain(cheeks).collect();
     let mut trust = vec![0.0; places.len()];
     let mut facings = vec![0.0; places.len()];
     for v in bare(model) {

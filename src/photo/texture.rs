@@ -51,25 +51,52 @@ const STAIN: f64 = 0.25;
 const PALE: [f64; 2] = [-0.3, -0.1];
 /// A chart's colours are continued so many texels beyond its border, for whoever filters the image.
 const MARGIN: usize = 6;
+/// Of several photos that show a place each counts by how well it does, to this power: nearly all of it is the best one's,
+/// and no border is seen.
+const BEST: i32 = 4;
+/// What the other side of the face shows is worth this part of what is seen.
+const MIRRORED: f64 = 0.5;
+/// Less well than this, px a mm, nothing is seen.
+const UNSEEN: f64 = 0.5;
+/// More pixels than so many for a mm a texture does not have either.
+const SHARP: f64 = 3.0;
+/// What is believed less than this is not asked how tones differ there.
+const SEEN: f64 = 0.1;
+/// Tones of two photos that differ by the first of these logarithms more than they usually do are doubted, and not believed
+/// by the second.
+const ANOTHER: [f64; 2] = [0.2, 0.5];
+/// Smoothing passes over how tones differ: what is smaller than some 10 mm is left to each photo.
+const BLURRED: usize = 8;
+/// Skin that two photos show at fewer vertices does not tell how their tones differ.
+const FEWEST: usize = 30;
 /// Sides of a texture, texels.
 const SIZES: std::ops::RangeInclusive<usize> = 64..=4096;
 
+/// A face as a photo shows it.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// The photo's camera.
+    pub camera: &'a Camera,
+    /// The light on the face.
+    pub light: &'a Light,
+    /// The face's vertices in the photo, mm.
+    pub positions: &'a [DVec3],
+    /// Their unit normals.
+    pub normals: &'a [Vec3],
+    /// The photo.
+    pub image: Image<'a>,
+    /// Finer pixels of a part of it, where those are known.
+    pub detail: Option<Detail<'a>>,
+}
+
 impl Texture {
-    /// Of a face (positions in mm, unit normals) that a camera sees in an image, and in finer pixels where those
-    /// are known.
+    /// Of a face, and of others of the same person's in other photos, each of which counts where it shows the skin best.
+    /// Tones are those of the first photo.
     ///
     /// # Errors
-    /// When the mesh is not the model's, the face is not in the photo, the size is not from 64 to
-    /// 4096, or the finer pixels have no place.
-    pub fn of(
-        model: &FaceModel,
-        camera: &Camera,
-        light: &Light,
-        mesh: (&[DVec3], &[Vec3]),
-        image: &Image,
-        detail: Option<&Detail>,
-        size: usize,
-    ) -> Result<Self> {
+    /// When a mesh is not the model's, the face is not in a photo, the size is not from 64 to
+    /// 4096, or finer pixels have no place.
+    pub fn of(model: &FaceModel, view: &View, others: &[View], size: usize) -> Result<Self> {
         if !SIZES.contains(&size) {
             return Err(Error::Value {
                 what: "a texture's side",
@@ -77,9 +104,10 @@ impl Texture {
                 got: size as f64,
             });
         }
-        if let Some(Detail { corner, scale, .. }) = detail {
+        let views = || std::iter::once(view).chain(others);
+        for Detail { corner, scale, .. } in views().filter_map(|view| view.detail) {
             let place = [
-                ("a detail's scale", "above 0", *scale, *scale > 0.0),
+                ("a detail's scale", "above 0", scale, scale > 0.0),
                 ("a detail's left edge", "a number of px", corner.x, true),
                 ("a detail's upper edge", "a number of px", corner.y, true),
             ];
@@ -90,19 +118,102 @@ impl Texture {
                 }
             }
         }
-        let skin = Skin::new(model, camera, light, mesh, image)?;
-        let (fill, shine) = fill(&skin);
-        let smooth = smooth(&skin, detail);
-        let smooth = smooth.as_ref().map(|(smooth, corner, scale)| {
-            Ok::<_, Error>(Detail {
-                image: Image::new(smooth.width as u32, smooth.height as u32, &smooth.rgba)?,
-                corner: *corner,
-                scale: scale / smooth.coarser as f64,
-            })
+        let skins = views().map(|view| {
+            let mesh = (view.positions, view.normals);
+            Skin::new(model, view.camera, view.light, mesh, &view.image)
         });
-        let smooth = smooth.transpose()?;
-        Ok(bake(&skin, &fill, &shine, smooth.as_ref().or(detail), size))
+        let skins: Vec<Skin> = skins.collect::<Result<_>>()?;
+        let worn = skins.iter().zip(views());
+        let worn: Vec<_> = worn
+            .map(|(skin, view)| smooth(skin, view.detail.as_ref()))
+            .collect();
+        let sources = skins.iter().zip(views()).zip(&worn);
+        let mut sources = sources
+            .map(|((skin, view), smooth)| {
+                let smooth = smooth.as_ref().map(|(smooth, corner, scale)| {
+                    Ok::<_, Error>(Detail {
+                        image: Image::new(smooth.width as u32, smooth.height as u32, &smooth.rgba)?,
+                        corner: *corner,
+                        scale: scale / smooth.coarser as f64,
+                    })
+                });
+                let (fill, shine) = fill(skin);
+                Ok(Source {
+                    way: Vec::new(),
+                    sharp: sharpness(view).min(SHARP),
+                    skin,
+                    fill,
+                    shine,
+                    detail: smooth.transpose()?.or(view.detail),
+                })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        if let [first, others @ ..] = &mut sources[..] {
+            for other in others {
+                other.way = way(first, other.skin);
+            }
+        }
+        Ok(bake(model, &sources, size))
     }
+}
+
+/// What is known of the head's colours by one photo.
+struct Source<'a> {
+    skin: &'a Skin<'a>,
+    /// The colours of what is not seen.
+    fill: Vec<DVec3>,
+    shine: Shine,
+    detail: Option<Detail<'a>>,
+    /// From its tones to those of the first, at each vertex, as `way` has it; of the first itself there is none.
+    way: Vec<(DVec3, f64)>,
+    /// How many pixels it has for a mm, as far as they count.
+    sharp: f64,
+}
+
+/// How many pixels of a photo are a mm at the head.
+fn sharpness(view: &View) -> f64 {
+    let middle = view.positions.iter().sum::<DVec3>() / view.positions.len() as f64;
+    view.camera.focal / view.camera.to_camera(middle).length()
+}
+
+/// The logarithm of the way from the tones of a photo to those of the first, at each vertex, and how far it is believed
+/// there. The way is how they differ but for what is small, which is in one place of one and beside it in the other. Where
+/// the first does not show the skin its tones are those that it has around: lights are told worst at the sides of faces, and
+/// how the skin differs there in the large nobody knows. What differs by much is a shadow or hair.
+fn way(first: &Source, other: &Skin) -> Vec<(DVec3, f64)> {
+    let least = DVec3::splat(1e-3);
+    let differs = (0..other.trust.len()).filter_map(|v| {
+        let seen = other.vertex(v).filter(|_| other.trust[v] > SEEN)?;
+        let own = first.skin.vertex(v).unwrap_or_default();
+        let own = first.fill[v].lerp(own, first.skin.trust[v]);
+        Some((v, (own.max(least) / seen.max(least)).map(f64::ln)))
+    });
+    let differs: Vec<(usize, DVec3)> = differs.collect();
+    let both = differs.iter().filter(|d| first.skin.trust[d.0] > 0.5);
+    let both: Vec<DVec3> = both.map(|d| d.1).collect();
+    let usual = match both.len() < FEWEST {
+        true => median(differs.iter().map(|d| d.1)),
+        false => median(both.into_iter()),
+    };
+    let mut gain = vec![usual; other.trust.len()];
+    let mut is_known = vec![false; gain.len()];
+    let mut off = vec![DVec3::ZERO; gain.len()];
+    let limit = DVec3::splat(ANOTHER[1]);
+    for (v, own) in differs {
+        off[v] = (own - usual).clamp(-limit, limit);
+        gain[v] = usual + off[v];
+        is_known[v] = true;
+    }
+    continued(other, &mut gain, &|v| !is_known[v], PASSES, usual);
+    continued(other, &mut gain, &|_| true, BLURRED, usual);
+    continued(other, &mut off, &|_| true, BLURRED, DVec3::ZERO);
+    let believed = |off: DVec3| {
+        let much = (off.dot(BRIGHTNESS).abs() - ANOTHER[0]) / (ANOTHER[1] - ANOTHER[0]);
+        1.0 - much.clamp(0.0, 1.0)
+    };
+    gain.into_iter()
+        .zip(off.into_iter().map(believed))
+        .collect()
 }
 
 /// What of the photo is worn, without the grain that its exposure on the head would show, if it would; where its corner
@@ -293,12 +404,25 @@ fn tones(skin: &Skin, brow: &[bool]) -> (Vec<DVec3>, DVec3) {
     let seen: Vec<bool> = (0..tones.len())
         .map(|v| is_known[v] || is_known[mirror[v] as usize])
         .collect();
+    let is_next = |v: usize| !seen[v];
+    continued(skin, &mut tones, &is_next, PASSES, usual);
+    (tones, usual)
+}
+
+/// Makes the logarithms of tones at some vertices of the skin smoothly follow their neighbours'.
+fn continued(
+    skin: &Skin,
+    tones: &mut [DVec3],
+    is_next: &dyn Fn(usize) -> bool,
+    passes: usize,
+    usual: DVec3,
+) {
     let all = skin.model.parts().topology.part_vertices("skin");
     let neighbours = skin.neighbours();
-    for _ in 0..PASSES {
+    for _ in 0..passes {
         for &v in &all {
             let v = v as usize;
-            if seen[v] || neighbours[v].is_empty() {
+            if !is_next(v) || neighbours[v].is_empty() {
                 continue;
             }
             let sum: DVec3 = neighbours[v].iter().map(|&n| tones[n as usize]).sum();
@@ -306,17 +430,55 @@ fn tones(skin: &Skin, brow: &[bool]) -> (Vec<DVec3>, DVec3) {
             tones[v] = (sum / count + usual * USUAL) / (1.0 + USUAL);
         }
     }
-    (tones, usual)
 }
 
-fn bake(
-    skin: &Skin,
-    fill: &[DVec3],
-    shine: &Shine,
-    detail: Option<&Detail>,
-    size: usize,
-) -> Texture {
-    let topology = &skin.model.parts().topology;
+impl Source<'_> {
+    /// The colour at a mix of three vertices, how much of it is the photo's, and how well it is seen there.
+    fn colour(
+        &self,
+        corners: [usize; 3],
+        mirrored: [usize; 3],
+        share: [f64; 3],
+    ) -> (DVec3, [f64; 2]) {
+        let (skin, shine) = (self.skin, &self.shine);
+        let detail = self.detail.as_ref();
+        let own: DVec3 = (0..3).map(|i| self.fill[corners[i]] * share[i]).sum();
+        let (seen, trust) = skin.albedo(corners, share, detail);
+        let trust = trust * skin.unmixed(corners, share, seen, own);
+        let (other, far) = skin.albedo(mirrored, share, detail);
+        let far = far * (1.0 - trust) * skin.unmixed(mirrored, share, other, own);
+        let rest = (1.0 - trust - far).max(0.0);
+        let [seen, other, own] = [(corners, seen), (mirrored, other), (corners, own)]
+            .map(|(corners, colour)| shine.without(corners, share, colour));
+        let colour = shine.unstained(corners, share, seen * trust + other * far + own * rest);
+        let facing = |corners: [usize; 3]| -> f64 {
+            (0..3).map(|i| skin.facings[corners[i]] * share[i]).sum()
+        };
+        let well = self.sharp * (trust * facing(corners) + MIRRORED * far * facing(mirrored));
+        if self.way.is_empty() {
+            return (colour, [trust + far, well]);
+        }
+        let way = |corners: [usize; 3]| {
+            let each = (0..3).map(|i| (self.way[corners[i]], share[i]));
+            each.fold(
+                (DVec3::ZERO, 0.0),
+                |(sum, all), ((gain, believed), share)| {
+                    (sum + gain * share, all + believed * share)
+                },
+            )
+        };
+        let [own, other] = [way(corners), way(mirrored)];
+        let gain = own.0.lerp(other.0, far);
+        let believed = own.1 + (other.1 - own.1) * far;
+        (
+            colour * gain.map(f64::exp),
+            [(trust + far) * believed, well * believed],
+        )
+    }
+}
+
+fn bake(model: &FaceModel, sources: &[Source], size: usize) -> Texture {
+    let topology = &model.parts().topology;
     let side = size as f64;
     let texel = |corner: u32| {
         let [u, v] = topology.uvs[corner as usize].map(f64::from);
@@ -337,19 +499,24 @@ fn bake(
         let here = DVec2::new((at % size) as f64, (at / size) as f64) + 0.5;
         let share =
             super::raster::barycentric(here, layout[triangle as usize].map(|c| c.truncate()));
-        let own: DVec3 = (0..3).map(|i| fill[corners[i]] * share[i]).sum();
-        let (seen, trust) = skin.albedo(corners, share, detail);
-        let trust = trust * skin.unmixed(corners, share, seen, own);
         let mirrored = corners.map(|v| topology.mirror[v] as usize);
-        let (other, far) = skin.albedo(mirrored, share, detail);
-        let far = far * (1.0 - trust) * skin.unmixed(mirrored, share, other, own);
-        let rest = (1.0 - trust - far).max(0.0);
-        let [seen, other, own] = [(corners, seen), (mirrored, other), (corners, own)]
-            .map(|(corners, colour)| shine.without(corners, share, colour));
-        let colour = shine.unstained(corners, share, seen * trust + other * far + own * rest);
+        let (mut colour, [mut shown, well]) = sources[0].colour(corners, mirrored, share);
+        if sources.len() > 1 {
+            // What no photo shows has the first one's colours.
+            let mut weight = well.powi(BEST) + UNSEEN.powi(BEST);
+            colour *= weight;
+            for source in &sources[1..] {
+                let (other, [much, well]) = source.colour(corners, mirrored, share);
+                let counts = well.powi(BEST);
+                colour += counts * other;
+                weight += counts;
+                shown = shown.max(much);
+            }
+            colour /= weight;
+        }
         let coded = colour.to_array().map(byte);
         pixel[..3].copy_from_slice(&coded);
-        pixel[3] = (255.0 * (trust + far).min(1.0) + 0.5) as u8;
+        pixel[3] = (255.0 * shown.min(1.0) + 0.5) as u8;
         filled[at] = true;
     }
     widen(&mut rgba, &mut filled, size);

@@ -6,7 +6,7 @@ use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
 use super::{Fitter, error};
-use crate::photo::{Camera, Detail, Edit, Field, HARMONICS, Image, Light, Looks};
+use crate::photo::{Camera, Detail, Edit, Field, HARMONICS, Image, Light, Looks, View};
 use crate::{Error, Expressions, Face, Performance};
 
 /// How many numbers tell a camera: the focal length, the centre, the rotation row by row, the
@@ -19,6 +19,66 @@ pub struct PhotoEdit {
     face: Worn,
     edit: Edit,
     size: [u32; 2],
+    others: Vec<Other>,
+}
+
+/// Another photo of the same person.
+struct Other {
+    camera: Camera,
+    light: Light,
+    positions: Vec<DVec3>,
+    normals: Vec<Vec3>,
+    size: [u32; 2],
+    rgba: Vec<u8>,
+    detail: Option<Finer>,
+}
+
+/// Finer pixels of a part of a photo.
+struct Finer {
+    size: [u32; 2],
+    rgba: Vec<u8>,
+    corner: DVec2,
+    scale: f64,
+}
+
+impl Finer {
+    /// Of its pixels, and its width and height, where its upper left corner is in the photo, and how many of its pixels
+    /// are one of the photo's.
+    fn new(rgba: Option<Vec<u8>>, place: &[f64]) -> Result<Option<Self>, JsError> {
+        match (rgba, place) {
+            (Some(rgba), &[width, height, left, top, scale]) => Ok(Some(Self {
+                size: [width as u32, height as u32],
+                rgba,
+                corner: DVec2::new(left, top),
+                scale,
+            })),
+            (Some(_), _) => Err(error("finer pixels have a size, a corner and a scale")),
+            (None, _) => Ok(None),
+        }
+    }
+
+    fn detail(&self) -> crate::Result<Detail<'_>> {
+        let [width, height] = self.size;
+        Ok(Detail {
+            image: Image::new(width, height, &self.rgba)?,
+            corner: self.corner,
+            scale: self.scale,
+        })
+    }
+}
+
+impl Other {
+    fn view(&self) -> crate::Result<View<'_>> {
+        let [width, height] = self.size;
+        Ok(View {
+            camera: &self.camera,
+            light: &self.light,
+            positions: &self.positions,
+            normals: &self.normals,
+            image: Image::new(width, height, &self.rgba)?,
+            detail: self.detail.as_ref().map(Finer::detail).transpose()?,
+        })
+    }
 }
 
 /// A face and its expression.
@@ -134,7 +194,51 @@ impl PhotoEdit {
             edit: edit.map_err(error)?,
             face,
             size: [width, height],
+            others: Vec::new(),
         })
+    }
+
+    /// Another photo of the same person, whose colours count in [`PhotoEdit::texture`] from then on: as `open`, and with
+    /// finer pixels as there. Whether it does: of a face on which no light is told nobody knows the colours.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what wasm takes has no structure"
+    )]
+    pub fn also(
+        &mut self,
+        fitter: &Fitter,
+        size: &[u32],
+        camera: &[f64],
+        code: &str,
+        weights: &[f64],
+        rgba: Vec<u8>,
+        finer: Option<Vec<u8>>,
+        place: &[f64],
+    ) -> Result<bool, JsError> {
+        let &[width, height] = size else {
+            return Err(error("a photo has a width and a height"));
+        };
+        let model = fitter.fitter.model();
+        let face = model.from_code(code).map_err(error)?;
+        let mut face = Worn::new(face, fitter.expressions.as_ref());
+        face.express(weights).map_err(error)?;
+        let camera = camera_of(camera)?;
+        let detail = Finer::new(finer, place)?;
+        let image = Image::new(width, height, &rgba).map_err(error)?;
+        let Ok(light) = Light::on(model, face.mesh(), &camera, &image) else {
+            return Ok(false);
+        };
+        let [positions, normals] = face.mesh();
+        self.others.push(Other {
+            camera,
+            light,
+            positions: positions.iter().map(|p| p.as_dvec3()).collect(),
+            normals: normals.to_vec(),
+            size: [width, height],
+            rgba,
+            detail,
+        });
+        Ok(true)
     }
 
     /// Tells what is background, by pixels of the size that the photo was opened with.
@@ -181,16 +285,12 @@ impl PhotoEdit {
     ) -> Result<Vec<u8>, JsError> {
         let [width, height] = self.size;
         let image = Image::new(width, height, rgba).map_err(error)?;
-        let detail = match (&finer, place) {
-            (Some(rgba), &[width, height, left, top, scale]) => Some(Detail {
-                image: Image::new(width as u32, height as u32, rgba).map_err(error)?,
-                corner: DVec2::new(left, top),
-                scale,
-            }),
-            (Some(_), _) => return Err(error("finer pixels have a size, a corner and a scale")),
-            (None, _) => None,
-        };
-        let texture = self.edit.texture(&image, detail.as_ref(), size as usize);
+        let finer = Finer::new(finer, place)?;
+        let detail = finer.as_ref().map(Finer::detail).transpose();
+        let detail = detail.map_err(error)?;
+        let others: crate::Result<Vec<View>> = self.others.iter().map(Other::view).collect();
+        let others = others.map_err(error)?;
+        let texture = (self.edit).texture_with(&image, detail.as_ref(), &others, size as usize);
         Ok(texture.map_err(error)?.rgba)
     }
 

@@ -78,6 +78,14 @@ struct FitInfo<'a> {
     quality: QualityInfo,
     appearance: Option<AppearanceInfo>,
     light: Option<LightInfo>,
+    others: Vec<ShotInfo<'a>>,
+}
+
+/// As `PhotoShot` of `index.d.ts`.
+#[derive(Serialize)]
+struct ShotInfo<'a> {
+    camera: CameraInfo,
+    expression: BTreeMap<&'a str, f64>,
 }
 
 /// As `PhotoAppearance` of `index.d.ts`.
@@ -176,13 +184,21 @@ impl Fitter {
             None => None,
         };
         let list = self.expressions.as_ref().map_or(&[][..], |e| e.list());
-        let weights = list.iter().zip(&fit.expression);
+        let named = |weights: &[f64]| {
+            let weights = list.iter().zip(weights).filter(|w| *w.1 > SHOWN);
+            weights
+                .map(|(e, &weight)| (e.name.as_str(), weight))
+                .collect()
+        };
+        let shots = fit.others.iter().map(|shot| ShotInfo {
+            camera: shot.camera.into(),
+            expression: named(&shot.expression),
+        });
         let info = FitInfo {
             code: fit.code,
             camera: fit.camera.into(),
-            expression: (weights.filter(|w| *w.1 > SHOWN))
-                .map(|(e, &weight)| (e.name.as_str(), weight))
-                .collect(),
+            expression: named(&fit.expression),
+            others: shots.collect(),
             residuals: fit.residuals.iter().map(|r| r.to_array()).collect(),
             quality: QualityInfo {
                 rms_px: quality.rms_px,

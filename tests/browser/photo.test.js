@@ -891,6 +891,9 @@ describe('a face in a photo', () => {
     assert.ok((await note()).some((words) => words.startsWith('The shape is what 2 photos of this person tell.')));
     // More is determined by two than by one of them.
     assert.ok(both.fit.quality.determined > first.fit.quality.determined + 1, `${both.fit.quality.determined}, ${first.fit.quality.determined}`);
+    assert.equal(both.fit.others.length, 1);
+    await page.getByLabel('3D head', { exact: true }).check({ force: true });
+    await page.waitForFunction(() => window.designer.photo.worn);
     // One without a face leaves what was, and a third counts the two.
     assert.equal((await add(greyPng(600, 600))).mode, 'none');
     await page.getByRole('button', { name: 'Back to the last photo' }).click();

@@ -98,6 +98,40 @@ describe('a photo', () => {
     }
   });
 
+  test('of the same person from both sides gives the head their colours', async () => {
+    const face = model.face();
+    face.randomize({ seed: 4 });
+    const sides = [-0.7, 0.7].map((yaw) => ({ ...SIZE, points: seen(face, { yaw }), focal: 900 }));
+    face.free();
+    // Skin everywhere: what is worn of a photo is what it sees of the head.
+    const rgba = Uint8Array.from({ length: 4 * SIZE.width * SIZE.height }, (_, i) => [200, 150, 120, 255][i % 4]);
+    const fit = await model.fitPhoto({ ...SIZE, points, rgba, others: sides });
+    assert.equal(fit.others.length, 2);
+    for (const [i, yaw] of [-0.7, 0.7].entries()) {
+      const [turned] = fit.others[i].camera.angles;
+      assert.ok(Math.abs(turned - yaw) < 0.1, `${turned}`);
+    }
+    const others = sides.map((side, i) => ({ ...SIZE, shot: fit.others[i], rgba }));
+    const worn = async (more) => {
+      const edit = await model.editPhoto({ ...SIZE, fit, ...more });
+      const texture = edit.texture(rgba, 256);
+      edit.free();
+      return texture.filter((value, i) => i % 4 === 3 && value > 200).length;
+    };
+    const [alone, all] = [await worn({}), await worn({ others })];
+    assert.ok(all > 1.1 * alone, `${all} texels, ${alone} of one photo`);
+    for (const [wrong, what] of [
+      [{}, /others must be an array of photos/],
+      [[others[0], { ...others[1], shot: undefined }], /the shot of another photo must be one of the `others`/],
+      [[{ ...others[0], rgba: rgba.slice(4) }], /bytes are no photo of/],
+      [[{ ...others[0], rgba: [] }], /another photo's rgba must be a Uint8Array/],
+      [[{ ...others[0], points: 1 }], /editPhoto knows no option "points"/],
+      [[{ ...others[0], width: 0 }], /width must be a whole number/],
+    ]) {
+      await assert.rejects(model.editPhoto({ ...SIZE, fit, others: wrong }), what);
+    }
+  });
+
   test('tells expressions once they are loaded', async () => {
     const smiling = await load(bytes);
     const before = await smiling.fitPhoto({ ...SIZE, points });

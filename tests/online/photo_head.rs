@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 use phiz::Face;
 use phiz::photo::raster::{NOTHING, Raster, barycentric};
-use phiz::photo::{Camera, Detail, Edit, Hair, Image, Light, Looks, Texture};
+use phiz::photo::{Camera, Detail, Edit, Hair, Image, Light, Looks, Texture, View};
 
 use crate::common::person;
 use crate::staged::{SIZE, camera, edit, stencil, window};
@@ -121,6 +121,94 @@ fn a_head_wears_the_photo_without_its_light() {
         pixel[1] > pixel[0]
     });
     assert_eq!(green.count(), 0);
+}
+
+/// Photos of both sides, darker and bluer than the one from the front, show what that one does not and no mirror can: each
+/// side is striped in its own way. Tones are those of the photo from the front.
+#[test]
+fn a_head_wears_several_photos() {
+    let face = person(9);
+    let model = face.model();
+    let parts = model.parts();
+    let striped = |p: &Vec3| {
+        let wide = if p.x > 0.0 { 9.0 } else { 6.0 };
+        DVec3::new(0.5, 0.35, 0.25) * (1.0 + 0.15 * f64::from(p.y / wide).sin())
+    };
+    let albedo: Vec<DVec3> = parts.mean.iter().map(striped).collect();
+    let light = window();
+    let dimmed = DVec3::new(0.55, 0.6, 0.75);
+    let dim = light.coefficients;
+    let dim = Light {
+        coefficients: [0, 1, 2].map(|k| dim[k].map(|l| l * dimmed[k])),
+        ..light
+    };
+    let positions: Vec<DVec3> = face.positions().iter().map(|p| p.as_dvec3()).collect();
+    let cameras = [0.0, 0.75, -0.75].map(|yaw| camera([yaw, 0.0, 0.0]));
+    let photos = [(0, &light), (1, &dim), (2, &dim)]
+        .map(|(i, light)| picture(&face, &cameras[i], light, &albedo));
+    let images = [0, 1, 2].map(|i| Image::new(SIZE[0], SIZE[1], &photos[i]).unwrap());
+    let others = [1, 2].map(|i| View {
+        camera: &cameras[i],
+        light: &dim,
+        positions: &positions,
+        normals: face.normals(),
+        image: images[i],
+        detail: None,
+    });
+    let edit = edit(&face, &cameras[0], Some(light));
+    let alone = edit.texture(&images[0], None, 512).unwrap();
+    assert_eq!(
+        edit.texture_with(&images[0], None, &[], 512).unwrap(),
+        alone
+    );
+    let all = edit.texture_with(&images[0], None, &others, 512).unwrap();
+    let linear = |byte: u8| (f64::from(byte) / 255.0 + 0.055).powf(2.4) / 1.055_f64.powf(2.4);
+    // Of what is seen in photos: the logarithm of what is worn over the albedo, each channel, at the face's middle, to its
+    // right and to its left.
+    let off = |worn: &Texture| -> [Vec<DVec3>; 3] {
+        let mut off: [Vec<DVec3>; 3] = Default::default();
+        for v in parts.topology.part_vertices("skin") {
+            let [u, w] = parts.topology.uvs[v as usize];
+            let [x, y] = [u, 1.0 - w].map(|c| ((c * 512.0) as usize).min(511));
+            let at = 4 * (512 * y + x);
+            let place = parts.mean[v as usize];
+            // Where both sides meet the stripes do not.
+            if worn.rgba[at + 3] > 230 && place.x.abs() > 8.0 {
+                let side = match place.x {
+                    x if x.abs() < 45.0 => 0,
+                    x if x < 0.0 => 1,
+                    _ => 2,
+                };
+                let seen = [0, 1, 2].map(|k| linear(worn.rgba[at + k]));
+                let tone = DVec3::from_array(seen) / albedo[v as usize];
+                off[side].push(tone.map(f64::ln));
+            }
+        }
+        off
+    };
+    let [one, many] = [off(&alone), off(&all)];
+    let shares = |of: &[DVec3], channel: usize, shares: [f64; 3]| {
+        let mut all: Vec<f64> = of.iter().map(|o| o[channel]).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        shares.map(|share| all[(share * (all.len() - 1) as f64) as usize])
+    };
+    for channel in 0..3 {
+        let [tone, ..] = shares(&one[0], channel, [0.5; 3]);
+        for (side, name) in [(0, "middle"), (1, "right"), (2, "left")] {
+            let [low, median, high] =
+                shares(&many[side], channel, [0.1, 0.5, 0.9]).map(|o| o - tone);
+            // As of one photo: stripes are some cells of the picture wide.
+            assert!(
+                low > -0.08 && median.abs() < 0.02 && high < 0.08,
+                "{name}, {channel}: {low}, {median}, {high}"
+            );
+        }
+    }
+    // A photo from a side shows more of it.
+    for side in [1, 2] {
+        let [before, now] = [&one, &many].map(|of| of[side].len());
+        assert!(4 * now > 5 * before, "{before}, {now}");
+    }
 }
 
 /// What is not seen has the tone of what is, however far that is from the skin that the model is painted with.

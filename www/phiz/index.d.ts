@@ -283,6 +283,29 @@ export interface PhotoFit {
    * (see `PhotoPoints.rgba`).
    */
   readonly light: PhotoLight | null;
+  /** How the other photos of the person were taken, in the order of `PhotoPoints.others`. */
+  readonly others: readonly PhotoShot[];
+}
+
+/** How another photo of a fitted face was taken. */
+export interface PhotoShot {
+  readonly camera: PhotoCamera;
+  /** What is shown of each expression there. */
+  readonly expression: Readonly<Record<string, number>>;
+}
+
+/** Another photo of a person, for the colours of the head. */
+export interface PhotoOther {
+  /** px, whole. */
+  width: number;
+  /** px, whole. */
+  height: number;
+  /** How it was taken: its own of a fit's `others`. */
+  shot: PhotoShot;
+  /** Its pixels, as `PhotoPoints.rgba`. They are copied at once. */
+  rgba: Uint8Array | Uint8ClampedArray;
+  /** Finer pixels of its face, if there are some; they are copied, too. */
+  detail?: PhotoDetail | undefined;
 }
 
 /** A named range of triangles: `skin`, `left eyeball` ... */
@@ -391,11 +414,13 @@ export class FaceModel implements ModelInfo {
   /**
    * Opens a photo for changing the face in it. Its size is that of the photo that was fitted; larger
    * versions of the photo change by the same field. With `rgba`, whose alpha is how much of a pixel is the
-   * person's, less of the background moves.
+   * person's, less of the background moves. `others` are photos of the same person, which `PhotoEdit.texture` takes
+   * the colours of what they show better from, in the tones of this one; one whose face has no light that is told
+   * counts for nothing.
    * @throws Error with the reason when the face is not in the photo, `rgba` has another size, or the fit's camera or light
    *   have numbers that none has.
    */
-  editPhoto(photo: { width: number; height: number; fit: PhotoFit; rgba?: Uint8Array | Uint8ClampedArray | undefined }): Promise<PhotoEdit>;
+  editPhoto(photo: { width: number; height: number; fit: PhotoFit; rgba?: Uint8Array | Uint8ClampedArray | undefined; others?: readonly PhotoOther[] | undefined }): Promise<PhotoEdit>;
 
   readonly controls: readonly Control[];
   readonly attributes: readonly Attribute[];

@@ -526,16 +526,24 @@ export class FaceModel {
     return fitter.fit(view, Float64Array.from(besides), image, progress);
   }
 
-  /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit, rgba?: Uint8Array | Uint8ClampedArray }} photo */
+  /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit, rgba?: Uint8Array | Uint8ClampedArray, others?: readonly import('phiz').PhotoOther[] }} photo */
   async editPhoto(photo) {
     if (typeof photo !== 'object' || !photo) wrong('a photo', 'an object of its width, height and fit', photo);
-    const { width, height, fit, rgba, ...others } = photo;
-    noMore('editPhoto', others);
+    const { width, height, fit, rgba, others = [], ...more } = photo;
+    noMore('editPhoto', more);
     const size = sizeOf(width, height);
     checkFit(fit);
     const { camera, light, code, expression } = fit;
     const image = rgba && rgbaOf('rgba', rgba).slice();
-    const [glue, { PhotoEdit }] = await Promise.all([loadedPhotoModule(), import('./photoedit.js')]);
+    if (!Array.isArray(others)) wrong('others', 'an array of photos', others);
+    const besides = others.map(({ width, height, shot, rgba, detail, ...none }) => {
+      noMore('editPhoto', none);
+      const finer = detail && { ...detail, rgba: rgbaOf("a detail's rgba", detail.rgba).slice() };
+      return { size: sizeOf(width, height), shot, rgba: rgbaOf("another photo's rgba", rgba).slice(), detail: finer };
+    });
+    const checks = { pixels, string, number, rgbaOf };
+    const [glue, { PhotoEdit, numbersOf, otherOf }] = await Promise.all([loadedPhotoModule(), import('./photoedit.js')]);
+    const seen = besides.map((other) => otherOf(other, checks));
     // Those that the fitter is made for: others may come while it is.
     const names = this.expressions;
     const fitter = await this.#photoFitter();
@@ -551,18 +559,19 @@ export class FaceModel {
     const raw = glue.PhotoEdit.open(
       fitter,
       size,
-      Float64Array.of(camera.focal, ...camera.centre, ...camera.rotation, ...camera.translation),
+      numbersOf(camera),
       Float64Array.from(light?.coefficients.flat() ?? []),
       string('the code of a fit', code),
       weigh(expression),
     );
     try {
       if (image) raw.set_background(image);
+      for (const { size, camera, expression, rgba, finer, place } of seen) raw.also(fitter, size, camera, code, weigh(expression), rgba, finer, place);
     } catch (error) {
       raw.free();
       throw error;
     }
-    return new PhotoEdit(raw, weigh, { pixels, string, number, rgbaOf });
+    return new PhotoEdit(raw, weigh, checks);
   }
 
   /** Prepared for the expressions that there are; a failed download may be tried again. */

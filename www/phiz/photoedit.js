@@ -1,3 +1,33 @@
+/**
+ * What the package checks what it is given by: imported they would be a third file, which the first face would wait for.
+ * @typedef {{ pixels: (what: string, value: unknown) => number, string: (what: string, value: unknown) => string, number: (what: string, value: unknown) => number, rgbaOf: (what: string, value: unknown) => Uint8Array }} Checks
+ */
+
+/**
+ * Finer pixels of a part of a photo, and their place: their size, corner and scale.
+ * @param {import('phiz').PhotoDetail | undefined} detail @param {Checks} checks
+ * @returns {[Uint8Array | undefined, Float64Array]}
+ */
+function finerOf(detail, { pixels, number, rgbaOf }) {
+  if (!detail) return [undefined, new Float64Array()];
+  const place = [pixels('width', detail.width), pixels('height', detail.height), number('left', detail.left), number('top', detail.top), number('scale', detail.scale)];
+  return [rgbaOf("a detail's rgba", detail.rgba), Float64Array.from(place)];
+}
+
+/** @param {import('phiz').PhotoCamera} camera */
+export const numbersOf = ({ focal, centre, rotation, translation }) => Float64Array.of(focal, ...centre, ...rotation, ...translation);
+
+/**
+ * Another photo of the person, as the module takes it.
+ * @param {Pick<import('phiz').PhotoOther, 'shot' | 'detail'> & { size: Uint32Array, rgba: Uint8Array }} other @param {Checks} checks
+ */
+export function otherOf({ size, shot, rgba, detail }, checks) {
+  const { camera, expression } = shot ?? {};
+  if (camera?.rotation?.length !== 9 || typeof expression !== 'object' || !expression) throw new TypeError('the shot of another photo must be one of the `others` of what `fitPhoto` gave');
+  const [finer, place] = finerOf(detail, checks);
+  return { size, camera: numbersOf(camera), expression, rgba, finer, place };
+}
+
 /** A photo whose face can be changed. */
 export class PhotoEdit {
   /** @type {import('./raw-photo.js').PhotoEdit | null} */
@@ -8,8 +38,7 @@ export class PhotoEdit {
   /**
    * @param {import('./raw-photo.js').PhotoEdit} raw
    * @param {(expression: Readonly<Record<string, number>>) => Float64Array} weigh
-   * @param {{ pixels: (what: string, value: unknown) => number, string: (what: string, value: unknown) => string, number: (what: string, value: unknown) => number, rgbaOf: (what: string, value: unknown) => Uint8Array }} checks
-   *   of the package: imported they would be a third file, which the first face would wait for
+   * @param {Checks} checks
    */
   constructor(raw, weigh, checks) {
     this.#raw = raw;
@@ -32,11 +61,8 @@ export class PhotoEdit {
   }
   /** @param {Uint8Array | Uint8ClampedArray} rgba @param {number} [size] @param {import('phiz').PhotoDetail} [detail] */
   texture(rgba, size = 1024, detail) {
-    const { pixels, number, rgbaOf } = this.#checks;
-    const at = detail && [number('left', detail.left), number('top', detail.top), number('scale', detail.scale)];
-    const place = detail && at ? [pixels('width', detail.width), pixels('height', detail.height), ...at] : [];
-    const finer = detail && rgbaOf("a detail's rgba", detail.rgba);
-    return new Uint8ClampedArray(this.#live.texture(rgbaOf('rgba', rgba), pixels('texture', size), finer, Float64Array.from(place)).buffer);
+    const { pixels, rgbaOf } = this.#checks;
+    return new Uint8ClampedArray(this.#live.texture(rgbaOf('rgba', rgba), pixels('texture', size), ...finerOf(detail, this.#checks)).buffer);
   }
   /** @param {Uint8Array | Uint8ClampedArray} rgba */
   looks(rgba) {

@@ -23,6 +23,16 @@ export class PhotoEdit {
     code: string,
     weights: Float64Array,
   ): PhotoEdit;
+  also(
+    fitter: Fitter,
+    size: Uint32Array,
+    camera: Float64Array,
+    code: string,
+    weights: Float64Array,
+    rgba: Uint8Array,
+    finer: Uint8Array | undefined,
+    place: Float64Array,
+  ): boolean;
   set_background(rgba: Uint8Array): void;
   field(code: string, weights: Float64Array): import('phiz').PhotoField | null;
   render(rgba: Uint8Array | Uint8ClampedArray, code: string, weights: Float64Array): Uint8Array<ArrayBuffer>;

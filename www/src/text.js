@@ -488,7 +488,7 @@ export const text = {
     frame: 'Drawing of a face. The arrow keys move it, plus and minus size it, square brackets turn it.',
     another: 'Another face',
     more: 'Add a photo of this person',
-    moreAbout: 'From another side it tells more of the shape. What you change is the photo that was added last.',
+    moreAbout: 'From another side it tells more of the shape, and of the colours of the head. What you change is the photo that was added last.',
     together: (/** @type {number} */ n) => `The shape is what ${n} photos of this person tell.`,
     notTogether: (/** @type {number} */ n) => `Is it the same person as in the ${n > 1 ? `${n} photos` : 'photo'} before?`,
     close: 'Close the photo',

@@ -19,7 +19,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::light::bare;
 use super::raster::{NOTHING, Raster, barycentric};
 use super::sight::BEHIND;
-use super::{Camera, Detail, Image, Light, Looks, Texture, check_mesh};
+use super::{Camera, Detail, Image, Light, Looks, Texture, View, check_mesh};
 use crate::{Error, FaceModel, Result};
 use border::stay_within;
 use membrane::{CHANNELS, Cell, Known};
@@ -308,10 +308,30 @@ impl Edit {
     /// # Errors
     /// When no light is known, the image is not of the photo's size, or the texture's is not from 64 to 4096.
     pub fn texture(&self, image: &Image, detail: Option<&Detail>, size: usize) -> Result<Texture> {
+        self.texture_with(image, detail, &[], size)
+    }
+
+    /// The same with other photos of the person, which are seen where they show the skin better.
+    ///
+    /// # Errors
+    /// As of [`Edit::texture`], and as of [`Texture::of`] for the others.
+    pub fn texture_with(
+        &self,
+        image: &Image,
+        detail: Option<&Detail>,
+        others: &[View],
+        size: usize,
+    ) -> Result<Texture> {
         image.check_size(self.size)?;
-        let mesh = (&self.positions[..], &self.normals[..]);
-        let light = self.light()?;
-        Texture::of(&self.model, &self.camera, light, mesh, image, detail, size)
+        let view = View {
+            camera: &self.camera,
+            light: self.light()?,
+            positions: &self.positions,
+            normals: &self.normals,
+            image: *image,
+            detail: detail.copied(),
+        };
+        Texture::of(&self.model, &view, others, size)
     }
 
     /// What the photo tells of the person beside the shape.

@@ -141,8 +141,10 @@ export function createFitter({ modelUrl, expressionsUrl }) {
     /**
      * From then on this photo is edited, until another is.
      * @param {{ width: number, height: number, rgba: Uint8ClampedArray }} photo of `pixels` @param {import('phiz').PhotoFit} fit
+     * @param {Omit<import('phiz').PhotoOther, 'shot'>[]} others of the same person, that the fit is of, too
      */
-    edit: ({ width, height, rgba }, fit) => ask('edit', { ...urls, photo: { width, height, rgba }, fit }),
+    edit: ({ width, height, rgba }, fit, others) =>
+      ask('edit', { ...urls, photo: { width, height, rgba }, fit, others: others.map((other, i) => ({ ...other, shot: fit.others[i] })) }),
     /**
      * The head's colours as the photo has them.
      * @param {number} size texels a side

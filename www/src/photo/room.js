@@ -71,7 +71,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let people = 0;
   /** The person's own face, as the fit had it. @type {{ code: string, expression: Record<string, number> } | null} */
   let own = null;
-  /** What is known of other photos of this person. @type {import('phiz').PhotoView[]} */
+  /** What is known of other photos of this person, and their pixels. @type {{ view: import('phiz').PhotoView, seen: Omit<import('phiz').PhotoOther, 'shot'> }[]} */
   let others = [];
   /** px of the stage's picture for one of the photo. */
   let shown = 1;
@@ -368,7 +368,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     unedited = true;
     try {
       // Whoever stopped a fit has stopped what edits, too.
-      await fitter.edit(fitted.pixels, fitted.fit);
+      await fitter.edit(fitted.pixels, fitted.fit, besides());
       unedited = false;
     } catch (error) {
       if (here === visit && !(error instanceof Cancelled)) say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
@@ -410,12 +410,15 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     return createImageBitmap(scaled, { premultiplyAlpha: 'none' }).finally(() => scaled.close());
   }
 
-  /** What of the present photo counts in another of the same person. @returns {import('phiz').PhotoView[]} */
+  /** What of the present photo counts in another of the same person, and of those before. @returns {typeof others} */
   function views() {
-    if (!fitted) return others;
-    const { width, height, points, focal, jawNoise } = fitted.pixels;
-    return [...others, { width, height, points, focal, jawNoise }];
+    if (!photo || !fitted) return others;
+    const { width, height, points, focal, jawNoise, rgba } = fitted.pixels;
+    const detail = fitter.detail(photo, fitted.points) ?? undefined;
+    return [...others, { view: { width, height, points, focal, jawNoise }, seen: { width, height, rgba, detail } }];
   }
+  /** The pixels of the others. */
+  const besides = () => others.map(({ seen }) => seen);
   /**
    * @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name
    * @param {boolean} [same] whether it shows the same person as the photo before
@@ -576,7 +579,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       say(text.photo.fitting);
       show('busy');
       const [found] = await Promise.all([
-        fitter.fit({ ...pixels, others }, (part) => here === visit && controls.progress(part)),
+        fitter.fit({ ...pixels, others: others.map(({ view }) => view) }, (part) => here === visit && controls.progress(part)),
         expressions.any ? expressions.load() : undefined,
       ]);
       if (here !== visit) return;
@@ -592,7 +595,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       );
       const base = { ...found, expression };
       unedited = true;
-      await fitter.edit(pixels, base);
+      await fitter.edit(pixels, base, besides());
       // Who corrects points has seen the looks, and may have changed them. Without a light nobody knows them.
       const looks = dressed ? null : await fitter.looks().catch(() => null);
       if (here !== visit) return;

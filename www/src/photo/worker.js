@@ -48,11 +48,11 @@ const TASKS = {
     const loaded = await prepared(wish);
     return { answer: await loaded.fitPhoto({ width, height, points, focal, jawNoise, others, rgba, progress }) };
   },
-  async edit({ photo: { width, height, rgba }, fit, ...wish }) {
+  async edit({ photo: { width, height, rgba }, fit, others, ...wish }) {
     const loaded = await prepared(wish);
     edit?.free();
     edit = null;
-    edit = await loaded.editPhoto({ width, height, fit, rgba });
+    edit = await loaded.editPhoto({ width, height, fit, rgba, others });
     pixels = rgba;
     return { answer: true };
   },
