@@ -45,6 +45,7 @@ mod start;
 mod surface;
 mod teeth;
 mod texture;
+mod tones;
 
 use std::sync::{Arc, OnceLock};
 
