@@ -51,8 +51,8 @@ const MARGIN: usize = 6;
 const BEST: i32 = 4;
 /// What the other side of the face shows is worth this part of what is seen.
 const MIRRORED: f64 = 0.5;
-/// Less well than this, px a mm, nothing is seen.
-const UNSEEN: f64 = 0.5;
+/// Less well than this, as a part of what the sharpest photo shows from the front, nothing is seen.
+const UNSEEN: f64 = 0.17;
 /// More pixels than so many for a mm a texture does not have either.
 const SHARP: f64 = 3.0;
 /// Sides of a texture, texels.
@@ -134,6 +134,10 @@ impl Texture {
                 })
             })
             .collect::<Result<Vec<_>>>()?;
+        let sharpest = sources.iter().map(|s| s.sharp).fold(0.0, f64::max);
+        for source in &mut sources {
+            source.sharp /= sharpest;
+        }
         if let [first, others @ ..] = &mut sources[..] {
             for other in others {
                 other.way = tones::between(first.skin, &first.fill, other.skin);
@@ -152,7 +156,7 @@ struct Source<'a> {
     detail: Option<Detail<'a>>,
     /// From its tones to those of the first, at each vertex, as `tones` has it; of the first itself there is none.
     way: Vec<(DVec3, f64)>,
-    /// How many pixels it has for a mm, as far as they count.
+    /// How many pixels it has for a mm, as far as they count, as a part of the sharpest photo's.
     sharp: f64,
 }
 
