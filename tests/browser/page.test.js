@@ -568,6 +568,9 @@ describe('one page after another of these', () => {
     const before = await pixels();
     for (const [deviceScaleFactor, factor] of [[0.5, 2], [0.25, 1]]) {
       await session.send('Emulation.setDeviceMetricsOverride', { ...TALL, deviceScaleFactor, mobile: false });
+      // Chromium 156 tells nobody of pixels that are only played before another question of the kind has another answer.
+      await page.emulateMedia({ contrast: 'more' });
+      await page.emulateMedia({ contrast: null });
       await page.waitForFunction((wanted) => document.querySelector('canvas.view')?.width === wanted, factor * before, { timeout: 5000 });
       if (deviceScaleFactor < 0.5) continue;
       // A page that is zoomed out to half of its size is refined all the same.
