@@ -18,7 +18,7 @@ const FACING: [f64; 2] = [0.25, 0.6];
 /// behind the head, not skin.
 const INNER: f64 = 0.85;
 /// From fewer vertices nobody knows a tone.
-const FEWEST: usize = 30;
+pub(super) const FEWEST: usize = 30;
 /// Hair falls into foreheads: from so many mm above the brows on other tones are doubted, too, wholly
 /// from the second on.
 const FOREHEAD: [f32; 2] = [2.0, 9.0];

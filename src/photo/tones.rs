@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::median;
-use super::skin::Skin;
+use super::skin::{FEWEST, Skin};
 use crate::srgb::BRIGHTNESS;
 
 /// Smoothing passes over the mesh: tones are continued over some 40 mm, and the rest is drawn to the
@@ -18,8 +18,6 @@ const SEEN: f64 = 0.1;
 const ANOTHER: [f64; 2] = [0.2, 0.5];
 /// Smoothing passes over how tones differ: what is smaller than some 10 mm is left to each photo.
 const BLURRED: usize = 8;
-/// Skin that two photos show at fewer vertices does not tell how their tones differ.
-const FEWEST: usize = 30;
 
 /// The logarithm of (albedo / model's colour) of each vertex, all over the mesh: that of bare skin at brows. And the
 /// usual one.
@@ -92,21 +90,17 @@ pub(super) fn between(first: &Skin, fill: &[DVec3], other: &Skin) -> Vec<(DVec3,
     };
     let mut gain = vec![usual; other.trust.len()];
     let mut is_known = vec![false; gain.len()];
-    let mut off = vec![DVec3::ZERO; gain.len()];
     let limit = DVec3::splat(ANOTHER[1]);
     for (v, own) in differs {
-        off[v] = (own - usual).clamp(-limit, limit);
-        gain[v] = usual + off[v];
+        gain[v] = usual + (own - usual).clamp(-limit, limit);
         is_known[v] = true;
     }
     continued(other, &mut gain, &|v| !is_known[v], PASSES, usual);
     continued(other, &mut gain, &|_| true, BLURRED, usual);
-    continued(other, &mut off, &|_| true, BLURRED, DVec3::ZERO);
-    let believed = |off: DVec3| {
-        let much = (off.dot(BRIGHTNESS).abs() - ANOTHER[0]) / (ANOTHER[1] - ANOTHER[0]);
-        1.0 - much.clamp(0.0, 1.0)
+    let believed = |gain: DVec3| {
+        let off = (gain - usual).dot(BRIGHTNESS).abs();
+        let much = (off - ANOTHER[0]) / (ANOTHER[1] - ANOTHER[0]);
+        (gain, 1.0 - much.clamp(0.0, 1.0))
     };
-    gain.into_iter()
-        .zip(off.into_iter().map(believed))
-        .collect()
+    gain.into_iter().map(believed).collect()
 }

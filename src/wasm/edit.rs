@@ -115,6 +115,12 @@ impl Worn {
         performance.perform(&self.face)
     }
 
+    /// Becomes the face with a code, with weights as of `express`.
+    fn take(&mut self, code: &str, weights: &[f64]) -> crate::Result<()> {
+        self.face.set_code(code)?;
+        self.express(weights)
+    }
+
     /// Positions and normals.
     pub fn mesh(&self) -> [&[Vec3]; 2] {
         match &self.performance {
@@ -180,9 +186,8 @@ impl PhotoEdit {
             return Err(error("a photo has a width and a height"));
         };
         let model = fitter.fitter.model();
-        let face = model.from_code(code).map_err(error)?;
-        let mut face = Worn::new(face, fitter.expressions.as_ref());
-        face.express(weights).map_err(error)?;
+        let mut face = Worn::new(model.face(), fitter.expressions.as_ref());
+        face.take(code, weights).map_err(error)?;
         let camera = camera_of(camera)?;
         let light = match light {
             [] => None,
@@ -198,15 +203,15 @@ impl PhotoEdit {
         })
     }
 
-    /// Another photo of the same person, whose colours count in [`PhotoEdit::texture`] from then on: as `open`, and with
-    /// finer pixels as there. Whether it does: of a face on which no light is told nobody knows the colours.
+    /// Another photo of the same person, whose colours count in [`PhotoEdit::texture`] from then on: the face with a code and
+    /// an expression as a camera saw it, its pixels, and finer ones as there. Whether they do: of a face on which no light is
+    /// told nobody knows the colours.
     #[expect(
         clippy::too_many_arguments,
         reason = "what wasm takes has no structure"
     )]
     pub fn also(
         &mut self,
-        fitter: &Fitter,
         size: &[u32],
         camera: &[f64],
         code: &str,
@@ -218,17 +223,15 @@ impl PhotoEdit {
         let &[width, height] = size else {
             return Err(error("a photo has a width and a height"));
         };
-        let model = fitter.fitter.model();
-        let face = model.from_code(code).map_err(error)?;
-        let mut face = Worn::new(face, fitter.expressions.as_ref());
-        face.express(weights).map_err(error)?;
+        self.face.take(code, weights).map_err(error)?;
         let camera = camera_of(camera)?;
         let detail = Finer::new(finer, place)?;
         let image = Image::new(width, height, &rgba).map_err(error)?;
-        let Ok(light) = Light::on(model, face.mesh(), &camera, &image) else {
+        let mesh = self.face.mesh();
+        let Ok(light) = Light::on(self.face.face.model(), mesh, &camera, &image) else {
             return Ok(false);
         };
-        let [positions, normals] = face.mesh();
+        let [positions, normals] = mesh;
         self.others.push(Other {
             camera,
             light,
@@ -323,8 +326,7 @@ impl PhotoEdit {
 
 impl PhotoEdit {
     fn change(&mut self, code: &str, weights: &[f64]) -> Result<Option<Field>, JsError> {
-        self.face.face.set_code(code).map_err(error)?;
-        self.face.express(weights).map_err(error)?;
+        self.face.take(code, weights).map_err(error)?;
         let [positions, normals] = self.face.mesh();
         self.edit.field(positions, normals).map_err(error)
     }

@@ -566,7 +566,7 @@ export class FaceModel {
     );
     try {
       if (image) raw.set_background(image);
-      for (const { size, camera, expression, rgba, finer, place } of seen) raw.also(fitter, size, camera, code, weigh(expression), rgba, finer, place);
+      for (const { size, camera, expression, rgba, finer, place } of seen) raw.also(size, camera, code, weigh(expression), rgba, finer, place);
     } catch (error) {
       raw.free();
       throw error;

@@ -24,7 +24,6 @@ export class PhotoEdit {
     weights: Float64Array,
   ): PhotoEdit;
   also(
-    fitter: Fitter,
     size: Uint32Array,
     camera: Float64Array,
     code: string,
