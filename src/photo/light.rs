@@ -338,14 +338,30 @@ impl Light {
     }
 }
 
-/// The vertices of the skin that are not under hair, on most heads.
-pub(super) fn bare(model: &FaceModel) -> Vec<u32> {
+/// What a face's bare skin is around on the mean head, mm: the 68 points, and some between the jaw's and the wings of the
+/// nose, as broad cheeks are farther from all of them in their middle.
+pub(super) fn features(model: &FaceModel) -> Vec<Vec3> {
     let parts = model.parts();
     let ibug = parts
         .landmarks
         .iter()
         .filter(|l| l.name.starts_with("ibug_"));
-    let points: Vec<Vec3> = ibug.map(|l| l.position(&parts.mean)).collect();
+    let mut points: Vec<Vec3> = ibug.map(|l| l.position(&parts.mean)).collect();
+    let cheeks = (1..=15).flat_map(|jaw| {
+        let wing = if jaw < 8 { 31 } else { 35 };
+        let ends = points.get(jaw).zip(points.get(wing));
+        let between = |(jaw, wing): (&Vec3, &Vec3)| [0.33, 0.67].map(|part| jaw.lerp(*wing, part));
+        ends.map(between).into_iter().flatten()
+    });
+    let cheeks: Vec<Vec3> = cheeks.collect();
+    points.extend(cheeks);
+    points
+}
+
+/// The vertices of the skin that are not under hair, on most heads.
+pub(super) fn bare(model: &FaceModel) -> Vec<u32> {
+    let parts = model.parts();
+    let points = features(model);
     let mut skin = parts.topology.part_vertices("skin");
     skin.retain(|&v| {
         let p = parts.mean[v as usize];

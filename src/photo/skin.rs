@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::cover::Cover;
 use super::curtains::{self, Curtains};
-use super::light::{CHIN, bare, points};
+use super::light::{CHIN, bare, features, points};
 use super::median;
 use super::sight::Sight;
 use super::{Camera, Detail, Image, Light};
@@ -42,7 +42,7 @@ const SHINE: f64 = 0.4;
 const BEARDED: f64 = 0.2;
 /// The logarithms of tones that are another: none of the first is, all of the second are.
 const OTHER: [f64; 2] = [0.2, 0.42];
-/// The photo is worn within this distance of the 68 points, mm, wholly within the second.
+/// The photo is worn within this distance of the face's features, mm, wholly within the second.
 const AROUND: [f32; 2] = [35.0, 24.0];
 /// In a photo that is exposed as usual this part of the pixels is brighter than the second: of nine portraits the
 /// first hundredth is above 0.75, of one above 0.6. No photo is taken for darker by more than the third.
@@ -534,18 +534,7 @@ fn trust(
     let parts = model.parts();
     let sight = Sight::new(camera, places, &parts.topology.triangles())
         .ok_or_else(|| Error::Mismatch("no face is seen in the photo".into()))?;
-    let points: Vec<Vec3> = (parts.landmarks.iter())
-        .filter(|l| l.name.starts_with("ibug_"))
-        .map(|l| l.position(&parts.mean))
-        .collect();
-    // Broad cheeks are farther from all of them in their middle.
-    let cheeks = (1..=15).flat_map(|jaw| {
-        let wing = if jaw < 8 { 31 } else { 35 };
-        let ends = points.get(jaw).zip(points.get(wing));
-        let between = |(jaw, wing): (&Vec3, &Vec3)| [0.33, 0.67].map(|part| jaw.lerp(*wing, part));
-        ends.map(between).into_iter().flatten()
-    });
-    let points: Vec<Vec3> = points.iter().copied().chain(cheeks).collect();
+    let points = features(model);
     let mut trust = vec![0.0; places.len()];
     let mut facings = vec![0.0; places.len()];
     for v in bare(model) {
