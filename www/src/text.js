@@ -167,7 +167,9 @@ export const text = {
   saveAs: 'Save this face as',
   namePlaceholder: 'Name',
   save: 'Save',
-  saved: (/** @type {string} */ name) => `Saved as “${name}”`,
+  saved: (/** @type {string} */ name, wanted = name) =>
+    name === wanted ? `Saved as “${name}”` : `Another face is called “${wanted}”: saved as “${name}”`,
+  namesake: (/** @type {string} */ name, /** @type {number} */ n) => `${name} (${n})`,
   notKept: 'This browser does not let the page store anything, or its storage is full. Download the face or copy its link.',
   open: (/** @type {string} */ name) => `Open ${name}`,
   rename: (/** @type {string} */ name) => `Rename ${name}`,
