@@ -7,6 +7,7 @@ import { COLOURS, readColouring } from '../src/head/colouring.js';
 import { sameWeights } from '../src/editing/history.js';
 import { part } from '../src/frame/download.js';
 import { element } from '../src/frame/element.js';
+import { Failure } from '../src/frame/failure.js';
 import { steppedTo } from '../src/frame/keys.js';
 import { measureTurns } from '../src/head/eyeturns.js';
 import { portrait } from '../src/stage/portrait.js';
@@ -483,6 +484,8 @@ export class PhizDesigner extends HTMLElement {
           early = model.vertexCount;
           if (!isStale()) await draw(model);
         } catch (error) {
+          // What draws no head draws no face either.
+          if (error instanceof Failure) throw error;
           downloads.delete(url(preview));
           if (!isStale()) leaveOut(error);
         }
