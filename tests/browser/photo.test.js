@@ -9,6 +9,7 @@ import { load } from '../../pkg/index.js';
 import { headerOf } from '../../www/src/photo/exif.js';
 import { spaceOf } from '../../www/src/photo/profile.js';
 import { xmpPacket } from '../../www/src/photo/xmp.js';
+import { limited } from '../node/limited.js';
 import { readPicture } from './glb.js';
 import { decodePng, differing, download, holdBack, landmarkOnScreen, loseCard, moveSlider, onePage, open, pressQuickly, settled, siteAndBrowser } from './site.js';
 
@@ -898,6 +899,46 @@ describe('a face in a photo', () => {
     // Another person's is not of this one.
     const alone = await pick('Choose a photo', PORTRAIT);
     assert.equal(alone.fit.code, first.fit.code);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('tools that ran out of memory are said to have, and the next fit has others', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    const wasm = /\/photo_bg-[^/]*\.wasm$/;
+    // What prepares it fits in, and no fit.
+    await page.route(wasm, async (route) => {
+      const response = await route.fetch();
+      await route.fulfill({ response, body: limited(await response.body(), 500) });
+    });
+    const lost = 'the photo tools ran out of memory, or met an error of their own; another photo, or another fit, starts them anew';
+    const failed = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');
+    assert.equal(await sentence(page), `The face could not be fitted: ${lost}.`);
+    assert.deepEqual([failed.mode, failed.fit], ['adjust', null]);
+    await page.unroute(wasm);
+    assert.equal((await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg')).mode, 'ready');
+    await moveFace(page);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
+    // What edits the photo may run out of it later, and is said to have whether or not anybody waits for it.
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      Worker.prototype.postMessage = function (...given) {
+        Worker.prototype.postMessage = postMessage;
+        this.dispatchEvent(new ErrorEvent('error', { message: 'Uncaught RuntimeError: unreachable' }));
+        return postMessage.apply(this, given);
+      };
+    });
+    await moveFace(page);
+    await page.waitForFunction(() => document.querySelector('.photo-status.is-wrong'));
+    assert.equal(await sentence(page), `The photo cannot be changed: ${lost}.`);
+    assert.deepEqual([(await stateOf(page)).mode, (await stateOf(page)).changed], ['ready', false]);
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    await page.getByRole('button', { name: 'Leave' }).click();
+    assert.equal((await done(page)).mode, 'ready');
+    await moveFace(page);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
     assert.deepEqual(complaints, []);
     await context.close();
   });

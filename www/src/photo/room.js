@@ -10,7 +10,7 @@ import { createComparison } from './compare.js';
 import { createControls } from './controls.js';
 import { createCorrection } from './correct.js';
 import { findFaces, findPerson, prepareFinding, stopFinding } from './faces.js';
-import { Cancelled, createFitter } from './fitter.js';
+import { Cancelled, Over, createFitter } from './fitter.js';
 import { colouringOf } from './looks.js';
 import { createPlacing } from './place.js';
 import { marksOf } from './detected.js';
@@ -51,7 +51,7 @@ const shownOf = ({ width, height }) => Math.min(1, LONGEST_SHOWN / Math.max(widt
  */
 export function createRoom(editor, { panel, stage, files, expressions, display, sleep, tone, wear }) {
   const { model, face } = editor;
-  const fitter = createFitter(files);
+  const fitter = createFitter(files, toolsLost);
 
   /** @type {import('./read.js').Photo | null} */
   let photo = null;
@@ -285,6 +285,15 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     return points.map((value, i) => value + scale * fit.residuals[i >> 1][i % 2]);
   }
 
+  /** The photo is seen as it was, until another fit. @param {string} why */
+  function toolsLost(why) {
+    unedited = true;
+    if (!editable) return;
+    editable = false;
+    field = null;
+    say(text.photo.notEdited(why), true);
+    show(mode);
+  }
   /** Nobody waits any more for what goes on. */
   function stop() {
     visit += 1;
@@ -597,7 +606,12 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       unedited = true;
       await fitter.edit(pixels, base, besides());
       // Who corrects points has seen the looks, and may have changed them. Without a light nobody knows them.
-      const looks = dressed ? null : await fitter.looks().catch(() => null);
+      const looks = dressed
+        ? null
+        : await fitter.looks().catch((error) => {
+            if (error instanceof Over) throw error;
+            return null;
+          });
       if (here !== visit) return;
       if (!fitted) number = people += 1;
       editor.take({ code: found.code, expression, ...(looks && { colouring: colouringOf(looks, tone) }) }, number);
