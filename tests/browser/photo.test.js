@@ -654,10 +654,28 @@ describe('a face in a photo', () => {
     assert.match((await sentence(page)) ?? '', /^The face could not be fitted: /);
     await page.getByRole('button', { name: 'Leave' }).click();
     const left = await done(page);
-    assert.deepEqual([left.mode, left.points], ['ready', corrected.points]);
+    assert.deepEqual([left.mode, left.points], ['ready', state.points]);
+    const stay = (/** @type {string} */ way) => `The points stay where you put them: “${way}” goes on from there.`;
+    assert.equal(await sentence(page), stay('Correct the points'));
     await moveFace(page);
     assert.ok((await stateOf(page)).changed);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
+
+    // Who leaves points that were moved finds them as they were left, and may take that back.
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    assert.deepEqual(await points(), state.points);
+    assert.ok(await again.isEnabled());
+    await page.getByRole('button', { name: 'Take back' }).click();
+    assert.deepEqual(await points(), corrected.points);
+    await page.getByRole('button', { name: 'Ridge of the nose, 4 of 4' }).press('Shift+ArrowRight');
+    const nudged = await points();
+    await page.getByRole('button', { name: 'Leave' }).click();
+    assert.equal(await sentence(page), stay('Correct the points'));
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    assert.deepEqual(await points(), nudged);
+    await page.getByRole('button', { name: 'Take back' }).click();
+    assert.deepEqual(await points(), corrected.points);
+    await page.getByRole('button', { name: 'Leave' }).click();
 
     // As found, and fitted again: the same face as at first.
     // Looks that were chosen meanwhile stay.
@@ -732,6 +750,21 @@ describe('a face in a photo', () => {
     // As it lies it can be fitted point by point, too.
     await page.getByRole('button', { name: 'Point by point' }).click();
     assert.ok(await again.isEnabled());
+    const tip = page.getByRole('button', { name: 'Ridge of the nose, 4 of 4' });
+    await tip.press('Shift+ArrowRight');
+    const byHand = await points();
+    assert.notDeepEqual(byHand, sized);
+    await page.getByRole('button', { name: 'Leave' }).click();
+    assert.equal(await sentence(page), stay('Place the points by hand'));
+    await page.getByRole('button', { name: 'Place the points by hand' }).click();
+    assert.deepEqual(await points(), byHand);
+    // As a whole they go where it goes.
+    await page.keyboard.press('ArrowLeft');
+    const whole = await points();
+    const ways = whole.map((value, i) => value - byHand[i]);
+    assert.ok(ways[0] < 0 && ways.every((way, i) => Math.abs(way - (i % 2 ? 0 : ways[0])) < 1e-6), `${ways}`);
+    await page.getByRole('button', { name: 'Point by point' }).click();
+    await tip.press('Shift+ArrowLeft');
     await page.getByRole('button', { name: 'Leave' }).click();
     await page.getByRole('button', { name: 'Place the points by hand' }).click();
     await page.getByRole('button', { name: 'Fit the face' }).click();

@@ -518,6 +518,7 @@ export const text = {
     asDetected: 'As found',
     takeBack: 'Take back',
     leave: 'Leave',
+    left: (/** @type {string} */ way) => `The points stay where you put them: “${way}” goes on from there.`,
     toolsLost: 'the photo tools ran out of memory, or met an error of their own; another photo, or another fit, starts them anew',
     refused: (/** @type {string} */ why) => `${why.charAt(0).toUpperCase()}${why.slice(1).replace(/\.$/, '')}. Correct the points, or take another photo.`,
     quality: (/** @type {number} */ px, /** @type {number} */ mm) =>

@@ -102,6 +102,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let moving = null;
   /** Whether what edits the photo has another fit than `fitted`, or was ended with one that was stopped. */
   let unedited = false;
+  /** Whether somebody placed or moved points of this photo since it was fitted: they are still there for who leaves them. */
+  let byHand = false;
 
   // The stage.
   const comparison = createComparison({ changed: draw, allowed: () => mode === 'ready' });
@@ -110,6 +112,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   const choice = createChoice(view, (i) => void take(i));
   const correction = createCorrection(view, {
     changed() {
+      byHand = true;
       controls.again.disabled = false;
       controls.takeBack.disabled = !correction.canUndo;
     },
@@ -316,7 +319,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     say(text.photo.cancelled);
     show(photo ? 'none' : 'empty');
   }
-  const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, others, shown, sentence: controls.quality.textContent });
+  const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, others, shown, moved: byHand ? correction.points : null, sentence: controls.quality.textContent });
   function keepLast() {
     if (fitted) last = present();
   }
@@ -361,12 +364,14 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     forgetPhoto();
     ({ photo, onStage, faces, person, detected, fitted, number, own, others, shown } = last);
     controls.quality.textContent = last.sentence;
+    const { moved } = last;
     last = null;
     if (!photo || !onStage || !fitted) return;
     dressed = true;
     field = null;
     controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
-    correction.open(photo, fitted.points);
+    layPoints(fitted.points);
+    if (moved) correction.replace(moved);
     warp.setPhoto(onStage, photo.colorSpace);
     view.open(photo.width, photo.height);
     view.closeTo(around(fitted.points, 1));
@@ -483,7 +488,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     shown = shownOf(photo);
     faces = [];
     detected = fitted = own = field = null;
-    editable = dressed = false;
+    editable = dressed = byHand = false;
     comparison.reset();
     controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     warp.setPhoto(picture, photo.colorSpace);
@@ -538,7 +543,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     fitted = own = field = null;
     forgetPerson();
     detected = marksOf(faces[i]);
-    correction.open(photo, detected.points);
+    layPoints(detected.points);
     await fit(detected.points);
   }
 
@@ -618,7 +623,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       own = { code: face.code, expression: face.expression };
       const colouring = looks || !fitted ? editor.colouring : fitted.colouring;
       fitted = { fit: { ...base, ...own }, points: points.slice(), pixels, scale: pixels.scale, colouring };
-      unedited = false;
+      unedited = byHand = false;
       forgetLast();
       dressed = true;
       editable = true;
@@ -646,23 +651,32 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   function startAdjusting() {
     if (!fitted) return;
     before = 'ready';
-    controls.again.disabled = true;
-    correction.open(photo, fitted.points);
+    controls.again.disabled = !byHand;
+    if (!byHand) layPoints(fitted.points);
     view.closeTo(around(fitted.points, 0.18));
     say('');
     show('adjust');
     correction.focus();
   }
   function leaveAdjusting() {
-    if (before !== 'ready' || !fitted) return show('none');
+    if (before !== 'ready' || !fitted) {
+      if (byHand) say(text.photo.left(text.photo.placeByHand));
+      return show('none');
+    }
+    const sentence = byHand ? text.photo.left(text.photo.correct) : text.photo.ready;
     if (unedited) {
       keepLast();
-      return void bringBack(text.photo.ready);
+      return void bringBack(sentence);
     }
     editable = true;
-    say(text.photo.ready);
+    say(sentence);
     show('ready');
     void follow();
+  }
+  /** Points that nobody moved. @param {Float64Array} points px of the photo */
+  function layPoints(points) {
+    byHand = false;
+    correction.open(photo, points);
   }
   /** A face with room around it, as a part of its height. @param {Float64Array} points @param {number} part */
   function around(points, part) {
@@ -677,8 +691,12 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     fitted = own = field = null;
     forgetPerson();
     const { width, height } = photo;
-    detected = null;
-    placing.open(meanPoints(model), width / 2, 0.45 * height, 0.5 * Math.min(width, height));
+    if (byHand && mode === 'none') placing.take(correction.points);
+    else {
+      detected = null;
+      placing.open(meanPoints(model), width / 2, 0.45 * height, 0.5 * Math.min(width, height));
+      byHand = true;
+    }
     say('');
     show('place');
     placing.focus();
