@@ -308,6 +308,8 @@ export const text = {
     'upper lip height': 'From the base of the nose (subnasale) to the edge of the lip',
     'chin height': 'From the lower edge of the lips to under the chin (menton)',
   }),
+  typedMoved: (/** @type {readonly (readonly [name: string, mm: number])[]} */ lengths) =>
+    `Typed before, and moved by this: ${lengths.map(([name, mm]) => `${name} (${text.change(mm)} mm)`).join(', ')}. A locked length stays.`,
   lockMeasure: (/** @type {string} */ name) => `Lock the ${name}`,
   clearMeasure: (/** @type {string} */ name) => `Undo what ${name} did`,
   resetMeasure: (/** @type {string} */ name) => `Reset the ${name}`,
