@@ -380,14 +380,19 @@ export class PhizDesigner extends HTMLElement {
     const { targets = true, ...others } = options ?? {};
     noMore('toMesh', others);
     const { face, head, scene } = this.#need();
-    if (format === 'glb') {
-      const { glbAsShown } = await part(() => import('../src/appearance/appearance.js'));
-      return glbAsShown(scene.renderer, head, face, { targets });
-    }
-    const { toObj, toPly, toStl } = await part(() => import('phiz/export'));
-    const writers = { obj: toObj, ply: toPly, stl: toStl };
+    const [{ toObj, toPly, toStl }, { coloursAsShown, glbAsShown }] = await Promise.all([
+      part(() => import('phiz/export')),
+      part(() => import('../src/appearance/appearance.js')),
+    ]);
+    const coloured = () => ({ colours: coloursAsShown(scene.renderer, head, face) });
+    const writers = {
+      glb: () => glbAsShown(scene.renderer, head, face, { targets }),
+      obj: () => toObj(face, coloured()),
+      ply: () => toPly(face, coloured()),
+      stl: () => toStl(face),
+    };
     if (!Object.hasOwn(writers, format)) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
-    return writers[format](face);
+    return writers[format]();
   }
 
   /** Shows the face as it is now and tells the page. */

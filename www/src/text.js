@@ -143,8 +143,8 @@ export const text = {
   exportMesh: 'As a mesh',
   exportFormats: {
     glb: 'for Blender, three.js and game engines: metres, skin, eyes and teeth as here, and every slider and expression as a named shape key',
-    obj: 'for any modelling program: millimetres, texture coordinates, parts as groups',
-    ply: 'for MeshLab and research code: millimetres, vertex colours, the model’s vertex order',
+    obj: 'for any modelling program: millimetres, texture coordinates, colours of vertices as here, parts as groups',
+    ply: 'for MeshLab and research code: millimetres, colours of vertices as here, the model’s vertex order',
     stl: 'for a 3D printer: millimetres',
   },
   exportPicture: 'As a picture of the 3D view',
