@@ -198,7 +198,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     controls.takeBack.disabled = !correction.canUndo;
     correction.compare(mode === 'adjust' ? fittedPoints() : null);
     comparison.beforeAfter.hidden = mode !== 'ready' || !editable;
-    if (mode === 'choose' || points) photoOnStage();
+    if (mode === 'choose' || points) turnTo(photoSide);
     turn();
     draw();
     // Who goes by keys goes on from what came for it.
@@ -207,13 +207,9 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   function onPhoto() {
     return /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked;
   }
-  function photoOnStage() {
-    /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked = true;
-    turn();
-  }
-  /** What is wanted is on the head. */
-  function reveal() {
-    /** @type {HTMLInputElement} */ (headSide.firstElementChild).checked = true;
+  /** @param {HTMLElement} side */
+  function turnTo(side) {
+    /** @type {HTMLInputElement} */ (side.firstElementChild).checked = true;
     turn();
   }
   function turn() {
@@ -492,7 +488,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     comparison.reset();
     controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     warp.setPhoto(picture, photo.colorSpace);
-    photoOnStage();
+    turnTo(photoSide);
     view.open(photo.width, photo.height);
     draw();
     await search(here);
@@ -725,7 +721,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   show('empty');
   return {
     open,
-    reveal,
+    /** What is wanted is on the head. */
+    reveal: () => turnTo(headSide),
     /** The head has what it is to wear, for who shows it elsewhere than on the stage. */
     dress: colours.dress,
     /** For automation. */
