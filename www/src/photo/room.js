@@ -1,7 +1,5 @@
-import { element } from '../frame/element.js';
 import { Failure } from '../frame/failure.js';
 import { stepOf } from '../frame/keys.js';
-import { drawnByProcessor } from '../rendering/graphics.js';
 import { sameWeights } from '../editing/history.js';
 import { text } from '../text.js';
 import { createChoice } from './choose.js';
@@ -9,26 +7,22 @@ import { createColours } from './colours.js';
 import { createComparison } from './compare.js';
 import { createControls } from './controls.js';
 import { createCorrection } from './correct.js';
+import { EXAMPLE, fetchExample } from './example.js';
 import { findFaces, findPerson, prepareFinding, stopFinding } from './faces.js';
 import { Cancelled, Over, createFitter } from './fitter.js';
 import { colouringOf } from './looks.js';
 import { createPlacing } from './place.js';
 import { marksOf } from './detected.js';
-import { INNER_FROM, boxOf, meanPoints } from './points.js';
+import { INNER_FROM, around, boxOf, meanPoints } from './points.js';
 import { readPhoto } from './read.js';
 import { savePhoto } from './save.js';
+import { pictureOf, shownOf } from './shown.js';
+import { createSides } from './sides.js';
 import { createView } from './view.js';
 import { createWarp } from './warp.js';
 
 /** A face lower than this, px of the photo from brow to chin, has too few pixels to be told by. */
 const LEAST_FACE = 40;
-/** The stage's picture has at most so many pixels a side; the file has all. A processor draws fewer. */
-const LONGEST_SHOWN = drawnByProcessor() ? 2048 : 4096;
-/** What the example's portrait is called. */
-const EXAMPLE = 'astronaut.jpg';
-
-/** px of the stage's picture for one of a photo. @param {{ width: number, height: number }} of */
-const shownOf = ({ width, height }) => Math.min(1, LONGEST_SHOWN / Math.max(width, height));
 
 /** @typedef {import('./controls.js').Mode} Mode */
 
@@ -119,14 +113,10 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     leave: () => (controls.again.disabled ? controls.leaving : controls.again).focus(),
   });
   const placing = createPlacing(view, { changed: (points) => correction.open(photo, points) });
-  const side = (/** @type {string} */ value, /** @type {string} */ words, /** @type {boolean} */ checked) =>
-    element('label', {}, element('input', { type: 'radio', name: 'photo-side', value, checked, onchange: turn }), element('span', {}, words));
-  const photoSide = side('photo', text.photo.photoSide, true);
-  const headSide = side('head', text.photo.headSide, false);
-  const sides = element('div', { class: 'photo-sides', role: 'radiogroup', 'aria-label': text.photo.sides, hidden: true }, photoSide, headSide);
+  const sides = createSides(turn);
   view.root.append(comparison.beforeAfter);
   // Over the head, under the buttons that stand on the stage.
-  stage.querySelector('canvas')?.after(view.root, sides);
+  stage.querySelector('canvas')?.after(view.root, sides.root);
 
   const colours = createColours({
     fitter,
@@ -190,7 +180,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     mode = next;
     const focused = document.activeElement;
     controls.show(mode, { photo: photo !== null, detected: detected !== null, several: faces.length > 1, last: last !== null });
-    sides.hidden = photo === null;
+    sides.root.hidden = photo === null;
     choice.show(mode === 'choose');
     placing.show(mode === 'place');
     const points = mode === 'place' || mode === 'adjust';
@@ -198,22 +188,14 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     controls.takeBack.disabled = !correction.canUndo;
     correction.compare(mode === 'adjust' ? fittedPoints() : null);
     comparison.beforeAfter.hidden = mode !== 'ready' || !editable;
-    if (mode === 'choose' || points) turnTo(photoSide);
+    if (mode === 'choose' || points) sides.turnTo('photo');
     turn();
     draw();
     // Who goes by keys goes on from what came for it.
     if (focused?.closest('[hidden]') && (panel.contains(focused) || view.root.contains(focused))) controls.focus(mode);
   }
-  function onPhoto() {
-    return /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked;
-  }
-  /** @param {HTMLElement} side */
-  function turnTo(side) {
-    /** @type {HTMLInputElement} */ (side.firstElementChild).checked = true;
-    turn();
-  }
   function turn() {
-    const covered = photo !== null && onPhoto();
+    const covered = photo !== null && sides.onPhoto;
     view.root.hidden = !covered;
     stage.classList.toggle('has-photo', photo !== null);
     stage.classList.toggle('shows-photo', covered);
@@ -222,7 +204,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   }
   function dress() {
     colours.offer();
-    if (!photo || !onPhoto()) void colours.dress();
+    if (!photo || !sides.onPhoto) void colours.dress();
   }
   function draw() {
     if (!photo) return;
@@ -398,28 +380,6 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     show(next);
   }
 
-  async function fetchExample() {
-    try {
-      const response = await fetch(new URL(EXAMPLE, document.baseURI));
-      if (!response.ok) throw new Error(String(response.status));
-      return await response.blob();
-    } catch (error) {
-      throw new Failure(text.photo.noExample(error instanceof Error ? error.message : String(error)));
-    }
-  }
-
-  /** The stage has a copy, which it may need again. @param {import('./read.js').Photo} of */
-  async function pictureOf(of) {
-    const scale = shownOf(of);
-    const scaled = await createImageBitmap(of.bitmap, {
-      resizeWidth: Math.max(1, Math.round(scale * of.width)),
-      resizeHeight: Math.max(1, Math.round(scale * of.height)),
-      resizeQuality: 'high',
-    });
-    // Only then: what is half seen would be scaled with the colour of what is not seen.
-    return createImageBitmap(scaled, { premultiplyAlpha: 'none' }).finally(() => scaled.close());
-  }
-
   /** What of the present photo counts in another of the same person, and of those before. @returns {typeof others} */
   function views() {
     if (!photo || !fitted) return others;
@@ -488,7 +448,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     comparison.reset();
     controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     warp.setPhoto(picture, photo.colorSpace);
-    turnTo(photoSide);
+    sides.turnTo('photo');
     view.open(photo.width, photo.height);
     draw();
     await search(here);
@@ -674,12 +634,6 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     byHand = false;
     correction.open(photo, points);
   }
-  /** A face with room around it, as a part of its height. @param {Float64Array} points @param {number} part */
-  function around(points, part) {
-    const [left, top, right, bottom] = boxOf(points);
-    const room = part * (bottom - top);
-    return [left - room, top - room, right + room, bottom + room];
-  }
   function startPlacing() {
     if (!photo) return;
     keepLast();
@@ -722,7 +676,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   return {
     open,
     /** What is wanted is on the head. */
-    reveal: () => turnTo(headSide),
+    reveal: () => sides.turnTo('head'),
     /** The head has what it is to wear, for who shows it elsewhere than on the stage. */
     dress: colours.dress,
     /** For automation. */
