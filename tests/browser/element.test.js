@@ -597,6 +597,30 @@ describe('<phiz-designer> in any page', () => {
     assert.deepEqual(complaints.filter((line) => !/Context Lost|404/i.test(line)), []);
   });
 
+  test('where nothing can be drawn is said once, also of one that has a head', async () => {
+    const found = await page.evaluate(async () => {
+      const { prototype } = HTMLCanvasElement;
+      const { getContext } = prototype;
+      prototype.getContext = function (kind, ...rest) {
+        return kind === 'webgl2' ? null : getContext.call(this, kind, ...rest);
+      };
+      window.add('undrawn', { src: '../model.phiz', head: '../head.phiz' });
+      const { undrawn } = window.all;
+      const alert = () => undrawn.shadowRoot.querySelector('[role=alert]')?.textContent;
+      while (!alert()) await new Promise((done) => setTimeout(done, 20));
+      Object.assign(prototype, { getContext });
+      const said = [window.errors.undrawn, alert()];
+      // It is another attempt.
+      const ready = window.heard('undrawn', 'ready');
+      undrawn.src = '../model.phiz';
+      await ready;
+      undrawn.remove();
+      return { said, later: window.errors.undrawn.slice(said[0].length) };
+    });
+    assert.match(found.said[1], /^Your browser does not offer WebGL 2/);
+    assert.deepEqual(found, { said: [[found.said[1]], found.said[1]], later: [] });
+  });
+
   test('an answer that was none is asked for again; who is ready has a model; what is locked is heeded and said', async () => {
     let isWrong = true;
     await page.route('**/late.phiz', (route) => (isWrong ? route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>Soon</title>' }) : route.fulfill({ path: join(DIST, 'model.phiz') })));

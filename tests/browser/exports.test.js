@@ -233,6 +233,47 @@ describe('what is taken along leaves the page as it was', () => {
     assert.deepEqual(visit.complaints, []);
   });
 
+  test('a PLY and an OBJ have the colours of the page, a vertex', async () => {
+    const { page } = visit;
+    // A vertex of each.
+    const places = await page.evaluate(() => {
+      const { model, face } = window.designer;
+      const nearest = (/** @type {string} */ name) => model.landmarks.find((one) => one.name === name).stencil.reduce((a, b) => (b[1] > a[1] ? b : a))[0];
+      const rest = face.positions.slice();
+      const eye = model.parts.find(({ name }) => /eyeball/.test(name));
+      const ball = [...model.triangles.subarray(3 * eye.first, 3 * (eye.first + eye.count))].map((corner) => model.uvVertices[corner]);
+      const pupil = ball.reduce((a, b) => (rest[3 * b + 2] > rest[3 * a + 2] ? b : a));
+      return { cheek: nearest('ibug_31'), lip: nearest('ibug_62'), pupil };
+    });
+    const read = async () => {
+      await page.getByRole('button', { name: 'Take the face with you' }).click();
+      const { bytes } = await download(page, 'PLY');
+      const { bytes: obj } = await download(page, 'OBJ');
+      await page.keyboard.press('Escape');
+      const start = bytes.indexOf('end_header\n') + 11;
+      const lines = obj.toString().split('\n').filter((line) => line.startsWith('v '));
+      return Object.fromEntries(
+        Object.entries(places).map(([name, v]) => {
+          const colour = [...bytes.subarray(start + 27 * v + 24, start + 27 * v + 27)];
+          assert.deepEqual(lines[v].split(' ').slice(4).map((part) => Math.round(255 * Number(part))), colour);
+          return [name, colour];
+        }),
+      );
+    };
+    const plain = await read();
+    assert.ok(plain.cheek[0] > 150 && plain.cheek[0] > plain.cheek[2] + 20, `the cheek is ${plain.cheek}`);
+    assert.ok(plain.lip[1] < plain.cheek[1] - 30, `the lip is ${plain.lip}`);
+    assert.ok(Math.max(...plain.pupil) < 90, `the pupil is ${plain.pupil}`);
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    await page.getByRole('slider', { name: 'Skin, fair to deep' }).press('End');
+    const deep = await read();
+    assert.ok(deep.cheek[0] < plain.cheek[0] - 60 && deep.cheek[2] < plain.cheek[2] - 60, `the cheek is ${deep.cheek}, it was ${plain.cheek}`);
+    assert.ok(deep.lip[0] < plain.lip[0] - 40, `the lip is ${deep.lip}`);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await read(), plain);
+    assert.deepEqual(visit.complaints, []);
+  });
+
   test('a GLB looks like the page: skin, eyes, teeth that open with the jaw, and nothing of the page changes', async () => {
     const { page } = visit;
     // Lips that are open at rest, by 2 mm: what is between them follows lips, and not all that a face does.

@@ -194,6 +194,49 @@ describe('expressions', () => {
     });
   }
 
+  test('a wink that is taken back leaves sliders of both sides, as they were', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await openPanel(page);
+    const press = (/** @type {string} */ name) => page.getByRole('button', { name, exact: true }).click();
+    const together = page.getByLabel('Left and right together');
+    const count = () => page.locator('.expressions input[type=range]').count();
+    const both = await count();
+    await press('Wink');
+    assert.ok(!(await together.isChecked()));
+    const each = await count();
+    assert.ok(each > both);
+    await press('Undo');
+    assert.deepEqual([await together.isChecked(), await count()], [true, both]);
+    await press('Redo');
+    assert.deepEqual([await together.isChecked(), await count()], [false, each]);
+    // What has the focus has it in the new sliders.
+    const blink = () => page.evaluate(() => document.activeElement?.id);
+    await page.getByRole('slider', { name: 'Blink, right eyeBlinkRight' }).focus();
+    await page.keyboard.press('Control+z');
+    assert.deepEqual([await together.isChecked(), await blink()], [true, 'expression-eyeBlink']);
+    await page.keyboard.press('Control+y');
+    assert.deepEqual([await together.isChecked(), await blink()], [false, 'expression-eyeBlinkLeft']);
+    // Another section is open.
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    await press('Undo');
+    await page.getByRole('tab', { name: 'Expressions' }).click();
+    assert.deepEqual([await together.isChecked(), await count()], [true, both]);
+    // A slider that passes what the other side has is still in hand.
+    await press('Redo');
+    await moveSlider(page, 'Blink, left eyeBlinkLeft', 0);
+    await moveSlider(page, 'Blink, right eyeBlinkRight', 0);
+    assert.deepEqual([await together.isChecked(), await count()], [false, each]);
+    // Who asked for each side has it.
+    await press('Neutral');
+    assert.ok(await together.isChecked());
+    await together.uncheck();
+    await press('Wink');
+    await press('Undo');
+    assert.deepEqual([await together.isChecked(), await count()], [false, each]);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('every preset is told by what the face does at every strength, and differs from the others', async () => {
     const { context, page, complaints } = await open(browser, site);
     await openPanel(page);

@@ -302,7 +302,7 @@ describe('nothing is lost', () => {
     await page.getByText('Deleted “My face 2”.').waitFor();
     await undo.click();
     assert.equal(await undo.count(), 0);
-    assert.deepEqual(await names(), ['My face 3', 'My face 2', 'My face 2', 'My face 1']);
+    assert.deepEqual(await names(), ['My face 3', 'My face 2', 'My face 2 (2)', 'My face 1']);
 
     // What composes a word of several keys takes Enter and Escape for itself.
     await page.getByRole('button', { name: 'Rename My face 3' }).click();
@@ -498,6 +498,59 @@ describe('nothing is lost', () => {
     await page.getByRole('tab', { name: 'Faces' }).click();
     await page.getByRole('button', { name: 'Open My face 2' }).click();
     assert.equal(await codeOf(page), random);
+    await context.close();
+  });
+
+  test('no two faces have one name: the later gets a number, and is told of it', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    const names = () => page.locator('.saved .open').evaluateAll((all) => all.map((one) => one.getAttribute('aria-label')));
+    const keepAs = async (/** @type {string} */ name) => {
+      await page.getByRole('textbox', { name: 'Save this face as' }).fill(name);
+      await page.keyboard.press('Enter');
+    };
+    await moveSlider(page, 'nose 1', 0.9);
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await keepAs('Ann');
+    assert.equal(await toast(page), 'Saved as “Ann”');
+    const first = await codeOf(page);
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    const second = await codeOf(page);
+    await keepAs('Ann');
+    assert.equal(await toast(page), 'Another face is called “Ann”: saved as “Ann (2)”');
+    assert.deepEqual(await names(), ['Open Ann (2)', 'Open Ann']);
+    await page.getByRole('button', { name: 'Open Ann', exact: true }).click();
+    assert.equal(await codeOf(page), first);
+    await page.getByRole('button', { name: 'Open Ann (2)', exact: true }).click();
+    assert.equal(await codeOf(page), second);
+    // Nor by another name.
+    await keepAs('Bea');
+    await page.getByRole('button', { name: 'Rename Bea' }).click();
+    await page.keyboard.type('Ann');
+    await page.keyboard.press('Enter');
+    assert.equal(await toast(page), 'Another face is called “Ann”: saved as “Ann (3)”');
+    assert.deepEqual(await names(), ['Open Ann (3)', 'Open Ann (2)', 'Open Ann']);
+    // One that was deleted comes back beside who has its name by then.
+    await page.getByRole('button', { name: 'Delete Ann (3)' }).click();
+    await keepAs('Ann (3)');
+    await page.locator('.restore').getByRole('button', { name: 'Undo' }).click();
+    assert.deepEqual(await names(), ['Open Ann (3)', 'Open Ann (4)', 'Open Ann (2)', 'Open Ann']);
+    await page.getByRole('button', { name: 'Delete Ann (4)' }).click();
+    // Nor from a file, which brings nobody twice.
+    const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Download all' }).click()]);
+    const all = JSON.parse(readFileSync(await file.path(), 'utf8'));
+    assert.equal(all.length, 3);
+    const give = (/** @type {unknown} */ content) =>
+      page.locator('input[type=file][accept*=json]').setInputFiles({ name: 'faces.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify(content)) });
+    const cleos = all.map((face, i) => ({ ...face, name: 'Cleo', colouring: { skin: 0.1 * (i + 5) } }));
+    await give(cleos);
+    await page.waitForFunction(() => document.querySelector('.toast')?.textContent === '3 faces were added to yours.');
+    assert.deepEqual((await names()).slice(0, 3), ['Open Cleo', 'Open Cleo (2)', 'Open Cleo (3)']);
+    await give(cleos);
+    await page.waitForFunction(() => document.querySelector('.toast')?.textContent === 'No face of it is new.');
+    assert.equal((await names()).length, 6);
+    await give({ ...cleos[0], colouring: { skin: 0.9 } });
+    await page.waitForFunction(() => document.querySelector('.toast')?.textContent === 'Opened “Cleo (4)” and added it to your faces.');
+    assert.deepEqual(complaints, []);
     await context.close();
   });
 

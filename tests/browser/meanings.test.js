@@ -277,6 +277,46 @@ describe('the lengths of one page', () => {
     await page.getByRole('button', { name: 'Reset all' }).click();
   });
 
+  test('a length that was typed and is moved by another is named, with how far it went', async () => {
+    const { page } = visit;
+    await page.getByRole('tab', { name: 'Lengths' }).click();
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    const length = (/** @type {string} */ name) => page.evaluate((m) => window.designer.face.measure(m), name);
+    const type = async (/** @type {string} */ name, /** @type {string} */ keys) => {
+      await page.getByRole('slider', { name, exact: true }).press('Enter');
+      await page.keyboard.type(keys);
+      await page.keyboard.press('Enter');
+    };
+    const notices = () => page.locator('#section-meanings .notice').allTextContents();
+    await page.getByRole('slider', { name: 'mouth width', exact: true }).press('PageUp');
+    await type('nose width', '38');
+    assert.deepEqual(await notices(), [], 'what was not typed is not named');
+    await type('eye width', '30');
+    const [nose, eyes] = [await length('nose width'), await length('eyes length')];
+    await type('chin height', '+4');
+    const by = [(await length('nose width')) - nose, (await length('eyes length')) - eyes];
+    assert.ok(by.every((mm) => Math.abs(mm) > 0.06), `${by}`);
+    const change = (/** @type {number} */ mm) => `${mm < 0 ? '−' : '+'}${Math.abs(mm).toFixed(1)} mm`;
+    const named = [['nose width', by[0]], ['eye width', by[1]]].sort(([, a], [, b]) => Math.abs(b) - Math.abs(a));
+    assert.deepEqual(await notices(), [`Typed before, and moved by this: ${named.map(([name, mm]) => `${name} (${change(mm)})`).join(', ')}. A locked length stays.`]);
+    assert.ok(await page.locator('#section-meanings .control', { has: page.locator('#meaning-chin-height') }).locator('.notice').isVisible());
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    assert.deepEqual(await notices(), []);
+    // What is locked stays, and of what was typed anew nothing is said.
+    await page.getByRole('button', { name: 'Lock the nose width', exact: true }).click();
+    await type('chin height', '+4');
+    assert.match((await notices()).join(), /^Typed before, and moved by this: eye width \([+−]\d\.\d mm\)\. /);
+    await type('eye width', '29');
+    assert.ok(!(await notices()).join().includes('eye width'));
+    // Nor of the lengths of another face.
+    await page.getByRole('button', { name: 'Lock the nose width', exact: true }).click();
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    await type('chin height', '+1');
+    assert.deepEqual(await notices(), []);
+    await page.getByRole('button', { name: 'Reset all' }).click();
+    assert.deepEqual(visit.complaints, []);
+  });
+
   test('a length stops where its part has no room, and goes on once that is unlocked', async () => {
     const { page } = visit;
     await page.getByRole('button', { name: 'Reset all' }).click();

@@ -141,6 +141,52 @@ describe('mixing', () => {
     await context.close();
   });
 
+  test('the puck stands where the mixture is that the face shows, also when steps are taken back', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Mix' }).click();
+    for (const name of ['Preset 3', 'Preset 5', 'Preset 7']) {
+      await faceIn(page, name).click();
+      await page.getByRole('button', { name: 'Add to the circle' }).click();
+    }
+    const puck = page.getByRole('slider', { name: 'Mixture' });
+    const undo = () => page.getByRole('button', { name: 'Undo', exact: true }).click();
+    const redo = () => page.getByRole('button', { name: 'Redo', exact: true }).click();
+    const place = async () => [await codeOf(page), await puck.getAttribute('aria-valuetext')];
+    const move = async (/** @type {string} */ key) => {
+      await later(page);
+      await puck.press(key);
+      return place();
+    };
+    const start = await place();
+    const up = await move('Shift+ArrowUp');
+    const right = await move('Shift+ArrowRight');
+    assert.equal(new Set([start, up, right].map(([, words]) => words)).size, 3);
+    await undo();
+    assert.deepEqual(await place(), up);
+    await undo();
+    assert.deepEqual(await place(), start);
+    await redo();
+    await redo();
+    assert.deepEqual(await place(), right);
+    // What else is done to the mixture is none of the puck's, and taking that back leads to where it was.
+    await page.getByRole('button', { name: 'Random face', exact: true }).click();
+    const [, words] = await place();
+    assert.equal(words, right[1]);
+    await undo();
+    await undo();
+    assert.deepEqual(await place(), up);
+    // It goes on from there.
+    assert.deepEqual(await move('Shift+ArrowRight'), right);
+    // Of other faces a place is another mixture.
+    await faceIn(page, 'Preset 9').click();
+    await page.getByRole('button', { name: 'Add to the circle' }).click();
+    const [, middle] = await place();
+    await undo();
+    assert.deepEqual(await place(), [up[0], middle]);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('under a finger a face goes up onto the head, and the tray scrolls sideways', async () => {
     const { context, page } = await open(browser, site, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
     const mouth = await partOf(page, 'mouth');

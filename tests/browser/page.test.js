@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { decodePng, differing, download, landmarkOnScreen, moveSlider, onePage, open, picture, pictureOfPage, serve, settled, siteAndBrowser, TALL } from './site.js';
+import { decodePng, differing, download, landmarkOnScreen, loseCard, moveSlider, onePage, open, picture, pictureOfPage, serve, settled, siteAndBrowser, TALL } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -189,6 +189,19 @@ describe('the page', () => {
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     const saved = soft(decodePng((await download(page, 'PNG')).bytes));
     assert.ok(saved > 0.4, `${saved}`);
+    await context.close();
+  });
+
+  test('a graphics card that was lost and is back keeps no books of what is gone', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true, fine: true });
+    const before = await picture(page, 'card-before');
+    await loseCard(page.locator('canvas.view'));
+    assert.equal(differing(before, await picture(page, 'card-back')), 0);
+    // Of another size what rests is kept anew.
+    const { width, height } = before;
+    await page.setViewportSize({ width: width + 100, height });
+    await settled(page);
+    assert.deepEqual(complaints, []);
     await context.close();
   });
 

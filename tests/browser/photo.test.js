@@ -9,8 +9,9 @@ import { load } from '../../pkg/index.js';
 import { headerOf } from '../../www/src/photo/exif.js';
 import { spaceOf } from '../../www/src/photo/profile.js';
 import { xmpPacket } from '../../www/src/photo/xmp.js';
+import { limited } from '../node/limited.js';
 import { readPicture } from './glb.js';
-import { decodePng, differing, download, holdBack, landmarkOnScreen, moveSlider, onePage, open, pressQuickly, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, holdBack, landmarkOnScreen, loseCard, moveSlider, onePage, open, pressQuickly, settled, siteAndBrowser } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
@@ -438,6 +439,10 @@ describe('a face in a photo', () => {
     const deep = await head();
     assert.ok(differing(dressed, deep) > 0.05 * deep.width * deep.height);
     assert.ok(await isWorn());
+    // What a card that was lost had of it is none of its own when it is back.
+    await loseCard(page.locator('canvas.view'));
+    await page.locator('.toast').evaluate((toast) => (toast.style.visibility = 'hidden'));
+    assert.equal(differing(deep, await head()), 0);
     await page.getByRole('button', { name: 'Random face', exact: true }).click();
     await page.waitForFunction(() => !window.designer.photo.worn);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
@@ -448,19 +453,9 @@ describe('a face in a photo', () => {
     await page.waitForFunction(() => window.designer.photo.mode === 'empty' && !window.designer.photo.worn);
     assert.ok(await page.locator('.photo-sides').isHidden());
     // Nor has the graphics card the photo any more, which a card that was lost and is back is not given again.
-    const size = await page.locator('.photo-canvas').evaluate(async (canvas) => {
-      const { width, height } = canvas;
-      const card = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
-      for (const [does, event] of [['loseContext', 'webglcontextlost'], ['restoreContext', 'webglcontextrestored']]) {
-        const done = new Promise((resolve) => canvas.addEventListener(event, resolve, { once: true }));
-        // It comes back only once what is lost was told.
-        await new Promise((resolve) => setTimeout(resolve));
-        card[does]();
-        await done;
-      }
-      return [width, height];
-    });
-    assert.deepEqual(size, [1, 1]);
+    const canvas = page.locator('.photo-canvas');
+    assert.deepEqual(await canvas.evaluate(({ width, height }) => [width, height]), [1, 1]);
+    await loseCard(canvas);
 
     const { origin } = site;
     const local = (/** @type {string} */ url) => url.startsWith(`${origin}/`) || url.startsWith('blob:') || url.startsWith('data:');
@@ -659,10 +654,28 @@ describe('a face in a photo', () => {
     assert.match((await sentence(page)) ?? '', /^The face could not be fitted: /);
     await page.getByRole('button', { name: 'Leave' }).click();
     const left = await done(page);
-    assert.deepEqual([left.mode, left.points], ['ready', corrected.points]);
+    assert.deepEqual([left.mode, left.points], ['ready', state.points]);
+    const stay = (/** @type {string} */ way) => `The points stay where you put them: “${way}” goes on from there.`;
+    assert.equal(await sentence(page), stay('Correct the points'));
     await moveFace(page);
     assert.ok((await stateOf(page)).changed);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
+
+    // Who leaves points that were moved finds them as they were left, and may take that back.
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    assert.deepEqual(await points(), state.points);
+    assert.ok(await again.isEnabled());
+    await page.getByRole('button', { name: 'Take back' }).click();
+    assert.deepEqual(await points(), corrected.points);
+    await page.getByRole('button', { name: 'Ridge of the nose, 4 of 4' }).press('Shift+ArrowRight');
+    const nudged = await points();
+    await page.getByRole('button', { name: 'Leave' }).click();
+    assert.equal(await sentence(page), stay('Correct the points'));
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    assert.deepEqual(await points(), nudged);
+    await page.getByRole('button', { name: 'Take back' }).click();
+    assert.deepEqual(await points(), corrected.points);
+    await page.getByRole('button', { name: 'Leave' }).click();
 
     // As found, and fitted again: the same face as at first.
     // Looks that were chosen meanwhile stay.
@@ -737,6 +750,21 @@ describe('a face in a photo', () => {
     // As it lies it can be fitted point by point, too.
     await page.getByRole('button', { name: 'Point by point' }).click();
     assert.ok(await again.isEnabled());
+    const tip = page.getByRole('button', { name: 'Ridge of the nose, 4 of 4' });
+    await tip.press('Shift+ArrowRight');
+    const byHand = await points();
+    assert.notDeepEqual(byHand, sized);
+    await page.getByRole('button', { name: 'Leave' }).click();
+    assert.equal(await sentence(page), stay('Place the points by hand'));
+    await page.getByRole('button', { name: 'Place the points by hand' }).click();
+    assert.deepEqual(await points(), byHand);
+    // As a whole they go where it goes.
+    await page.keyboard.press('ArrowLeft');
+    const whole = await points();
+    const ways = whole.map((value, i) => value - byHand[i]);
+    assert.ok(ways[0] < 0 && ways.every((way, i) => Math.abs(way - (i % 2 ? 0 : ways[0])) < 1e-6), `${ways}`);
+    await page.getByRole('button', { name: 'Point by point' }).click();
+    await tip.press('Shift+ArrowLeft');
     await page.getByRole('button', { name: 'Leave' }).click();
     await page.getByRole('button', { name: 'Place the points by hand' }).click();
     await page.getByRole('button', { name: 'Fit the face' }).click();
@@ -904,6 +932,46 @@ describe('a face in a photo', () => {
     // Another person's is not of this one.
     const alone = await pick('Choose a photo', PORTRAIT);
     assert.equal(alone.fit.code, first.fit.code);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('tools that ran out of memory are said to have, and the next fit has others', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'Choose a photo' }).waitFor();
+    const wasm = /\/photo_bg-[^/]*\.wasm$/;
+    // What prepares it fits in, and no fit.
+    await page.route(wasm, async (route) => {
+      const response = await route.fetch();
+      await route.fulfill({ response, body: limited(await response.body(), 500) });
+    });
+    const lost = 'the photo tools ran out of memory, or met an error of their own; another photo, or another fit, starts them anew';
+    const failed = await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg');
+    assert.equal(await sentence(page), `The face could not be fitted: ${lost}.`);
+    assert.deepEqual([failed.mode, failed.fit], ['adjust', null]);
+    await page.unroute(wasm);
+    assert.equal((await choose(page, PORTRAIT, 'photo.jpg', 'image/jpeg')).mode, 'ready');
+    await moveFace(page);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
+    // What edits the photo may run out of it later, and is said to have whether or not anybody waits for it.
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      Worker.prototype.postMessage = function (...given) {
+        Worker.prototype.postMessage = postMessage;
+        this.dispatchEvent(new ErrorEvent('error', { message: 'Uncaught RuntimeError: unreachable' }));
+        return postMessage.apply(this, given);
+      };
+    });
+    await moveFace(page);
+    await page.waitForFunction(() => document.querySelector('.photo-status.is-wrong'));
+    assert.equal(await sentence(page), `The photo cannot be changed: ${lost}.`);
+    assert.deepEqual([(await stateOf(page)).mode, (await stateOf(page)).changed], ['ready', false]);
+    await page.getByRole('button', { name: 'Correct the points' }).click();
+    await page.getByRole('button', { name: 'Leave' }).click();
+    assert.equal((await done(page)).mode, 'ready');
+    await moveFace(page);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
     assert.deepEqual(complaints, []);
     await context.close();
   });

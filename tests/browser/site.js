@@ -423,6 +423,23 @@ export function landmarkOnScreen(page, name) {
 }
 
 /**
+ * The graphics card is lost, and comes back.
+ * @param {import('playwright-core').Locator} canvas
+ */
+export function loseCard(canvas) {
+  return canvas.evaluate(async (canvas) => {
+    const card = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
+    for (const [does, event] of [['loseContext', 'webglcontextlost'], ['restoreContext', 'webglcontextrestored']]) {
+      const done = new Promise((resolve) => canvas.addEventListener(event, resolve, { once: true }));
+      // It comes back only once what is lost was told.
+      await new Promise((resolve) => setTimeout(resolve));
+      card[does]();
+      await done;
+    }
+  });
+}
+
+/**
  * Takes a slider to a value as a person would: focus, then the event that dragging sends.
  * @param {import('playwright-core').Page} page @param {string} name @param {number} value
  */

@@ -92,6 +92,17 @@ for (const name of ['model', 'synthetic']) {
       assert.equal(geometry.getAttribute('color').count, model.vertexCount);
     });
 
+    test('colours of its own, in PLY and OBJ', () => {
+      const colours = Uint8Array.from({ length: 3 * model.vertexCount }, (_, i) => (7 * i) % 256);
+      const ply = toPly(face, { colours });
+      const start = Buffer.from(ply.buffer).indexOf('end_header\n') + 11;
+      for (const v of [0, 1, model.vertexCount - 1]) assert.deepEqual(ply.subarray(start + 27 * v + 24, start + 27 * v + 27), colours.subarray(3 * v, 3 * v + 3));
+      const lines = new TextDecoder().decode(toObj(face, { colours })).split('\n').filter((line) => line.startsWith('v '));
+      assert.deepEqual(lines[5].split(' ').slice(4), [15, 16, 17].map((i) => (((7 * i) % 256) / 255).toFixed(4)));
+      assert.throws(() => toPly(face, { colours: colours.subarray(3) }), /three a vertex, not/);
+      assert.throws(() => toObj(face, { colours: [...colours] }), /must be a Uint8Array/);
+    });
+
     test('STL', () => {
       const geometry = new STLLoader().parse(toStl(face).buffer);
       const { array } = geometry.getAttribute('position');

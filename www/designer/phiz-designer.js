@@ -7,6 +7,7 @@ import { COLOURS, readColouring } from '../src/head/colouring.js';
 import { sameWeights } from '../src/editing/history.js';
 import { part } from '../src/frame/download.js';
 import { element } from '../src/frame/element.js';
+import { Failure } from '../src/frame/failure.js';
 import { steppedTo } from '../src/frame/keys.js';
 import { measureTurns } from '../src/head/eyeturns.js';
 import { portrait } from '../src/stage/portrait.js';
@@ -379,14 +380,19 @@ export class PhizDesigner extends HTMLElement {
     const { targets = true, ...others } = options ?? {};
     noMore('toMesh', others);
     const { face, head, scene } = this.#need();
-    if (format === 'glb') {
-      const { glbAsShown } = await part(() => import('../src/appearance/appearance.js'));
-      return glbAsShown(scene.renderer, head, face, { targets });
-    }
-    const { toObj, toPly, toStl } = await part(() => import('phiz/export'));
-    const writers = { obj: toObj, ply: toPly, stl: toStl };
+    const [{ toObj, toPly, toStl }, { coloursAsShown, glbAsShown }] = await Promise.all([
+      part(() => import('phiz/export')),
+      part(() => import('../src/appearance/appearance.js')),
+    ]);
+    const coloured = () => ({ colours: coloursAsShown(scene.renderer, head, face) });
+    const writers = {
+      glb: () => glbAsShown(scene.renderer, head, face, { targets }),
+      obj: () => toObj(face, coloured()),
+      ply: () => toPly(face, coloured()),
+      stl: () => toStl(face),
+    };
     if (!Object.hasOwn(writers, format)) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
-    return writers[format](face);
+    return writers[format]();
   }
 
   /** Shows the face as it is now and tells the page. */
@@ -483,6 +489,8 @@ export class PhizDesigner extends HTMLElement {
           early = model.vertexCount;
           if (!isStale()) await draw(model);
         } catch (error) {
+          // What draws no head draws no face either.
+          if (error instanceof Failure) throw error;
           downloads.delete(url(preview));
           if (!isStale()) leaveOut(error);
         }

@@ -297,7 +297,10 @@ export async function createDesigner(model, stage, chosen) {
   });
   head.paint(colours);
   editor.onRefusal((why) => toast.say(text.refused(why)));
-  canvas.addEventListener('webglcontextlost', () => toast.say(text.lostContext));
+  canvas.addEventListener('webglcontextlost', () => {
+    head.loseCard();
+    toast.say(text.lostContext);
+  });
   canvas.addEventListener('webglcontextrestored', () => scene.shapeChanged());
   display.refresh();
 

@@ -143,8 +143,8 @@ export const text = {
   exportMesh: 'As a mesh',
   exportFormats: {
     glb: 'for Blender, three.js and game engines: metres, skin, eyes and teeth as here, and every slider and expression as a named shape key',
-    obj: 'for any modelling program: millimetres, texture coordinates, parts as groups',
-    ply: 'for MeshLab and research code: millimetres, vertex colours, the model’s vertex order',
+    obj: 'for any modelling program: millimetres, texture coordinates, colours of vertices as here, parts as groups',
+    ply: 'for MeshLab and research code: millimetres, colours of vertices as here, the model’s vertex order',
     stl: 'for a 3D printer: millimetres',
   },
   exportPicture: 'As a picture of the 3D view',
@@ -167,7 +167,9 @@ export const text = {
   saveAs: 'Save this face as',
   namePlaceholder: 'Name',
   save: 'Save',
-  saved: (/** @type {string} */ name) => `Saved as “${name}”`,
+  saved: (/** @type {string} */ name, wanted = name) =>
+    name === wanted ? `Saved as “${name}”` : `Another face is called “${wanted}”: saved as “${name}”`,
+  namesake: (/** @type {string} */ name, /** @type {number} */ n) => `${name} (${n})`,
   notKept: 'This browser does not let the page store anything, or its storage is full. Download the face or copy its link.',
   open: (/** @type {string} */ name) => `Open ${name}`,
   rename: (/** @type {string} */ name) => `Rename ${name}`,
@@ -306,6 +308,8 @@ export const text = {
     'upper lip height': 'From the base of the nose (subnasale) to the edge of the lip',
     'chin height': 'From the lower edge of the lips to under the chin (menton)',
   }),
+  typedMoved: (/** @type {readonly (readonly [name: string, mm: number])[]} */ lengths) =>
+    `Typed before, and moved by this: ${lengths.map(([name, mm]) => `${name} (${text.change(mm)} mm)`).join(', ')}. A locked length stays.`,
   lockMeasure: (/** @type {string} */ name) => `Lock the ${name}`,
   clearMeasure: (/** @type {string} */ name) => `Undo what ${name} did`,
   resetMeasure: (/** @type {string} */ name) => `Reset the ${name}`,
@@ -516,6 +520,8 @@ export const text = {
     asDetected: 'As found',
     takeBack: 'Take back',
     leave: 'Leave',
+    left: (/** @type {string} */ way) => `The points stay where you put them: “${way}” goes on from there.`,
+    toolsLost: 'the photo tools ran out of memory, or met an error of their own; another photo, or another fit, starts them anew',
     refused: (/** @type {string} */ why) => `${why.charAt(0).toUpperCase()}${why.slice(1).replace(/\.$/, '')}. Correct the points, or take another photo.`,
     quality: (/** @type {number} */ px, /** @type {number} */ mm) =>
       `The fit misses the points by ${px.toFixed(1)} pixels, ${mm.toFixed(1)} mm on the face.`,

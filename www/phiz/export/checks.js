@@ -10,6 +10,12 @@ function checkVectors(what, values, vertices) {
   }
 }
 
+/** @param {unknown} colours @param {number} vertices */
+export function checkColours(colours, vertices) {
+  if (!(colours instanceof Uint8Array) && !(colours instanceof Uint8ClampedArray)) throw new TypeError('the colours must be a Uint8Array, sRGB');
+  if (colours.length !== 3 * vertices) throw new Error(`the colours must be ${3 * vertices} numbers, three a vertex, not ${colours.length}`);
+}
+
 /**
  * @param {Partial<{ controls: readonly import('./index.js').MorphTarget[], expressions: readonly import('./index.js').ExpressionTarget[] }>} measured
  * @param {number} vertices

@@ -9,14 +9,18 @@ import type { Face } from 'phiz';
  * Wavefront OBJ, text: positions in millimetres (y up) with sRGB colours behind them, texture
  * coordinates, normals, and a group for each of the model's parts. Vertex i of the file is vertex
  * i of the model.
+ *
+ * @param options `colours`: those of this face, sRGB, three a vertex, in place of the model's
  */
-export function toObj(face: Face): Uint8Array<ArrayBuffer>;
+export function toObj(face: Face, options?: { colours?: Uint8Array | Uint8ClampedArray | undefined }): Uint8Array<ArrayBuffer>;
 
 /**
  * Binary little-endian PLY: positions in millimetres (y up), normals, sRGB colours. Vertex i of the
  * file is vertex i of the model.
+ *
+ * @param options `colours`: those of this face, sRGB, three a vertex, in place of the model's
  */
-export function toPly(face: Face): Uint8Array<ArrayBuffer>;
+export function toPly(face: Face, options?: { colours?: Uint8Array | Uint8ClampedArray | undefined }): Uint8Array<ArrayBuffer>;
 
 /** Binary STL in millimetres, turned as slicers want it: z up, the face looks along -y. */
 export function toStl(face: Face): Uint8Array<ArrayBuffer>;

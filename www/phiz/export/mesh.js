@@ -1,10 +1,12 @@
+import { checkColours } from './checks.js';
+
 /**
  * A face as it is now, copied out of wasm memory.
  *
  * @typedef {object} Mesh
  * @property {Float32Array} positions mm, three a vertex
  * @property {Float32Array} normals unit, three a vertex
- * @property {Uint8Array} colours sRGB, three a vertex
+ * @property {Uint8Array | Uint8ClampedArray} colours sRGB, three a vertex
  * @property {Float32Array} uvs two a corner, (0, 0) at the lower left
  * @property {Uint32Array} corners the vertex of each corner
  * @property {Uint32Array} triangles three corners a triangle
@@ -13,15 +15,17 @@
 
 /**
  * @param {import('phiz').Face} face
+ * @param {Uint8Array | Uint8ClampedArray} [colours] sRGB, three a vertex: the model's own when absent
  * @returns {Mesh}
  */
-export function meshOf(face) {
+export function meshOf(face, colours) {
   needFace(face);
   const { model } = face;
+  if (colours !== undefined) checkColours(colours, model.vertexCount);
   return {
     positions: face.positions.slice(),
     normals: face.normals.slice(),
-    colours: model.colours,
+    colours: colours ?? model.colours,
     uvs: model.uvs,
     corners: model.uvVertices,
     triangles: model.triangles,

@@ -3,9 +3,10 @@ import { meshOf, provenance } from './mesh.js';
 /**
  * Wavefront OBJ: positions (mm) with colours, texture coordinates, normals, a group a part.
  * @param {import('phiz').Face} face
+ * @param {{ colours?: Uint8Array | Uint8ClampedArray }} [options]
  */
-export function toObj(face) {
-  const { positions, normals, colours, uvs, corners, triangles, parts } = meshOf(face);
+export function toObj(face, { colours: given } = {}) {
+  const { positions, normals, colours, uvs, corners, triangles, parts } = meshOf(face, given);
   const lines = [...provenance(face.model), 'Lengths are millimetres; y is up.'].map((l) => `# ${l}`);
   lines.push('o face');
   for (let i = 0; i < positions.length; i += 3) {

@@ -4,9 +4,10 @@ import { meshOf, provenance } from './mesh.js';
 /**
  * Binary PLY, little-endian: positions (mm), normals, colours; the model's vertices in its order.
  * @param {import('phiz').Face} face
+ * @param {{ colours?: Uint8Array | Uint8ClampedArray }} [options]
  */
-export function toPly(face) {
-  const { positions, normals, colours, corners, triangles } = meshOf(face);
+export function toPly(face, { colours: given } = {}) {
+  const { positions, normals, colours, corners, triangles } = meshOf(face, given);
   const vertices = positions.length / 3;
   const faces = triangles.length / 3;
   const header = new TextEncoder().encode(

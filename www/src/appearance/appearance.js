@@ -3,10 +3,11 @@
 
 import { Color, Matrix3, Vector3 } from 'three';
 import { expressionTargets, morphTargets, toGlb } from 'phiz/export';
+import { fitSphere } from '../head/eyes.js';
 import { weighted } from '../head/head.js';
 import { OPEN } from '../head/teeth.js';
 import { text } from '../text.js';
-import { EYE_REACH, eyeMap, skinMaps } from './maps.js';
+import { EYE_REACH, eyeColours, eyeMap, skinColours, skinMaps } from './maps.js';
 
 /** What goes less far than this with an expression, or with a standard deviation of a slider, stays where it is, mm. */
 const STILL = { expression: 0.15, slider: 0.1 };
@@ -30,6 +31,76 @@ const SHADOW = [0.02, 0.006, 0.005];
 const COLUMNS = 4;
 
 /**
+ * Makes something of the head in these colours, which it has for just that long: between two pictures it may be given others.
+ * @param {ReturnType<typeof import('../head/head.js').createHead>} head @param {import('../head/colouring.js').Colouring} colouring
+ * @returns {import('./maps.js').Coloured}
+ */
+const colouredAs = (head, colouring) => (make) =>
+  head.lend(() => {
+    const { value } = head.wornStrength;
+    // A face between two may be shown, which wears less of a photo.
+    head.wornStrength.value = head.wears ? 1 : 0;
+    if (head.colouring !== colouring) head.paint(colouring, false);
+    head.finish();
+    try {
+      return make();
+    } finally {
+      head.wornStrength.value = value;
+    }
+  });
+
+/**
+ * The colours of a face's vertices as they are on the page: skin with what is on it, and eyes.
+ * @param {import('three').WebGLRenderer} renderer
+ * @param {ReturnType<typeof import('../head/head.js').createHead>} head
+ * @param {import('phiz').Face} face
+ * @param {{ colouring?: import('../head/colouring.js').Colouring }} [options] the head's unless another is given
+ * @returns {Uint8ClampedArray} sRGB, three a vertex
+ * @throws where nothing can be drawn
+ */
+export function coloursAsShown(renderer, head, face, { colouring = head.colouring } = {}) {
+  if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
+  const coloured = colouredAs(head, colouring);
+  const [skin, eye] = [skinColours(renderer, head, coloured), eyeColours(renderer, head, coloured)];
+  const { model } = face;
+  const { uvs, vertexCount } = model;
+  const colours = new Uint8ClampedArray(3 * vertexCount);
+  // The first corners are the vertices.
+  for (let v = 0; v < vertexCount; v++) colours.set(around(skin, uvs[2 * v], uvs[2 * v + 1]), 3 * v);
+  const still = face.clone();
+  still.expression = {};
+  const rest = still.positions.slice();
+  still.free();
+  const centre = new Vector3();
+  const way = new Vector3();
+  for (const { name, first, count } of model.parts) {
+    if (!/eyeball/.test(name)) continue;
+    const vertices = [...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => model.uvVertices[corner]))];
+    fitSphere(rest, vertices, centre);
+    for (const v of vertices) {
+      way.fromArray(rest, 3 * v).sub(centre);
+      const across = Math.hypot(way.x, way.y);
+      const away = across > 0 ? Math.min(1, Math.atan2(across, way.z) / EYE_REACH) / 2 / across : 0;
+      colours.set(around(eye, 0.5 + away * way.x, 0.5 + away * way.y), 3 * v);
+    }
+  }
+  return colours;
+}
+
+/**
+ * The mean of nine pixels: one alone may be a pore.
+ * @param {{ size: number, rgba: Uint8ClampedArray }} picture @param {number} u @param {number} v
+ */
+function around({ size, rgba }, u, v) {
+  const [x, y] = [u, 1 - v].map((at) => Math.min(size - 2, Math.max(1, Math.floor(at * size))));
+  const sum = [0, 0, 0];
+  for (const row of [y - 1, y, y + 1]) {
+    for (let at = 4 * (row * size + x - 1); at < 4 * (row * size + x + 2); at += 4) for (let k = 0; k < 3; k++) sum[k] += rgba[at + k] / 9;
+  }
+  return sum;
+}
+
+/**
  * A face as a GLB that looks like the page.
  * @param {import('three').WebGLRenderer} renderer
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
@@ -42,23 +113,7 @@ const COLUMNS = 4;
 export async function glbAsShown(renderer, head, face, { targets = true, colouring = head.colouring } = {}) {
   if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
   const asked = face.clone();
-  /**
-   * Something of the head in these colours, which it has for just that long: between two pictures it may be given others.
-   * @template T @param {() => T} make @returns {T}
-   */
-  const coloured = (make) =>
-    head.lend(() => {
-      const { value } = head.wornStrength;
-      // A face between two may be shown, which wears less of a photo.
-      head.wornStrength.value = head.wears ? 1 : 0;
-      if (head.colouring !== colouring) head.paint(colouring, false);
-      head.finish();
-      try {
-        return make();
-      } finally {
-        head.wornStrength.value = value;
-      }
-    });
+  const coloured = colouredAs(head, colouring);
   try {
     // They take long, and all of it goes by them.
     const measured = targets ? { controls: morphTargets(asked), expressions: expressionTargets(asked) } : undefined;

@@ -9,6 +9,8 @@ import { fill, jpeg, paint } from './raster.js';
 /** Pixels a side. The skin has a quarter of its picture: 5.6 pixels a millimetre of it. */
 const SKIN = 4096;
 const EYE = 1024;
+/** As many tell of vertices, which are two millimetres apart. */
+const VERTICES = 1024;
 /** What tells of light and gloss has no detail worth more. */
 const SURFACE = 1024;
 /**
@@ -85,7 +87,7 @@ const ROUNDS = {
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  * @param {Coloured} coloured
  */
-export async function skinMaps(renderer, { skin, look, eyeballs }, coloured) {
+function skinPainter(renderer, { skin, look, eyeballs }, coloured) {
   const { tone, roughness } = coloured(() => ({ tone: look.material.color.clone(), roughness: look.material.roughness }));
   const uniforms = {
     ...look.uniforms,
@@ -130,24 +132,41 @@ export async function skinMaps(renderer, { skin, look, eyeballs }, coloured) {
     });
     return coloured(() => paint(renderer, skin.geometry, material, Math.min(size, most), count));
   }
-  /** @param {ReturnType<typeof paint>} from @param {number} n @param {readonly number[]} ground @param {number} quality */
-  function taken(from, n, ground, quality) {
-    const picture = from.picture(n);
-    fill(picture, ground);
-    return jpeg(picture, quality);
-  }
-  const ground = new Color().copyLinearToSRGB(tone).toArray().map((value) => Math.round(255 * value));
+  return { painted, ground: new Color().copyLinearToSRGB(tone).toArray().map((value) => Math.round(255 * value)) };
+}
+
+/** @param {ReturnType<typeof paint>} from @param {number} n @param {readonly number[]} ground */
+function filled(from, n, ground) {
+  const picture = from.picture(n);
+  fill(picture, ground);
+  return picture;
+}
+
+/** @param {Parameters<typeof skinPainter>} of */
+export async function skinMaps(...of) {
+  const { painted, ground } = skinPainter(...of);
   const both = painted('look', SKIN, 2);
   const open = painted('surface', SURFACE);
   try {
     return {
-      colour: await taken(both, 0, ground, 0.9),
-      normal: await taken(both, 1, [128, 128, 255], 0.85),
-      surface: await taken(open, 0, [255, 133, 0], 0.9),
+      colour: await jpeg(filled(both, 0, ground), 0.9),
+      normal: await jpeg(filled(both, 1, [128, 128, 255]), 0.85),
+      surface: await jpeg(filled(open, 0, [255, 133, 0]), 0.9),
     };
   } finally {
     both.dispose();
     open.dispose();
+  }
+}
+
+/** The skin's colours alone, no finer than vertices are. @param {Parameters<typeof skinPainter>} of */
+export function skinColours(...of) {
+  const { painted, ground } = skinPainter(...of);
+  const both = painted('look', VERTICES, 2);
+  try {
+    return filled(both, 0, ground);
+  } finally {
+    both.dispose();
   }
 }
 
@@ -157,7 +176,7 @@ export async function skinMaps(renderer, { skin, look, eyeballs }, coloured) {
  * @param {ReturnType<typeof import('../head/head.js').createHead>} head
  * @param {Coloured} coloured
  */
-export async function eyeMap(renderer, { eyeLook }, coloured) {
+export function eyeColours(renderer, { eyeLook }, coloured) {
   const material = new ShaderMaterial({
     uniforms: eyeLook,
     vertexShader: 'varying vec2 vAt; void main() { vAt = 2.0 * uv - 1.0; gl_Position = vec4(vAt, 0.0, 1.0); }',
@@ -177,9 +196,12 @@ export async function eyeMap(renderer, { eyeLook }, coloured) {
   const square = new PlaneGeometry(1, 1);
   const painted = coloured(() => paint(renderer, square, material, EYE));
   try {
-    return await jpeg(painted.picture(), 0.92);
+    return painted.picture();
   } finally {
     painted.dispose();
     square.dispose();
   }
 }
+
+/** @param {Parameters<typeof eyeColours>} of */
+export const eyeMap = (...of) => jpeg(eyeColours(...of), 0.92);

@@ -39,11 +39,17 @@ export function createCircle(editor, { library, portraits, say }) {
   /** What is locked stays as it was. @type {import('../editing/history.js').State | null} */
   let base = null;
   let ownStep = false;
+  /** Where the puck stood when the face was the one of a code: a step back or forth leads there. @type {Map<string, [number, number]>} */
+  const stood = new Map();
   editor.onStep(() => {
-    if (!ownStep) base = null;
+    if (ownStep) return;
+    base = null;
+    at = stood.get(editor.face.code) ?? at;
+    refresh();
   });
 
   function finish() {
+    stood.set(editor.face.code, at);
     ownStep = true;
     editor.finish('mixing circle');
     ownStep = false;
@@ -62,6 +68,10 @@ export function createCircle(editor, { library, portraits, say }) {
   }
   /** @param {number} x @param {number} y */
   function moveTo(x, y) {
+    if (!base) {
+      base = editor.state;
+      stood.set(base.code, at);
+    }
     const length = Math.max(1, Math.hypot(x, y));
     at = [x / length, y / length];
     const weights = shares(places(members.length), at);
@@ -71,7 +81,6 @@ export function createCircle(editor, { library, portraits, say }) {
       sum += weights[i];
       if (weights[i] > 0) mixed.blend(whole, weights[i] / sum);
     });
-    base ??= editor.state;
     const own = base.colouring;
     const colours = mixture(members.map(({ entry }, i) => [entry.colouring ?? own, weights[i]]));
     editor.moveFrom(base, (present) => present.blend(mixed, 1), colours);
@@ -141,6 +150,13 @@ export function createCircle(editor, { library, portraits, say }) {
   });
   ring.addEventListener('pointercancel', (event) => held?.pointer === event.pointerId && cancel());
 
+  /** @param {typeof members} now in the circle: a place is another mixture then */
+  function gather(now) {
+    members = now;
+    at = [0, 0];
+    stood.clear();
+    build();
+  }
   function build() {
     const on = places(members.length);
     ring.replaceChildren(
@@ -153,9 +169,7 @@ export function createCircle(editor, { library, portraits, say }) {
             title: text.outOfCircle(entry.name),
             onclick: () => {
               members.find((member) => member.entry.id === entry.id)?.whole.free();
-              members = members.filter((member) => member.entry.id !== entry.id);
-              at = [0, 0];
-              build();
+              gather(members.filter((member) => member.entry.id !== entry.id));
               (ring.querySelector('button') ?? heading).focus();
             },
           },
@@ -191,9 +205,7 @@ export function createCircle(editor, { library, portraits, say }) {
       if (members.length === MOST) return say(tapping(text.circleFull));
       const whole = model.face();
       whole.code = entry.code;
-      members = [...members, { entry, whole }];
-      at = [0, 0];
-      build();
+      gather([...members, { entry, whole }]);
       root.scrollIntoView({ block: 'nearest' });
       say(text.circled(entry.name, members.length));
     },

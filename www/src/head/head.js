@@ -524,6 +524,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     },
     paint,
     wear,
+    /** The graphics card is gone with what it was given, which the next one is given anew. */
+    loseCard: () => worn?.dispose(),
     groupAt,
     /** The vertices that a corner of what is drawn lies on or between. */
     verticesAt: finer.rootsOf,

@@ -48,21 +48,28 @@ export function createExports({ face, view, head, expressions, named, colouring,
 
   /** @param {keyof typeof MESHES} ending */
   async function mesh(ending) {
+    // What moves in the file is what the model knows of by then.
+    if (ending === 'glb' && expressions.any) await expressions.load();
     // Who exports nothing does not wait for the writers.
-    if (ending === 'glb') {
-      // What moves in the file is what the model knows of by then.
-      if (expressions.any) await expressions.load();
-      const { glbAsShown } = await part(() => import('../appearance/appearance.js'));
-      await settle();
-      // Hair that is hidden is the face's all the same.
-      const glb = await glbAsShown(view.renderer, head, face, { colouring: colouring() });
-      // The stage may have been drawn meanwhile.
-      view.shapeChanged();
-      return new Blob([glb], { type: MESHES.glb });
-    }
-    const writers = await part(() => import('phiz/export'));
-    const write = { obj: writers.toObj, ply: writers.toPly, stl: writers.toStl }[ending];
-    return new Blob([write(face)], { type: MESHES[ending] });
+    const [{ toObj, toPly, toStl }, { coloursAsShown, glbAsShown }] = await Promise.all([
+      part(() => import('phiz/export')),
+      part(() => import('../appearance/appearance.js')),
+    ]);
+    await settle();
+    // Hair that is hidden is the face's all the same.
+    const options = { colouring: colouring() };
+    const coloured = () => ({ colours: coloursAsShown(view.renderer, head, face, options) });
+    /** @type {Record<keyof typeof MESHES, () => Uint8Array<ArrayBuffer> | Promise<Uint8Array<ArrayBuffer>>>} */
+    const write = {
+      glb: () => glbAsShown(view.renderer, head, face, options),
+      obj: () => toObj(face, coloured()),
+      ply: () => toPly(face, coloured()),
+      stl: () => toStl(face),
+    };
+    const bytes = await write[ending]();
+    // The stage may have been drawn meanwhile.
+    view.shapeChanged();
+    return new Blob([bytes], { type: MESHES[ending] });
   }
 
   /** @param {string} label @param {number} value */

@@ -18,6 +18,9 @@ const SEEDS = [3, 7, 12, 19, 24, 31, 42, 58, 63, 77, 85, 96];
  * @typedef {Likeness & { id: string, name: string, own: boolean }} Entry
  */
 
+/** Who has a number only because others have the name. @param {string} name */
+const unnumbered = (name) => name.replace(/ \(\d+\)$/, '');
+
 /**
  * The faces to choose from: a dozen sampled from the model, and the person's own, which the
  * browser keeps.
@@ -71,6 +74,16 @@ export function createLibrary(model, modelName) {
   /** @param {Likeness} face */
   const looksLike = ({ code, expression, colouring }) => (/** @type {Likeness} */ other) =>
     other.code === code && sameWeights(other.expression ?? {}, expression ?? {}) && sameWeights(other.colouring ?? {}, colouring ?? {});
+  /**
+   * That name, or with a number behind it what nobody of these is called.
+   * @param {string} name @param {readonly { name: string }[]} faces
+   */
+  function nameAmong(name, faces) {
+    const taken = new Set(faces.map((face) => face.name));
+    let free = name;
+    for (let n = 2; taken.has(free); n++) free = text.namesake(unnumbered(name), n);
+    return free;
+  }
   /** @type {Set<() => void>} */
   const listeners = new Set();
 
@@ -111,21 +124,28 @@ export function createLibrary(model, modelName) {
       while (own.some(({ name }) => name === text.ownFace(n))) n += 1;
       return text.ownFace(n);
     },
+    /** A name that no other has: this one, or with a number. @param {string} name @param {string} [id] who is to have it */
+    freeNameLike: (name, id) => nameAmong(name, own.filter((entry) => entry.id !== id)),
     /** What a face was saved as, with these looks if it was with several; '' when it was not, or has changed since. @param {Likeness} face */
     nameOf: (face) => (own.find(looksLike({ ...face, expression: readExpression(face.expression) })) ?? own.find(({ code }) => code === face.code))?.name ?? '',
     /** @param {string} id */
     find: (id) => [...own, ...presets].find((entry) => entry.id === id),
     /**
-     * @param {...({ name: string } & Likeness)} faces the first of them is first among all
+     * @param {...({ name: string } & Likeness)} faces the first of them is first among all; whose name another has gets a number
      * @returns {boolean} whether the browser keeps them
      */
     add(...faces) {
       if (!isAsked) void navigator.storage?.persist?.().catch(() => {});
       isAsked = true;
-      return write([...faces.map(({ name, code, expression, colouring }) => ({ id: newId(), name, code, expression: readExpression(expression), colouring, own: true })), ...own]);
+      /** @type {Entry[]} */
+      const added = [];
+      for (const { name, code, expression, colouring } of faces) {
+        added.push({ id: newId(), name: nameAmong(name, [...own, ...added]), code, expression: readExpression(expression), colouring, own: true });
+      }
+      return write([...added, ...own]);
     },
-    /** Whether there is one like it under that name. @param {{ name: string } & Likeness} face */
-    has: (face) => own.filter(({ name }) => name === face.name).some(looksLike(face)),
+    /** Whether there is one like it under that name, with whatever number. @param {{ name: string } & Likeness} face */
+    has: (face) => own.filter(({ name }) => unnumbered(name) === unnumbered(face.name)).some(looksLike(face)),
     /**
      * Adds a face that is not there yet; one of another model is kept unread.
      * @param {string} name @param {Likeness} face
@@ -135,7 +155,7 @@ export function createLibrary(model, modelName) {
       const isRead = isFace(code);
       const there = isRead ? [...own, ...presets] : unread.map((other) => /** @type {Likeness} */ (Object(other)));
       if (there.some(looksLike({ code, expression, colouring }))) return 'known';
-      const entry = { id: newId(), name, code, expression, colouring };
+      const entry = { id: newId(), name: nameAmong(name, own), code, expression, colouring };
       if (!isRead) unread = [entry, ...unread];
       if (!write(isRead ? [{ ...entry, own: true }, ...own] : own)) return 'refused';
       return isRead ? 'added' : 'unread';

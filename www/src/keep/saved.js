@@ -43,8 +43,9 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
       class: 'save',
       onsubmit: (/** @type {SubmitEvent} */ event) => {
         event.preventDefault();
-        const chosen = name.value.trim() || library.freeName;
-        say(library.add({ name: chosen, ...editor.likeness }) ? text.saved(chosen) : text.notKept);
+        const wanted = name.value.trim() || library.freeName;
+        const chosen = library.freeNameLike(wanted);
+        say(library.add({ name: chosen, ...editor.likeness }) ? text.saved(chosen, wanted) : text.notKept);
         name.value = '';
       },
     },
@@ -120,6 +121,7 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
         // What is there already is not there twice.
         const fresh = faces.filter((face) => !library.has(face));
         if (fresh.length > 0 && !library.add(...fresh)) wrong.add(text.notKept);
+        const [{ name }] = library.all;
         added += fresh.length;
         known += faces.length - fresh.length;
         if (!isSingle) {
@@ -130,7 +132,7 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
         }
         const why = await become(found);
         // Who asked for another face meanwhile looks at that.
-        alone = why === null ? '' : (fresh.length > 0 ? text.imported : text.importedKnown)(found.name);
+        alone = why === null ? '' : fresh.length > 0 ? text.imported(name) : text.importedKnown(found.name);
         if (why) wrong.add(why);
       } catch (error) {
         wrong.add(error instanceof Error ? error.message : String(error));
@@ -171,9 +173,11 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
       /** @param {boolean} keep */
       const done = (keep) => {
         renaming = null;
-        const chosen = box.value.trim();
-        if (!keep || !chosen || chosen === entry.name) build();
-        else if (!library.rename(id, chosen)) say(text.notKept);
+        const wanted = box.value.trim();
+        const chosen = library.freeNameLike(wanted, id);
+        if (!keep || !wanted || chosen === entry.name) return build();
+        if (!library.rename(id, chosen)) say(text.notKept);
+        else if (chosen !== wanted) say(text.saved(chosen, wanted));
       };
       box.addEventListener('keydown', (event) => {
         if (renaming !== id || isComposing(event) || (event.key !== 'Enter' && event.key !== 'Escape')) return;
@@ -259,7 +263,9 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
             class: 'link',
             onclick: () => {
               removed.pop();
-              if (!library.putBack(entry, after)) say(text.notKept);
+              const name = library.freeNameLike(entry.name);
+              if (!library.putBack({ ...entry, name }, after)) say(text.notKept);
+              else if (name !== entry.name) say(text.saved(name, entry.name));
               /** @type {HTMLElement | null} */ (list.querySelector(`[data-id="${entry.id}"] button`))?.focus();
             },
           },

@@ -49,6 +49,8 @@ export function createExpressions(editor, file, display) {
   let linked = true;
   /** That an expression with two different sides made two of each slider, and nobody asked for it. */
   let parted = false;
+  /** A slider in hand that passes what the other side has stays what it is. */
+  let ownStep = false;
   let built = false;
   /** @type {{ members: string[], slider: import('./slider.js').Slider }[]} */
   let rows = [];
@@ -57,7 +59,7 @@ export function createExpressions(editor, file, display) {
   const retry = element('button', { type: 'button', class: 'button', hidden: true, onclick: come }, text.tryAgain);
   const neutral = element(
     'button',
-    { type: 'button', class: 'button', onclick: () => express({}) },
+    { type: 'button', class: 'button', onclick: () => editor.express({}) },
     icon('reset'),
     text.neutral,
   );
@@ -69,7 +71,7 @@ export function createExpressions(editor, file, display) {
       'aria-pressed': 'false',
       onclick: () => {
         const shut = blink.getAttribute('aria-pressed') !== 'true' ? 1 : 0;
-        express({ ...face.expression, eyeBlinkLeft: shut, eyeBlinkRight: shut });
+        editor.express({ ...face.expression, eyeBlinkLeft: shut, eyeBlinkRight: shut });
       },
     },
     text.blink,
@@ -89,20 +91,11 @@ export function createExpressions(editor, file, display) {
       if (linked) editor.express(evened());
     },
   });
-  const presets = createExpressionPresets(editor, express);
+  const presets = createExpressionPresets(editor, editor.express);
   const blinking = createBlinking(display);
   const alone = element('input', { type: 'checkbox', id: 'expressions-blinking', onchange: () => blinking.set(alone.checked) });
   const body = element('div', {});
 
-  /**
-   * One step: these weights and no others.
-   * @param {Record<string, number>} weights
-   */
-  function express(weights) {
-    editor.express(weights);
-    // A wink that is over leaves the panel as it was.
-    if (parted && isEven()) link(true);
-  }
   /** The expression with both sides as strong as the stronger. */
   function evened() {
     const expression = { ...face.expression };
@@ -117,6 +110,12 @@ export function createExpressions(editor, file, display) {
     return rowsOf(model.expressions).every(({ members }) => members.every((name) => expression[name] === expression[members[0]]));
   }
 
+  /** @param {() => void} step */
+  function byOne(step) {
+    ownStep = true;
+    step();
+    ownStep = false;
+  }
   /** @param {string[]} members @param {string} name */
   function row(members, name) {
     const [, base, side] = /^(.*?)(Left|Right)?$/.exec(ONE_SIDED.test(name) ? '' : name) ?? [];
@@ -139,11 +138,11 @@ export function createExpressions(editor, file, display) {
         max: 100,
         step: 1,
         show: (weight) => Math.round(100 * weight),
-        take: (percent) => editor.express({ ...face.expression, ...weigh(percent / 100) }),
+        take: (percent) => byOne(() => editor.express({ ...face.expression, ...weigh(percent / 100) })),
       },
       move: (weight) => editor.moveExpression(weigh(weight)),
       cancel: editor.cancel,
-      finish: () => editor.finish(`express ${name}`),
+      finish: () => byOne(() => editor.finish(`express ${name}`)),
     });
     const weigh = (/** @type {number} */ weight) => Object.fromEntries(members.map((member) => [member, weight]));
     rows.push({ members, slider });
@@ -153,6 +152,7 @@ export function createExpressions(editor, file, display) {
   function build() {
     built = true;
     rows = [];
+    const { id = '' } = body.contains(document.activeElement) ? /** @type {Element} */ (document.activeElement) : {};
     const all = rowsOf(model.expressions);
     body.replaceChildren(
       ...GROUPS.map(([group, pattern]) => {
@@ -172,6 +172,9 @@ export function createExpressions(editor, file, display) {
         );
       }),
     );
+    // Of two that were one, or of one that was two, it is either.
+    const base = id.replace(/(Left|Right)$/, '');
+    if (id) [id, base, `${base}Left`].map((name) => document.getElementById(name)).find((slider) => slider)?.focus();
     refresh();
   }
   /** @param {boolean} now */
@@ -215,7 +218,11 @@ export function createExpressions(editor, file, display) {
   }
   together.disabled = alone.disabled = blink.disabled = neutral.disabled = true;
   editor.onShape(refresh);
-  editor.onStep(refresh);
+  editor.onStep(() => {
+    // A wink that is over, or taken back, leaves the panel as it was.
+    if (parted && !ownStep && isEven()) link(true);
+    else refresh();
+  });
 
   return {
     root: element(

@@ -7,6 +7,9 @@ import { createSlider } from './slider.js';
 import { createTimeslices } from './timeslice.js';
 import { meant, spoken, standing, text, titleOf } from '../text.js';
 
+/** What of a length is seen, mm: it is shown with one digit after the point. */
+const SEEN = 0.05;
+
 /** @typedef {import('./distribution.js').Distribution} Distribution */
 
 /**
@@ -24,6 +27,10 @@ export function createMeanings(editor, { distributions, limits }) {
   let visible = false;
   /** Where the sliders stood when one of them was taken up. @type {number[] | null} */
   let before = null;
+  /** What was typed, as it then was: others move it, as in people lengths go together. @type {{ measure: string, mm: number }[]} */
+  const typed = [];
+  /** What the length that was typed last did to others that were. */
+  let aside = '';
 
   /** @type {{ measure: string, distribution: Distribution, slider: import('./slider.js').Slider, lock: HTMLButtonElement }[]} */
   let rows = [];
@@ -63,8 +70,9 @@ export function createMeanings(editor, { distributions, limits }) {
         step: 0.1,
         show: () => Number(face.measure(measure).toFixed(1)),
         atRank: (percent) => distribution.reading(percent / 100),
-        take,
+        take: (mm) => type(measure, () => take(mm)),
         ended: (mm) => limits.ended(text.millimetres(mm), id),
+        also: () => aside,
       },
       move,
       hold: () => {
@@ -80,6 +88,19 @@ export function createMeanings(editor, { distributions, limits }) {
     });
     rows.push({ measure, distribution, slider, lock });
     return slider.root;
+  }
+
+  /** Who types several is told of each that is no longer what they typed. @param {string} measure @param {() => void} take */
+  function type(measure, take) {
+    const now = new Map(typed.map((one) => [one.measure, face.measure(one.measure)]));
+    const known = [...now].filter(([name, mm]) => name !== measure && typed.some((one) => one.measure === name && Math.abs(one.mm - mm) < SEEN));
+    take();
+    const moved = known
+      .map(([name, mm]) => /** @type {const} */ ([name, face.measure(name) - mm]))
+      .filter(([, by]) => Math.abs(by) >= SEEN)
+      .sort(([, a], [, b]) => Math.abs(b) - Math.abs(a));
+    for (const name of [measure, ...moved.map(([name]) => name)]) typed.push({ measure: name, mm: face.measure(name) });
+    aside = moved.length > 0 ? text.typedMoved(moved.map(([name, by]) => [spoken(name), by])) : '';
   }
 
   /** @param {Length} length @param {import('phiz').Control} control @param {Distribution} distribution */
@@ -143,7 +164,10 @@ export function createMeanings(editor, { distributions, limits }) {
     }
   }
   editor.onShape(refresh);
-  editor.onStep(refresh);
+  editor.onStep(() => {
+    for (const { slider } of rows) slider.hush();
+    refresh();
+  });
 
   const list = element('div', {});
   let built = false;

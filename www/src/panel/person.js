@@ -142,10 +142,10 @@ export function createPerson(editor, limits) {
     for (const { name, placeOf, slider, isAsked } of rows) {
       const at = placeOf(face.attribute(name));
       const was = start && placeOf(start.reads.get(name) ?? 0);
+      const isMoved = was !== null && Math.abs(was - at) > 0.005;
       // What one slider moves of the others by what nobody sees is not shown anew with each event.
-      const stays = was !== null && !isAsked() && Math.abs(was - at) <= 0.005;
-      slider.show(Math.round(1e4 * (stays ? was : at)) / 1e4);
-      slider.ghost(was !== null && Math.abs(was - at) > 0.005 ? was : null);
+      slider.show(Math.round(1e4 * (was === null || isMoved || isAsked() ? at : was)) / 1e4);
+      slider.ghost(isMoved ? was : null);
     }
   }
   editor.onShape(refresh);

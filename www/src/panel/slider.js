@@ -42,7 +42,7 @@ function bell(density) {
  *   typed: { label: string, unit: string, min: number, max: number, step: number,
  *     show: (value: number) => number, take: (shown: number) => void,
  *     atRank?: (percent: number) => number, write?: (shown: number) => string, read?: (typed: string, present: number) => number,
- *     ended?: (most: number) => string | Node },
+ *     ended?: (most: number) => string | Node, also?: () => string },
  *   legend?: string,
  *   move: (value: number) => void,
  *   hold?: () => void,
@@ -51,7 +51,7 @@ function bell(density) {
  *   extra?: Node[],
  * }} spec `limits` are the track's, `ends` where the thumb stops on it; `key` is what an arrow key adds; `typed` is the number that people see and type,
  *   `atRank` what it is at a percentile, `write` and `read` how it is typed where that is more than a number and its unit, `ended` what is said when it is
- *   beyond its end; `legend` stands after the value; `cancel` brings back what was there before, where moving there does not, and `finish` follows
+ *   beyond its end, `also` what else is to be said once it was taken, or nothing; `legend` stands after the value; `cancel` brings back what was there before, where moving there does not, and `finish` follows
  */
 export function createSlider(spec) {
   const [min, max] = spec.ends ?? spec.limits;
@@ -82,10 +82,10 @@ export function createSlider(spec) {
     notice = null;
     number.removeAttribute('aria-invalid');
   }
-  /** @param {string | Node} what */
-  function notify(what) {
+  /** @param {string | Node} wrong or nothing @param {string} [also] */
+  function notify(wrong, also = '') {
     unsay();
-    notice = element('p', { class: 'notice', role: 'alert' }, what);
+    notice = element('p', { class: `notice${wrong ? '' : ' is-quiet'}`, role: 'alert' }, wrong, wrong && also && ' ', also);
     track.after(notice);
   }
 
@@ -288,8 +288,13 @@ export function createSlider(spec) {
     if (isWithin) value.focus({ preventScroll: true });
     if (typed === before) return;
     const within = withinTyped(typed);
-    if (within !== before) spec.typed.take(within);
-    if (within !== typed) notify(spec.typed.ended?.(within) ?? text.ended(written(within)));
+    let also = '';
+    if (within !== before) {
+      spec.typed.take(within);
+      also = spec.typed.also?.() ?? '';
+    }
+    if (within !== typed) notify(spec.typed.ended?.(within) ?? text.ended(written(within)), also);
+    else if (also) notify('', also);
   }
 
   // Each is told its own place: what the track is told, all that is in it has to be styled for again.
@@ -347,6 +352,10 @@ export function createSlider(spec) {
       }
       root.classList.toggle('is-moved', Math.abs(present - spec.neutral) > 0.0051 * (distribution ? 1 : max - min));
       root.classList.toggle('is-beyond', distribution !== undefined && isBeyond(present));
+    },
+    /** What was said beside the way is over, such as when something else was done since. */
+    hush() {
+      if (notice?.classList.contains('is-quiet')) unsay();
     },
     /**
      * Marks where it stood before something else was moved; null takes the mark away.

@@ -1,4 +1,4 @@
-// The worker that fits photos, as promises. To cancel is to end it: the next photo starts another.
+// The worker that fits photos, as promises. To cancel is to end it: the next photo starts another, also when it has ended by itself.
 import { text } from '../text.js';
 import { boxOf } from './points.js';
 
@@ -25,11 +25,14 @@ function scaleOf({ width, height }, points) {
 
 /** Thrown into whatever was waiting when the worker was ended. */
 export class Cancelled extends Error {}
+/** The same when it has ended by itself. */
+export class Over extends Error {}
 
 /**
  * @param {{ modelUrl: URL, expressionsUrl: URL | null }} files
+ * @param {(why: string) => void} lost it has ended by itself, with what it knew of the photo that is edited
  */
-export function createFitter({ modelUrl, expressionsUrl }) {
+export function createFitter({ modelUrl, expressionsUrl }, lost) {
   /** @type {Worker | null} */
   let worker = null;
   let count = 0;
@@ -45,6 +48,12 @@ export function createFitter({ modelUrl, expressionsUrl }) {
     waiting.clear();
   }
 
+  /** @param {string} why */
+  function fail(why) {
+    lost(why);
+    end(new Over(why));
+  }
+
   /**
    * @param {string} task @param {Record<string, unknown>} wish
    * @param {(part: number) => void} [progress]
@@ -56,11 +65,13 @@ export function createFitter({ modelUrl, expressionsUrl }) {
       worker.onmessage = ({ data }) => {
         const asked = waiting.get(data.id);
         if (data.progress !== undefined) return asked?.progress?.(data.progress);
+        if (data.isOver) return fail(text.photo.toolsLost);
         waiting.delete(data.id);
         if (data.error !== undefined) asked?.failed(new Error(data.error));
         else asked?.done(data.answer);
       };
-      worker.onerror = (event) => end(new Error(event.message || text.needsConnection));
+      // Of one that did not come there is no message.
+      worker.onerror = (event) => fail(event.message ? text.photo.toolsLost : text.needsConnection);
     }
     const id = (count += 1);
     return new Promise((done, failed) => {

@@ -6,6 +6,8 @@ import { boxOf } from './points.js';
 const MOVE = 4;
 const GROW = 1.03;
 const TURN = (2 * Math.PI) / 180;
+/** The whole is no lower, px of the photo. */
+const LEAST = 8;
 
 /**
  * A mean set of points, laid over the photo as one thing: moved, sized and turned by a frame around it,
@@ -58,7 +60,7 @@ export function createPlacing(view, { changed }) {
     const now = view.onPhoto(event);
     if (corner) {
       const [before, after] = [at, now].map(([px, py]) => [px - from.cx, py - from.cy]);
-      size = Math.max(8, (from.size * Math.hypot(after[0], after[1])) / Math.max(1e-6, Math.hypot(before[0], before[1])));
+      size = Math.max(LEAST, (from.size * Math.hypot(after[0], after[1])) / Math.max(1e-6, Math.hypot(before[0], before[1])));
       angle = from.angle + Math.atan2(after[1], after[0]) - Math.atan2(before[1], before[0]);
     } else {
       cx = from.cx + now[0] - at[0];
@@ -116,6 +118,14 @@ export function createPlacing(view, { changed }) {
       const [left, top, right, bottom] = boxOf(shape);
       half = [Math.max(-left, right), Math.max(-top, bottom)];
       apply();
+    },
+    /** Around points as they lie. @param {Float64Array} at px of the photo */
+    take(at) {
+      const [left, top, right, bottom] = boxOf(at);
+      [cx, cy, size, angle] = [(left + right) / 2, (top + bottom) / 2, Math.max(LEAST, bottom - top), 0];
+      mean = at.map((value, i) => (value - (i % 2 ? cy : cx)) / size);
+      half = [(right - left) / 2 / size, (bottom - top) / 2 / size];
+      draw();
     },
     /** @param {boolean} now */
     show(now) {

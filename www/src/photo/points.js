@@ -142,6 +142,13 @@ export function boxOf(points) {
   return box;
 }
 
+/** A face with room around it, as a part of its height. @param {Float64Array} points @param {number} part */
+export function around(points, part) {
+  const [left, top, right, bottom] = boxOf(points);
+  const room = part * (bottom - top);
+  return [left - room, top - room, right + room, bottom + room];
+}
+
 /**
  * The points of the median face as a camera in front of it would see them, in a box one high around 0.
  * @param {import('phiz').FaceModel} model

@@ -1,7 +1,5 @@
-import { element } from '../frame/element.js';
 import { Failure } from '../frame/failure.js';
 import { stepOf } from '../frame/keys.js';
-import { drawnByProcessor } from '../rendering/graphics.js';
 import { sameWeights } from '../editing/history.js';
 import { text } from '../text.js';
 import { createChoice } from './choose.js';
@@ -9,26 +7,22 @@ import { createColours } from './colours.js';
 import { createComparison } from './compare.js';
 import { createControls } from './controls.js';
 import { createCorrection } from './correct.js';
+import { EXAMPLE, fetchExample } from './example.js';
 import { findFaces, findPerson, prepareFinding, stopFinding } from './faces.js';
-import { Cancelled, createFitter } from './fitter.js';
+import { Cancelled, Over, createFitter } from './fitter.js';
 import { colouringOf } from './looks.js';
 import { createPlacing } from './place.js';
 import { marksOf } from './detected.js';
-import { INNER_FROM, boxOf, meanPoints } from './points.js';
+import { INNER_FROM, around, boxOf, meanPoints } from './points.js';
 import { readPhoto } from './read.js';
 import { savePhoto } from './save.js';
+import { pictureOf, shownOf } from './shown.js';
+import { createSides } from './sides.js';
 import { createView } from './view.js';
 import { createWarp } from './warp.js';
 
 /** A face lower than this, px of the photo from brow to chin, has too few pixels to be told by. */
 const LEAST_FACE = 40;
-/** The stage's picture has at most so many pixels a side; the file has all. A processor draws fewer. */
-const LONGEST_SHOWN = drawnByProcessor() ? 2048 : 4096;
-/** What the example's portrait is called. */
-const EXAMPLE = 'astronaut.jpg';
-
-/** px of the stage's picture for one of a photo. @param {{ width: number, height: number }} of */
-const shownOf = ({ width, height }) => Math.min(1, LONGEST_SHOWN / Math.max(width, height));
 
 /** @typedef {import('./controls.js').Mode} Mode */
 
@@ -51,7 +45,7 @@ const shownOf = ({ width, height }) => Math.min(1, LONGEST_SHOWN / Math.max(widt
  */
 export function createRoom(editor, { panel, stage, files, expressions, display, sleep, tone, wear }) {
   const { model, face } = editor;
-  const fitter = createFitter(files);
+  const fitter = createFitter(files, toolsLost);
 
   /** @type {import('./read.js').Photo | null} */
   let photo = null;
@@ -102,6 +96,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let moving = null;
   /** Whether what edits the photo has another fit than `fitted`, or was ended with one that was stopped. */
   let unedited = false;
+  /** Whether somebody placed or moved points of this photo since it was fitted: they are still there for who leaves them. */
+  let byHand = false;
 
   // The stage.
   const comparison = createComparison({ changed: draw, allowed: () => mode === 'ready' });
@@ -110,20 +106,17 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   const choice = createChoice(view, (i) => void take(i));
   const correction = createCorrection(view, {
     changed() {
+      byHand = true;
       controls.again.disabled = false;
       controls.takeBack.disabled = !correction.canUndo;
     },
     leave: () => (controls.again.disabled ? controls.leaving : controls.again).focus(),
   });
   const placing = createPlacing(view, { changed: (points) => correction.open(photo, points) });
-  const side = (/** @type {string} */ value, /** @type {string} */ words, /** @type {boolean} */ checked) =>
-    element('label', {}, element('input', { type: 'radio', name: 'photo-side', value, checked, onchange: turn }), element('span', {}, words));
-  const photoSide = side('photo', text.photo.photoSide, true);
-  const headSide = side('head', text.photo.headSide, false);
-  const sides = element('div', { class: 'photo-sides', role: 'radiogroup', 'aria-label': text.photo.sides, hidden: true }, photoSide, headSide);
+  const sides = createSides(turn);
   view.root.append(comparison.beforeAfter);
   // Over the head, under the buttons that stand on the stage.
-  stage.querySelector('canvas')?.after(view.root, sides);
+  stage.querySelector('canvas')?.after(view.root, sides.root);
 
   const colours = createColours({
     fitter,
@@ -187,7 +180,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     mode = next;
     const focused = document.activeElement;
     controls.show(mode, { photo: photo !== null, detected: detected !== null, several: faces.length > 1, last: last !== null });
-    sides.hidden = photo === null;
+    sides.root.hidden = photo === null;
     choice.show(mode === 'choose');
     placing.show(mode === 'place');
     const points = mode === 'place' || mode === 'adjust';
@@ -195,26 +188,14 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     controls.takeBack.disabled = !correction.canUndo;
     correction.compare(mode === 'adjust' ? fittedPoints() : null);
     comparison.beforeAfter.hidden = mode !== 'ready' || !editable;
-    if (mode === 'choose' || points) photoOnStage();
+    if (mode === 'choose' || points) sides.turnTo('photo');
     turn();
     draw();
     // Who goes by keys goes on from what came for it.
     if (focused?.closest('[hidden]') && (panel.contains(focused) || view.root.contains(focused))) controls.focus(mode);
   }
-  function onPhoto() {
-    return /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked;
-  }
-  function photoOnStage() {
-    /** @type {HTMLInputElement} */ (photoSide.firstElementChild).checked = true;
-    turn();
-  }
-  /** What is wanted is on the head. */
-  function reveal() {
-    /** @type {HTMLInputElement} */ (headSide.firstElementChild).checked = true;
-    turn();
-  }
   function turn() {
-    const covered = photo !== null && onPhoto();
+    const covered = photo !== null && sides.onPhoto;
     view.root.hidden = !covered;
     stage.classList.toggle('has-photo', photo !== null);
     stage.classList.toggle('shows-photo', covered);
@@ -223,7 +204,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   }
   function dress() {
     colours.offer();
-    if (!photo || !onPhoto()) void colours.dress();
+    if (!photo || !sides.onPhoto) void colours.dress();
   }
   function draw() {
     if (!photo) return;
@@ -285,6 +266,15 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     return points.map((value, i) => value + scale * fit.residuals[i >> 1][i % 2]);
   }
 
+  /** The photo is seen as it was, until another fit. @param {string} why */
+  function toolsLost(why) {
+    unedited = true;
+    if (!editable) return;
+    editable = false;
+    field = null;
+    say(text.photo.notEdited(why), true);
+    show(mode);
+  }
   /** Nobody waits any more for what goes on. */
   function stop() {
     visit += 1;
@@ -307,7 +297,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     say(text.photo.cancelled);
     show(photo ? 'none' : 'empty');
   }
-  const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, others, shown, sentence: controls.quality.textContent });
+  const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, others, shown, moved: byHand ? correction.points : null, sentence: controls.quality.textContent });
   function keepLast() {
     if (fitted) last = present();
   }
@@ -352,12 +342,14 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     forgetPhoto();
     ({ photo, onStage, faces, person, detected, fitted, number, own, others, shown } = last);
     controls.quality.textContent = last.sentence;
+    const { moved } = last;
     last = null;
     if (!photo || !onStage || !fitted) return;
     dressed = true;
     field = null;
     controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
-    correction.open(photo, fitted.points);
+    layPoints(fitted.points);
+    if (moved) correction.replace(moved);
     warp.setPhoto(onStage, photo.colorSpace);
     view.open(photo.width, photo.height);
     view.closeTo(around(fitted.points, 1));
@@ -386,28 +378,6 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   function complain(error, next) {
     say(error instanceof Error ? error.message : String(error), true);
     show(next);
-  }
-
-  async function fetchExample() {
-    try {
-      const response = await fetch(new URL(EXAMPLE, document.baseURI));
-      if (!response.ok) throw new Error(String(response.status));
-      return await response.blob();
-    } catch (error) {
-      throw new Failure(text.photo.noExample(error instanceof Error ? error.message : String(error)));
-    }
-  }
-
-  /** The stage has a copy, which it may need again. @param {import('./read.js').Photo} of */
-  async function pictureOf(of) {
-    const scale = shownOf(of);
-    const scaled = await createImageBitmap(of.bitmap, {
-      resizeWidth: Math.max(1, Math.round(scale * of.width)),
-      resizeHeight: Math.max(1, Math.round(scale * of.height)),
-      resizeQuality: 'high',
-    });
-    // Only then: what is half seen would be scaled with the colour of what is not seen.
-    return createImageBitmap(scaled, { premultiplyAlpha: 'none' }).finally(() => scaled.close());
   }
 
   /** What of the present photo counts in another of the same person, and of those before. @returns {typeof others} */
@@ -474,11 +444,11 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     shown = shownOf(photo);
     faces = [];
     detected = fitted = own = field = null;
-    editable = dressed = false;
+    editable = dressed = byHand = false;
     comparison.reset();
     controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
     warp.setPhoto(picture, photo.colorSpace);
-    photoOnStage();
+    sides.turnTo('photo');
     view.open(photo.width, photo.height);
     draw();
     await search(here);
@@ -529,7 +499,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     fitted = own = field = null;
     forgetPerson();
     detected = marksOf(faces[i]);
-    correction.open(photo, detected.points);
+    layPoints(detected.points);
     await fit(detected.points);
   }
 
@@ -597,14 +567,19 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       unedited = true;
       await fitter.edit(pixels, base, besides());
       // Who corrects points has seen the looks, and may have changed them. Without a light nobody knows them.
-      const looks = dressed ? null : await fitter.looks().catch(() => null);
+      const looks = dressed
+        ? null
+        : await fitter.looks().catch((error) => {
+            if (error instanceof Over) throw error;
+            return null;
+          });
       if (here !== visit) return;
       if (!fitted) number = people += 1;
       editor.take({ code: found.code, expression, ...(looks && { colouring: colouringOf(looks, tone) }) }, number);
       own = { code: face.code, expression: face.expression };
       const colouring = looks || !fitted ? editor.colouring : fitted.colouring;
       fitted = { fit: { ...base, ...own }, points: points.slice(), pixels, scale: pixels.scale, colouring };
-      unedited = false;
+      unedited = byHand = false;
       forgetLast();
       dressed = true;
       editable = true;
@@ -632,29 +607,32 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   function startAdjusting() {
     if (!fitted) return;
     before = 'ready';
-    controls.again.disabled = true;
-    correction.open(photo, fitted.points);
+    controls.again.disabled = !byHand;
+    if (!byHand) layPoints(fitted.points);
     view.closeTo(around(fitted.points, 0.18));
     say('');
     show('adjust');
     correction.focus();
   }
   function leaveAdjusting() {
-    if (before !== 'ready' || !fitted) return show('none');
+    if (before !== 'ready' || !fitted) {
+      if (byHand) say(text.photo.left(text.photo.placeByHand));
+      return show('none');
+    }
+    const sentence = byHand ? text.photo.left(text.photo.correct) : text.photo.ready;
     if (unedited) {
       keepLast();
-      return void bringBack(text.photo.ready);
+      return void bringBack(sentence);
     }
     editable = true;
-    say(text.photo.ready);
+    say(sentence);
     show('ready');
     void follow();
   }
-  /** A face with room around it, as a part of its height. @param {Float64Array} points @param {number} part */
-  function around(points, part) {
-    const [left, top, right, bottom] = boxOf(points);
-    const room = part * (bottom - top);
-    return [left - room, top - room, right + room, bottom + room];
+  /** Points that nobody moved. @param {Float64Array} points px of the photo */
+  function layPoints(points) {
+    byHand = false;
+    correction.open(photo, points);
   }
   function startPlacing() {
     if (!photo) return;
@@ -663,8 +641,12 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     fitted = own = field = null;
     forgetPerson();
     const { width, height } = photo;
-    detected = null;
-    placing.open(meanPoints(model), width / 2, 0.45 * height, 0.5 * Math.min(width, height));
+    if (byHand && mode === 'none') placing.take(correction.points);
+    else {
+      detected = null;
+      placing.open(meanPoints(model), width / 2, 0.45 * height, 0.5 * Math.min(width, height));
+      byHand = true;
+    }
     say('');
     show('place');
     placing.focus();
@@ -693,7 +675,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   show('empty');
   return {
     open,
-    reveal,
+    /** What is wanted is on the head. */
+    reveal: () => sides.turnTo('head'),
     /** The head has what it is to wear, for who shows it elsewhere than on the stage. */
     dress: colours.dress,
     /** For automation. */

@@ -74,6 +74,8 @@ addEventListener('message', async ({ data: { id, task, ...wish } }) => {
     const { answer, transfer = [] } = await TASKS[task](wish, (progress) => postMessage({ id, progress }));
     postMessage({ id, answer }, { transfer });
   } catch (error) {
-    postMessage({ id, error: error instanceof Error ? error.message : String(error) });
+    // What a module was at when it ran out of memory is left half done: it is of no use any more.
+    const isOver = error instanceof WebAssembly.RuntimeError || (error instanceof Error && error.cause instanceof WebAssembly.RuntimeError);
+    postMessage({ id, isOver, error: error instanceof Error ? error.message : String(error) });
   }
 });

@@ -118,6 +118,8 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   let asleep = false;
   let frames = 0;
   const averaging = createAveraging(renderer);
+  // What a card that is back is told to forget must be its own: all else is forgotten while it is gone.
+  canvas.addEventListener('webglcontextlost', averaging.dispose);
   /** Once the page has nothing more urgent to do. */
   let refines = false;
   /** Until a picture that rests is as fine as it gets. */
@@ -470,6 +472,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
       still.removeEventListener('change', damp);
       beforeFrame.clear();
       controls.dispose();
+      canvas.removeEventListener('webglcontextlost', averaging.dispose);
       averaging.dispose();
       renderer.dispose();
       // Browsers allow few contexts at a time.
