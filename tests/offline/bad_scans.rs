@@ -122,6 +122,21 @@ fn json(points: &[DVec3]) -> String {
     format!("{{\n{}\n}}", members.join(",\n"))
 }
 
+/// Points as MeshLab saves those that were picked.
+fn picked(points: &[DVec3], name: impl Fn(usize) -> String) -> String {
+    let mut text = "<!DOCTYPE PickedPoints>\n<PickedPoints>\n <DocumentData>\n  <DataFileName name=\"a.obj\"/>\n\
+                    \x20 <templateName name=\"\"/>\n </DocumentData>\n"
+        .to_owned();
+    for (i, p) in points.iter().enumerate() {
+        let name = name(i);
+        text += &format!(
+            " <point x=\"{}\" active=\"1\" name=\"{name}\" y=\"{}\" z=\"{}\"/>\n",
+            p.x, p.y, p.z
+        );
+    }
+    text + "</PickedPoints>\n"
+}
+
 /// A GLB file of a JSON chunk and a binary one, whose header may claim another length.
 fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     let mut json = json.as_bytes().to_vec();
@@ -683,6 +698,42 @@ fn bad_landmarks_get_one_clear_line() {
         ),
         case("no ljson", "l.ljson", "{}", &["no landmarks"]),
         case(
+            "MeshLab's cut off",
+            "l.pp",
+            &picked(&right, |i| format!("ibug_{i:02}"))[..400],
+            &["no landmarks: ", ":"],
+        ),
+        case(
+            "XML of nobody's",
+            "l.pp",
+            "<html><body/></html>",
+            &["<html>, not <PickedPoints>"],
+        ),
+        case(
+            "picked without a number",
+            "l.pp",
+            "<PickedPoints>\n<point x=\"1\" y=\"one\" z=\"1\" name=\"ibug_30\"/></PickedPoints>",
+            &["line 2: landmark `ibug_30`: `one` is no number"],
+        ),
+        case(
+            "picked without z",
+            "l.pp",
+            "<PickedPoints>\n<point x=\"1\" y=\"1\" name=\"ibug_30\"/></PickedPoints>",
+            &["line 2: landmark `ibug_30` has no z"],
+        ),
+        case(
+            "picked and called anyhow",
+            "l.pp",
+            picked(&right, |i| format!("nose {i}")),
+            &["no landmark is called `nose 0`"],
+        ),
+        case(
+            "picked and some numbered",
+            "l.pp",
+            picked(&right[..20], |i| i.to_string()),
+            &["20 points called 0 to 19", "the 68 iBUG points"],
+        ),
+        case(
             "in metres",
             l,
             mapped(&|_, p| p / 1000.0),
@@ -770,7 +821,19 @@ fn bad_landmarks_get_one_clear_line() {
     // One that nobody has set.
     group["landmarks"]["points"][3] = serde_json::json!([null, null, null]);
     let new = serde_json::json!({ "version": 3, "groups": { "LJSON": group } });
+    let by_name = picked(&right, |i| format!("ibug_{i:02}"));
+    let not_picked = by_name.replacen("active=\"1\"", "active=\"0\"", 2);
+    let open = by_name.replace(" active=\"1\"", "");
     for (name, content, points) in [
+        ("l.pp", by_name.into_bytes(), 68),
+        ("l.pp", not_picked.into_bytes(), 66),
+        ("l.PP", open.into_bytes(), 68),
+        ("l.pp", picked(&right, |i| i.to_string()).into_bytes(), 68),
+        (
+            "l.pp",
+            picked(&right, |i| (i + 1).to_string()).into_bytes(),
+            68,
+        ),
         (l, marked(&json(&right)), 68),
         (l, wide.collect(), 68),
         ("l.txt", marked(&lines.join("\r\n")), 68),
@@ -788,6 +851,8 @@ fn bad_landmarks_get_one_clear_line() {
         let read = landmarks::read(&folder.path().join(name), &mut scan, &template);
         let read = read.expect("reads");
         assert_eq!(read.points.len(), points, "{name}");
+        let is_right = |&(i, p): &(usize, DVec3)| p.distance(right[i]) < 1e-9;
+        assert!(read.points.iter().all(is_right), "{name}");
         assert!(read.errors.is_empty(), "{name}");
     }
     // A mirrored scan: its points are where they belong on it.
@@ -1574,10 +1639,17 @@ fn a_damaged_file_is_no_panic() {
         ("d.gltf", gltf_triangle(&format!("data:;base64,{base64}"))),
         ("d.stl", stl(20)),
         ("d.pts", pts.into_bytes()),
+        (
+            "d.pp",
+            picked(&right[..20], |i| format!("ibug_{i:02}")).into_bytes(),
+        ),
         ("d.json", json(&right[..20]).into_bytes()),
     ] {
         let file = folder.path().join(name);
-        let read = || match name.ends_with("json") || name.ends_with("pts") {
+        let read = || match ["json", "pts", "pp"]
+            .iter()
+            .any(|ending| name.ends_with(ending))
+        {
             true => landmarks::read(&file, &mut egg.clone(), &template).map(|_| ()),
             false => Scan::read(&file, None).map(|_| ()),
         };

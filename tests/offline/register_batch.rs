@@ -293,6 +293,14 @@ fn folders_that_cannot_be_meant_are_refused() {
     let two = two.refused.iter().map(ToString::to_string);
     let two = two.filter(|error| error.contains("emil.TXT and emil.pts"));
     assert_eq!(two.count(), 1);
+    // As MeshLab calls it by itself.
+    for name in ["emil.TXT", "emil.pts"] {
+        fs::remove_file(scans.join(name)).expect("goes");
+    }
+    fs::write(scans.join("emil_picked_points.pp"), "").expect("writes");
+    let found = batch::jobs(&scans, &faces).expect("scans");
+    let points = found.jobs[0].landmarks.as_deref();
+    assert_eq!(points, Some(&*scans.join("emil_picked_points.pp")));
 }
 
 #[cfg(unix)]
