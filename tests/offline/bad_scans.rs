@@ -1751,7 +1751,13 @@ fn textures_come_the_same_way_up_from_every_format() {
         r#""extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseTexture":{"index":0}}}"#,
     );
     let emissive = of(r#""emissiveTexture":{"index":0}"#);
-    assert!(glossy != json && emissive != json);
+    // And as WebP alone: what its bytes are, they say.
+    let webp = json.replacen(
+        r#"[{"source":0}]"#,
+        r#"[{"extensions":{"EXT_texture_webp":{"source":0}}}],"extensionsRequired":["EXT_texture_webp"]"#,
+        1,
+    );
+    assert!(glossy != json && emissive != json && webp != json);
     for (name, content) in [
         ("s.obj", obj.as_bytes()),
         ("vertex.ply", by_vertex.as_bytes()),
@@ -1759,6 +1765,7 @@ fn textures_come_the_same_way_up_from_every_format() {
         ("s.glb", &glb(&json, &binary)[..]),
         ("glossy.glb", &glb(&glossy, &binary)[..]),
         ("emissive.glb", &glb(&emissive, &binary)[..]),
+        ("webp.glb", &glb(&webp, &binary)[..]),
     ] {
         let scan = Scan::read(&write(name, content), None).expect(name);
         assert_eq!(scan.triangles.len(), 2, "{name}");
@@ -1798,7 +1805,7 @@ fn a_scan_with_several_images_has_the_colours_of_all() {
         [[60, 70, 180], [9, 8, 7]],
         [[250, 251, 1], [1, 99, 2]],
     ];
-    let names = ["a.png", "b b.bmp", "c.TGA"];
+    let names = ["a.webp", "b b.tif", "c.TGA"];
     for ((name, halves), [width, height]) in
         names.iter().zip(colours).zip([[8, 4], [32, 16], [4, 64]])
     {

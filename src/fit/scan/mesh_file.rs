@@ -301,7 +301,7 @@ impl MeshFile {
 
     /// The image beside a scan that has the scan's name, which is said.
     fn image_beside(&mut self, path: &Path) -> Option<PathBuf> {
-        let found = ["jpg", "jpeg", "png", "bmp", "tga"]
+        let found = ["jpg", "jpeg", "png", "webp", "tif", "tiff", "bmp", "tga"]
             .iter()
             .flat_map(|ending| [(*ending).to_owned(), ending.to_uppercase()])
             .map(|ending| path.with_extension(ending))
@@ -330,7 +330,7 @@ impl MeshFile {
         }
     }
 
-    /// Decodes an image, PNG, JPEG or BMP, or TGA by the ending of its name: its place among the scan's.
+    /// Decodes an image, PNG, JPEG, WebP, TIFF or BMP, or TGA by the ending of its name: its place among the scan's.
     pub fn decode_image(&mut self, bytes: &[u8], name: &str) -> Option<usize> {
         let kind = image::guess_format(bytes).or_else(|e| {
             // A TGA file does not say that it is one.
