@@ -1892,6 +1892,67 @@ fn a_scan_with_several_images_has_the_colours_of_all() {
     }
 }
 
+/// A picture in tiles, and one that is repeated beside itself.
+#[test]
+fn texture_coordinates_beyond_the_picture_are_in_other_tiles_or_in_it_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let paint = |name: &str, grey: u8| {
+        let image = image::RgbImage::from_pixel(8, 8, image::Rgb([grey; 3]));
+        image.save(path(name)).expect("written");
+    };
+    paint("skin.1001.png", 10);
+    // Squares in the first tile, right of it, above it, two to the right, and left of all.
+    let mut mesh = String::from("mtllib s.mtl\nusemtl skin\n");
+    for (i, (right, up)) in [(0, 0), (1, 0), (0, 1), (2, 0), (-1, 0)].iter().enumerate() {
+        for (u, v) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
+            let (x, y) = (100.0 * (u + i as f64), 100.0 * v);
+            mesh += &format!(
+                "v {x} {y} 0\nvt {} {}\n",
+                u + f64::from(*right),
+                v + f64::from(*up)
+            );
+        }
+        let corners: Vec<String> = (1..5).map(|c| format!("{0}/{0}", 4 * i + c)).collect();
+        mesh += &format!("f {}\n", corners.join(" "));
+    }
+    let read = |scan: &str, image: &str| {
+        let mtl = format!("newmtl skin\nmap_Kd {image}\n");
+        fs::write(path("s.mtl"), mtl).expect("written");
+        fs::write(path(scan), &mesh).expect("written");
+        let scan = Scan::read(&path(scan), None).expect("reads");
+        let texture = scan.texture.expect("a picture");
+        let mut greys = [None; 5];
+        for (triangle, uvs) in scan.triangles.iter().zip(&texture.triangles) {
+            let middle: f64 = triangle.iter().map(|&v| scan.positions[v as usize].x).sum();
+            let uvs = uvs.map(|uv| texture.uvs.get(uv as usize));
+            if let [Some(&a), Some(&b), Some(&c)] = uvs {
+                let colour = texture.sample((a + b + c) / 3.0);
+                greys[(middle / 300.0) as usize] = Some(colour.x.round() as u8);
+            }
+        }
+        (greys, scan.notes)
+    };
+    let said = |notes: &[String], part: &str| notes.iter().any(|note| note.contains(part));
+    let (greys, notes) = read("s.obj", "skin.<UDIM>.png");
+    assert_eq!(greys, [Some(10); 5]);
+    assert!(said(&notes, "skin.1001.png is repeated, as "), "{notes:?}");
+    paint("skin.1002.png", 20);
+    paint("skin.1011.png", 30);
+    for image in ["skin.<UDIM>.png", "skin.1001.png"] {
+        let (greys, notes) = read("s.obj", image);
+        assert_eq!(greys, [Some(10), Some(20), Some(30), None, None], "{image}");
+        assert!(said(&notes, "no texture: ") && said(&notes, "skin.1003.png"));
+        assert!(
+            said(&notes, "some faces are in no tile of "),
+            "{image}: {notes:?}"
+        );
+    }
+    // The next number is another person's.
+    let (greys, _) = read("skin.1001.obj", "skin.1001.png");
+    assert_eq!(greys, [Some(10); 5]);
+}
+
 #[test]
 fn colours_of_vertices_are_read_as_programs_write_them() {
     let folder = tempfile::tempdir().expect("a folder");
