@@ -2035,6 +2035,17 @@ fn colours_of_vertices_are_read_as_programs_write_them() {
         let scan = read("c.glb", &glb(&json, &[positions.clone(), bytes].concat()));
         assert_eq!(scan.colours, colours, "{kind}");
     }
+    // Where faces alone have colours, a vertex has the mean of those around it.
+    let of_faces = FACES.replace("face 1", "face 2")
+        + "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let rows = "0 0 0\n100 0 0\n0 100 0\n100 100 0\n3 0 1 2 255 0 0\n3 1 3 2 0 40 100\n";
+    let scan = read(
+        "f.ply",
+        (ply_header("ascii", "4", &of_faces) + rows).as_bytes(),
+    );
+    let mean = [128, 20, 50];
+    assert_eq!(scan.colours, [[255, 0, 0], mean, mean, [0, 40, 100]]);
+    assert!(scan.notes.iter().any(|note| note.contains("of faces")));
 }
 
 #[test]
