@@ -612,7 +612,7 @@ fn bad_landmarks_get_one_clear_line() {
             "a JSON list",
             l,
             "[1, 2]",
-            &["an object, name -> [x, y, z]"],
+            &["name -> [x, y, z]", "expected an object at line 1"],
         ),
         case("cut off", l, &json(&right)[..400], &["line "]),
         case(

@@ -775,21 +775,21 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         "{err}"
     );
     fs::remove_file(scans.join("about.json")).expect("goes");
-    fs::write(scans.join("labels.json"), r#"{"anna": {"age": "old"}}"#).expect("writes");
+    fs::write(scans.join("labels.json"), r#"{"anna": {"sex": "F"}}"#).expect("writes");
     let refused = register(&template_file, &folder);
     let err = said(&refused.stderr);
     assert_eq!(refused.status.code(), Some(1));
     assert!(
-        err.contains("labels.json: anna: its age is no number") && err.lines().count() == 1,
+        err.contains("labels.json: anna: its sex is no number") && err.lines().count() == 1,
         "{err}"
     );
     fs::remove_file(scans.join("labels.json")).expect("goes");
-    fs::write(scans.join("labels.csv"), "name,age\nanna,old\n").expect("writes");
+    fs::write(scans.join("labels.csv"), "name,sex\nanna,F\n").expect("writes");
     let refused = register(&template_file, &folder);
     let err = said(&refused.stderr);
     assert_eq!(refused.status.code(), Some(1));
     assert!(
-        err.contains("labels.csv: row 2, column age: \"old\" is no number")
+        err.contains("labels.csv: row 2, column sex: \"F\" is no number")
             && err.lines().count() == 1,
         "{err}"
     );

@@ -190,7 +190,10 @@ fn many(
     let found = batch::jobs(folder, output)?;
     // Whose scans they are is whose faces they become: what is no use then is told before the work.
     about::read(folder)?;
-    Told::beside(folder)?;
+    let labels = Told::beside(folder)?;
+    if let Some(line) = labels.as_ref().and_then(Told::in_words) {
+        println!("{line}");
+    }
     let told = ["about.json"].into_iter().chain(Told::FILES);
     let told = told.filter(|name| folder.join(name).is_file());
     let told = told.map(|name| Ok((name, super::read(&folder.join(name))?)));

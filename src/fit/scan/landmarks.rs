@@ -6,18 +6,16 @@
 //! with their names, or with the numbers of the iBUG points.
 
 use std::collections::HashMap;
-use std::fmt;
 use std::path::Path;
 
 use glam::DVec3;
 use roxmltree::{Document, Node, ParsingOptions};
-use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 
 use super::check::{Placement, spread};
 use super::unit::LARGEST_FACE;
 use super::{Scan, Unit, extent};
 use crate::fit::format::files::write_atomically;
-use crate::fit::format::text::{decoded, lines, plain};
+use crate::fit::format::text::{Members, decoded, lines, plain};
 use crate::fit::head::template::Template;
 use crate::fit::{FitError, FitResult};
 
@@ -105,7 +103,6 @@ pub(in crate::fit) fn read_file(path: &Path, template: &Template) -> FitResult<L
         path.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case(ending))
     };
-    let bad = |e: serde_json::Error| fail(format!("no landmarks: {e}"));
     let named = if is("ljson") {
         let file = serde_json::from_slice(&bytes);
         let file = file.map_err(|e| fail(format!("no landmarks: {e}")))?;
@@ -113,8 +110,13 @@ pub(in crate::fit) fn read_file(path: &Path, template: &Template) -> FitResult<L
     } else if is("pp") {
         from_meshlab(&decoded(&bytes)).map_err(fail)?
     } else if is("json") || bytes.trim_ascii_start().starts_with(b"{") {
-        let Entries(entries) = serde_json::from_slice(&bytes).map_err(bad)?;
-        entries
+        let read = serde_json::from_slice(&bytes);
+        let Members(named) = read.map_err(|e| {
+            fail(format!(
+                "no landmarks, name -> [x, y, z] or [x, y, z, error]: {e}"
+            ))
+        })?;
+        named
     } else {
         from_lines(&bytes).map_err(fail)?
     };
@@ -213,9 +215,6 @@ fn from_menpo(file: &serde_json::Value) -> Result<Vec<(String, Vec<f64>)>, Strin
         .collect())
 }
 
-/// The iBUG points from lines "x y z"; commas may stand between the numbers, `#` begins a comment. What a
-/// `.pts` file says of itself and the braces around its points are passed over.
-fn from_lines(bytes: &[u8]) -> Result<Vec<(String, Vec<f64>)>, String> {
 /// The points of a file of MeshLab's without those that are not active, which nobody has picked. Where all are called by
 /// numbers, as MeshLab calls them by itself, they are the iBUG points, from 0 or from 1.
 fn from_meshlab(text: &str) -> Result<Vec<(String, Vec<f64>)>, String> {
@@ -277,6 +276,9 @@ fn from_meshlab(text: &str) -> Result<Vec<(String, Vec<f64>)>, String> {
         .collect()
 }
 
+/// The iBUG points from lines "x y z"; commas may stand between the numbers, `#` begins a comment. What a
+/// `.pts` file says of itself and the braces around its points are passed over.
+fn from_lines(bytes: &[u8]) -> Result<Vec<(String, Vec<f64>)>, String> {
     // What is no text has no lines either.
     if bytes.contains(&0) {
         return Err("no text".into());
@@ -361,29 +363,4 @@ fn settle_unit(
         scan.say_unit(likely, "because the landmarks then are a face's");
     }
     Ok(())
-}
-
-/// The members of a JSON object in their order, with those that are there twice.
-struct Entries(Vec<(String, Vec<f64>)>);
-
-impl<'de> Deserialize<'de> for Entries {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Object;
-        impl<'de> Visitor<'de> for Object {
-            type Value = Entries;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("an object, name -> [x, y, z] or [x, y, z, error]")
-            }
-
-            fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Entries, M::Error> {
-                let mut entries = Vec::new();
-                while let Some(entry) = map.next_entry()? {
-                    entries.push(entry);
-                }
-                Ok(Entries(entries))
-            }
-        }
-        deserializer.deserialize_map(Object)
-    }
 }
