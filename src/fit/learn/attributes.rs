@@ -102,8 +102,8 @@ impl Learned {
 /// A person counts once, however many of the faces are theirs, and is held out with all of them.
 ///
 /// # Errors
-/// With fewer people than what else is known of each would need, without labels, when none of them can be learned, or
-/// with a model that does not vary.
+/// With fewer people than what else is known of each would need, without labels, when one of them is not finite or none
+/// can be learned, or with a model that does not vary.
 pub fn learn(
     template: &Template,
     model: &FaceModel,
@@ -134,6 +134,13 @@ pub fn learn(
         };
         let cause =
             format!("{said} are too few to tell labels by; {least} people are the least{why}");
+    }
+    for (name, values) in &labels.told {
+        let odd = |value: &Option<f64>| value.is_some_and(|value| !value.is_finite());
+        if let Some(face) = values.iter().position(odd) {
+            let cause = format!("label {name:?} of face {face} is not finite");
+            return Err(FitError::Input(cause));
+        }
         return Err(FitError::Input(cause));
     }
     if labels.together.is_empty() {
