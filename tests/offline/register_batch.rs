@@ -713,7 +713,7 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
     let out = said(&second.stdout);
     assert_eq!(second.status.code(), Some(0), "{}", said(&second.stderr));
     assert!(
-        out.contains("1 faces registered, 1 were there, 0 failed"),
+        out.contains("1 face registered, 1 was there, 0 failed"),
         "{out}"
     );
     assert!(
@@ -735,7 +735,7 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
     let third = register(&template_file, &folder);
     let out = said(&third.stdout);
     assert!(
-        out.contains("1 faces registered, 1 were there, 0 failed"),
+        out.contains("1 face registered, 1 was there, 0 failed"),
         "{out}"
     );
     let after = files(&faces);
@@ -874,7 +874,7 @@ fn what_failed_is_said_whatever_else_goes_wrong() {
     let (out, err) = (said(&done.stdout), said(&done.stderr));
     assert_eq!(done.status.code(), Some(1));
     assert!(
-        out.contains("1 faces registered, 0 were there, 1 failed"),
+        out.contains("1 face registered, 0 were there, 1 failed"),
         "{out}"
     );
     for part in [

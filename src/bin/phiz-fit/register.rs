@@ -288,9 +288,10 @@ fn many(
         println!("{said}");
     }
     println!(
-        "{}: {} faces registered, {there} were there, {} failed",
+        "{}: {} registered, {there} {} there, {} failed",
         output.display(),
-        all - there - failed.len(),
+        super::counted(all - there - failed.len()),
+        if there == 1 { "was" } else { "were" },
         failed.len()
     );
     for error in &failed {

@@ -123,7 +123,7 @@ pub fn learn(
     }
     let least = 2 * (FOLDS + labels.besides.len());
     if persons.count() < least {
-        let (said, besides) = (persons.said("faces"), labels.besides.len());
+        let (said, besides) = (persons.said_to_be(), labels.besides.len());
         let why = match besides {
             0 => String::new(),
             _ => format!(
@@ -132,8 +132,8 @@ pub fn learn(
                 2 * FOLDS
             ),
         };
-        let cause =
-            format!("{said} are too few to tell labels by; {least} people are the least{why}");
+        let cause = format!("{said} too few to tell labels by; {least} people are the least{why}");
+        return Err(FitError::Input(cause));
     }
     for (name, values) in &labels.told {
         let odd = |value: &Option<f64>| value.is_some_and(|value| !value.is_finite());
@@ -141,7 +141,6 @@ pub fn learn(
             let cause = format!("label {name:?} of face {face} is not finite");
             return Err(FitError::Input(cause));
         }
-        return Err(FitError::Input(cause));
     }
     if labels.together.is_empty() {
         let cause = "no label of these faces is known";
