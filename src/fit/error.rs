@@ -73,6 +73,14 @@ impl FitError {
     }
 }
 
+/// How many faces there are, and the verb: "1 face is", "2 faces are".
+pub(in crate::fit) fn faces_are(count: usize) -> String {
+    match count {
+        1 => "1 face is".into(),
+        _ => format!("{count} faces are"),
+    }
+}
+
 /// A result whose error is a [`FitError`].
 pub type FitResult<T> = std::result::Result<T, FitError>;
 

@@ -2,216 +2,16 @@
 //! read all the same and said.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use base64ct::{Base64, Encoding};
 use glam::DVec3;
-use phiz::fit::FitResult;
-use phiz::fit::head::template::{Landmark, Template};
-use phiz::fit::scan::{Scan, check, landmarks};
-use phiz::mesh::Topology;
+use phiz::fit::scan::{Scan, landmarks};
 
-/// A head for these tests: an egg with a nose, 150 x 220 x 190 mm.
-fn egg() -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    const ROWS: u32 = 40;
-    const COLUMNS: u32 = 48;
-    let mut positions = vec![DVec3::new(0.0, -110.0, 0.0)];
-    for row in 1..ROWS {
-        let latitude = f64::from(row) / f64::from(ROWS) * std::f64::consts::PI;
-        for column in 0..COLUMNS {
-            let longitude = f64::from(column) / f64::from(COLUMNS) * std::f64::consts::TAU;
-            let ring = latitude.sin();
-            let mut p = DVec3::new(
-                75.0 * ring * longitude.sin(),
-                -110.0 * latitude.cos(),
-                95.0 * ring * longitude.cos(),
-            );
-            if p.z > 0.0 {
-                let from_nose = (p.x / 12.0).powi(2) + ((p.y - 5.0) / 20.0).powi(2);
-                p.z += 22.0 * (-from_nose).exp();
-            }
-            positions.push(p);
-        }
-    }
-    positions.push(DVec3::new(0.0, 110.0, 0.0));
-    let at = |row: u32, column: u32| match row {
-        0 => 0,
-        ROWS => (ROWS - 1) * COLUMNS + 1,
-        _ => (row - 1) * COLUMNS + column % COLUMNS + 1,
-    };
-    let mut triangles = Vec::new();
-    for row in 0..ROWS {
-        for column in 0..COLUMNS {
-            let [a, b] = [at(row, column), at(row, column + 1)];
-            let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
-            if row > 0 {
-                triangles.push([a, b, d]);
-            }
-            if row + 1 < ROWS {
-                triangles.push([a, d, c]);
-            }
-        }
-    }
-    (positions, triangles)
-}
-
-/// The egg as a generic head, with 68 points on its front.
-fn template() -> Template {
-    let (positions, triangles) = egg();
-    let mut front: Vec<u32> = (0..positions.len() as u32)
-        .filter(|&v| {
-            let p = positions[v as usize];
-            p.z > 30.0 && p.y.abs() < 70.0 && v % 3 == 0
-        })
-        .collect();
-    front.truncate(68);
-    assert_eq!(front.len(), 68);
-    let landmarks = front
-        .iter()
-        .enumerate()
-        .map(|(i, &v)| Landmark {
-            name: format!("ibug_{i:02}"),
-            stencil: vec![(v, 1.0)],
-        })
-        .collect();
-    Template {
-        topology: Topology {
-            uvs: vec![[0.0; 2]; positions.len()],
-            uv_vertices: (0..positions.len() as u32).collect(),
-            uv_triangles: triangles,
-            ..Topology::default()
-        },
-        positions,
-        landmarks,
-        ..Template::default()
-    }
-}
-
-fn points(template: &Template) -> Vec<DVec3> {
-    (0..template.landmarks.len())
-        .map(|i| template.landmark(i, &template.positions))
-        .collect()
-}
-
-fn obj(positions: &[DVec3], triangles: &[[u32; 3]]) -> String {
-    let mut text = String::new();
-    for p in positions {
-        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
-    }
-    for t in triangles {
-        text += &format!("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
-    }
-    text
-}
-
-fn ply_header(format: &str, vertices: &str, rest: &str) -> String {
-    format!(
-        "ply\nformat {format} 1.0\nelement vertex {vertices}\nproperty float x\n\
-         property float y\nproperty float z\n{rest}end_header\n"
-    )
-}
-
-const FACES: &str = "element face 1\nproperty list uchar int vertex_indices\n";
-
-fn json(points: &[DVec3]) -> String {
-    let members: Vec<String> = points
-        .iter()
-        .enumerate()
-        .map(|(i, p)| format!("\"ibug_{i:02}\": [{}, {}, {}]", p.x, p.y, p.z))
-        .collect();
-    format!("{{\n{}\n}}", members.join(",\n"))
-}
-
-/// A GLB file of a JSON chunk and a binary one, whose header may claim another length.
-fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
-    let mut json = json.as_bytes().to_vec();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let mut chunks = (json.len() as u32).to_le_bytes().to_vec();
-    chunks.extend(b"JSON");
-    chunks.extend(&json);
-    if !binary.is_empty() {
-        let padded = binary.len().next_multiple_of(4);
-        chunks.extend((padded as u32).to_le_bytes());
-        chunks.extend(b"BIN\0");
-        chunks.extend(binary);
-        chunks.resize(chunks.len() + padded - binary.len(), 0);
-    }
-    let mut file = b"glTF".to_vec();
-    file.extend(2u32.to_le_bytes());
-    file.extend((chunks.len() as u32 + 12).to_le_bytes());
-    file.extend(chunks);
-    file
-}
-
-/// The buffer of one triangle of 100 mm: positions and indices.
-fn triangle_bytes(indices: [u16; 3]) -> Vec<u8> {
-    let mut binary: Vec<u8> = [0f32, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0]
-        .iter()
-        .flat_map(|x| x.to_le_bytes())
-        .collect();
-    binary.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
-    binary
-}
-
-/// One triangle of 100 mm with indices `indices`, in a buffer of `bytes` at `uri`.
-fn glb_triangle(indices: [u16; 3], bytes: usize, uri: &str) -> Vec<u8> {
-    let mut binary = triangle_bytes(indices);
-    binary.truncate(bytes);
-    let json = format!(
-        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
-        "nodes":[{{"mesh":0,"translation":[0,1,0]}}],
-        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
-        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
-        "min":[0,0,0],"max":[0.1,0.1,0]}},
-        {{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}}],
-        "bufferViews":[{{"buffer":0,"byteLength":36}},
-        {{"buffer":0,"byteOffset":36,"byteLength":6}}],
-        "buffers":[{{{uri}"byteLength":42}}]}}"#
-    );
-    glb(&json, &binary)
-}
-
-/// A GLB that cannot be read without an extension.
-fn glb_extended(name: &str) -> Vec<u8> {
-    let json = format!(
-        r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["{name}"],"extensionsRequired":["{name}"]}}"#
-    );
-    glb(&json, &[])
-}
-
-/// The triangle as glTF in JSON, whose buffer is at `uri`.
-fn gltf_triangle(uri: &str) -> Vec<u8> {
-    let glb = glb_triangle([0, 1, 2], 0, &format!(r#""uri":"{uri}","#));
-    glb[20..].trim_ascii_end().to_vec()
-}
-
-/// A binary STL of so many of the egg's triangles.
-fn stl(triangles: usize) -> Vec<u8> {
-    let (positions, all) = egg();
-    // Many a binary file begins as one in text.
-    let mut bytes = b"solid".to_vec();
-    bytes.resize(80, b' ');
-    bytes.extend((triangles as u32).to_le_bytes());
-    for t in &all[..triangles] {
-        bytes.extend([0; 12]);
-        let corners = t.map(|v| positions[v as usize].as_vec3().to_array());
-        bytes.extend(corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
-        bytes.extend([0; 2]);
-    }
-    bytes
-}
-
-/// Reads a scan and its landmarks as `register` does; the notes.
-fn read(template: &Template, scan: &Path, points: Option<&Path>) -> FitResult<(Scan, Vec<String>)> {
-    let mut scan = Scan::read(scan, None)?;
-    let mut notes = Vec::new();
-    if let Some(points) = points {
-        let points = landmarks::read(points, &mut scan, template)?.points;
-        notes = check(&mut scan, &points, template)?;
-    }
-    notes.extend(scan.notes.clone());
-    Ok((scan, notes))
-}
+use crate::scan_files::{
+    FACES, egg, glb, glb_extended, glb_triangle, gltf_triangle, json, obj, one_line, picked,
+    ply_header, points, read, stl, template, triangle_bytes,
+};
 
 struct Case {
     kind: &'static str,
@@ -233,17 +33,6 @@ fn case(
         name,
         content: content.into(),
         says,
-    }
-}
-
-fn one_line(kind: &str, message: &str, file: &Path, says: &[&str]) {
-    println!("{kind:28} {message}");
-    assert!(!message.contains('\n'), "{kind}: {message}");
-    assert!(message.len() < 400, "{kind}: {message}");
-    let start = format!("{}: ", file.display());
-    assert!(message.starts_with(&start), "{kind}: {message}");
-    for part in says {
-        assert!(message.contains(part), "{kind}: no `{part}` in: {message}");
     }
 }
 
@@ -597,7 +386,7 @@ fn bad_landmarks_get_one_clear_line() {
             "a JSON list",
             l,
             "[1, 2]",
-            &["an object, name -> [x, y, z]"],
+            &["name -> [x, y, z]", "expected an object at line 1"],
         ),
         case("cut off", l, &json(&right)[..400], &["line "]),
         case(
@@ -682,6 +471,42 @@ fn bad_landmarks_get_one_clear_line() {
             &["1 points, not the 68 iBUG points"],
         ),
         case("no ljson", "l.ljson", "{}", &["no landmarks"]),
+        case(
+            "MeshLab's cut off",
+            "l.pp",
+            &picked(&right, |i| format!("ibug_{i:02}"))[..400],
+            &["no landmarks: ", ":"],
+        ),
+        case(
+            "XML of nobody's",
+            "l.pp",
+            "<html><body/></html>",
+            &["<html>, not <PickedPoints>"],
+        ),
+        case(
+            "picked without a number",
+            "l.pp",
+            "<PickedPoints>\n<point x=\"1\" y=\"one\" z=\"1\" name=\"ibug_30\"/></PickedPoints>",
+            &["line 2: landmark `ibug_30`: `one` is no number"],
+        ),
+        case(
+            "picked without z",
+            "l.pp",
+            "<PickedPoints>\n<point x=\"1\" y=\"1\" name=\"ibug_30\"/></PickedPoints>",
+            &["line 2: landmark `ibug_30` has no z"],
+        ),
+        case(
+            "picked and called anyhow",
+            "l.pp",
+            picked(&right, |i| format!("nose {i}")),
+            &["no landmark is called `nose 0`"],
+        ),
+        case(
+            "picked and some numbered",
+            "l.pp",
+            picked(&right[..20], |i| i.to_string()),
+            &["20 points called 0 to 19", "the 68 iBUG points"],
+        ),
         case(
             "in metres",
             l,
@@ -770,7 +595,19 @@ fn bad_landmarks_get_one_clear_line() {
     // One that nobody has set.
     group["landmarks"]["points"][3] = serde_json::json!([null, null, null]);
     let new = serde_json::json!({ "version": 3, "groups": { "LJSON": group } });
+    let by_name = picked(&right, |i| format!("ibug_{i:02}"));
+    let not_picked = by_name.replacen("active=\"1\"", "active=\"0\"", 2);
+    let open = by_name.replace(" active=\"1\"", "");
     for (name, content, points) in [
+        ("l.pp", by_name.into_bytes(), 68),
+        ("l.pp", not_picked.into_bytes(), 66),
+        ("l.PP", open.into_bytes(), 68),
+        ("l.pp", picked(&right, |i| i.to_string()).into_bytes(), 68),
+        (
+            "l.pp",
+            picked(&right, |i| (i + 1).to_string()).into_bytes(),
+            68,
+        ),
         (l, marked(&json(&right)), 68),
         (l, wide.collect(), 68),
         ("l.txt", marked(&lines.join("\r\n")), 68),
@@ -788,6 +625,8 @@ fn bad_landmarks_get_one_clear_line() {
         let read = landmarks::read(&folder.path().join(name), &mut scan, &template);
         let read = read.expect("reads");
         assert_eq!(read.points.len(), points, "{name}");
+        let is_right = |&(i, p): &(usize, DVec3)| p.distance(right[i]) < 1e-9;
+        assert!(read.points.iter().all(is_right), "{name}");
         assert!(read.errors.is_empty(), "{name}");
     }
     // A mirrored scan: its points are where they belong on it.
@@ -998,535 +837,6 @@ fn odd_scans_are_read_and_said() {
     assert_eq!(texture.triangles.iter().filter(covered).count(), 1);
 }
 
-/// A picture is found though materials are called otherwise, have it under another keyword, or name what is gone.
-#[test]
-fn the_picture_of_a_scan_is_found() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = |name: &str| folder.path().join(name);
-    for (name, grey) in [("skin.png", 1), ("light.png", 2), ("m.png", 3)] {
-        let image = image::RgbImage::from_pixel(2, 2, image::Rgb([grey; 3]));
-        image.save(path(name)).expect("written");
-    }
-    let mesh = "v 0 0 0\nv 100 0 0\nv 0 100 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
-    let read = |use_of: &str, material: &str| {
-        fs::write(path("m.obj"), format!("mtllib m.mtl\n{use_of}\n{mesh}")).expect("written");
-        fs::write(path("m.mtl"), material).expect("written");
-        let scan = Scan::read(&path("m.obj"), None).expect("reads");
-        (scan.texture.map(|texture| texture.pixels[0][0]), scan.notes)
-    };
-    let skin = "newmtl skin\nmap_Kd skin.png\n";
-    for (use_of, material, expected, note) in [
-        ("usemtl skin", skin.to_owned(), Some(1), ""),
-        ("", skin.to_owned(), Some(1), "because it is the only one"),
-        (
-            "usemtl Skin.001",
-            skin.to_owned(),
-            Some(1),
-            "skin.png, because it is the only one",
-        ),
-        // Which of two it is, nobody knows.
-        (
-            "",
-            format!("{skin}newmtl eyes\nmap_Kd light.png\n"),
-            None,
-            "",
-        ),
-        (
-            "usemtl skin",
-            "newmtl skin\nmap_Ka light.png\n".into(),
-            Some(2),
-            "",
-        ),
-        (
-            "usemtl skin",
-            "newmtl skin\nmap_Ke light.png\n".into(),
-            Some(2),
-            "",
-        ),
-        (
-            "usemtl skin",
-            format!("newmtl skin\nmap_Ka light.png\n{}", &skin[12..]),
-            Some(1),
-            "",
-        ),
-        (
-            "usemtl skin",
-            "newmtl skin\nmap_Kd gone.png\n".into(),
-            Some(3),
-            "m.png, because it has",
-        ),
-    ] {
-        let (found, notes) = read(use_of, &material);
-        assert_eq!(found, expected, "{use_of} {material}: {notes:?}");
-        assert!(
-            notes.iter().any(|n| n.contains(note)),
-            "{use_of} {material}: {notes:?}"
-        );
-    }
-    let ply = ply_header(
-        "ascii",
-        "3",
-        &format!("property float s\nproperty float t\n{FACES}"),
-    )
-    .replace("1.0\n", "1.0\ncomment TextureFile gone.png\n")
-        + "0 0 0 0 0\n100 0 0 1 0\n0 100 0 0 1\n3 0 1 2\n";
-    fs::write(path("m.ply"), ply).expect("written");
-    let scan = Scan::read(&path("m.ply"), None).expect("reads");
-    assert_eq!(scan.texture.map(|texture| texture.pixels[0][0]), Some(3));
-}
-
-/// A corner without a place in the picture costs the picture of its triangles, and no more.
-#[test]
-fn texture_coordinates_that_are_no_number_are_missing_there_alone() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = |name: &str| folder.path().join(name);
-    image::RgbImage::new(2, 2)
-        .save(path("m.png"))
-        .expect("written");
-    let obj = "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 100 100 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt -nan(ind) nan\n\
-               f 1/1 2/2 3/3\nf 2/2 4/4 3/3\n";
-    let rest = "property float s\nproperty float t\n".to_owned() + FACES;
-    let ply = ply_header("ascii", "4", &rest.replace("face 1", "face 2"))
-        + "0 0 0 0 0\n100 0 0 1 0\n0 100 0 0 1\n100 100 0 nan nan\n3 0 1 2\n3 1 3 2\n";
-    for (name, content) in [("m.obj", obj), ("m.ply", &ply)] {
-        fs::write(path(name), content).expect("written");
-        let scan = Scan::read(&path(name), None).unwrap_or_else(|e| panic!("{e}"));
-        let texture = scan
-            .texture
-            .unwrap_or_else(|| panic!("{name}: {:?}", scan.notes));
-        let bare = texture
-            .triangles
-            .iter()
-            .map(|t| *t == phiz::fit::scan::Texture::BARE);
-        assert_eq!(bare.collect::<Vec<_>>(), [false, true], "{name}");
-    }
-}
-
-/// PLY with what other programs have in it, as numbers in text and as bytes.
-#[test]
-fn ply_is_read_as_programs_write_it() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("m.ply");
-    let read = |content: &[u8]| {
-        fs::write(&file, content).expect("written");
-        let scan = Scan::read(&file, None).unwrap_or_else(|e| panic!("{e}"));
-        (scan.positions, scan.triangles)
-    };
-    let positions = [DVec3::ZERO, DVec3::X * 100.0, DVec3::Y * 100.5];
-    let expected = (positions.to_vec(), vec![[0, 1, 2]]);
-    // Names of CloudCompare's and of nobody's, and one that is there twice.
-    let more = "property float scalar_Roughness_(0.1)\nproperty float scalar field\nproperty float 2nd\n\
-                property float q\nproperty float q\n";
-    let rest = more.to_owned() + FACES;
-    let rows = ["0 0 0", "100 0 0", "0 100.5 0"];
-    for end in ["\n", "\r\n"] {
-        let text = rows.map(|row| format!("{row} 1 2 3 4 5\n")).concat() + "3 0 1 2\n";
-        let text = ply_header("ascii", "3", &rest) + &text;
-        assert_eq!(read(text.replace('\n', end).as_bytes()), expected);
-    }
-    let mut bytes = ply_header("binary_little_endian", "3", &rest).into_bytes();
-    for p in positions {
-        let numbers = p
-            .as_vec3()
-            .to_array()
-            .into_iter()
-            .chain([1.0, 2.0, 3.0, 4.0, 5.0]);
-        bytes.extend(numbers.flat_map(f32::to_le_bytes));
-    }
-    bytes.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
-    assert_eq!(read(&bytes), expected);
-    // Normals and vertices of nothing that was seen, short numbers, and rows apart.
-    let rest = "property float nx\nproperty uchar red\n".to_owned() + FACES;
-    for end in ["\n", "\r\n"] {
-        let text = ply_header("ascii", "4", &rest)
-            + "0. 0 -.0 nan 1\n100 0 0 -nan(ind) 2\n\n0 1.005e2 0 -1.#IND 3\nnan -nan inf 1 4\n\n3 0 1 2\n";
-        assert_eq!(read(text.replace('\n', end).as_bytes()), expected);
-    }
-}
-
-/// Text as Windows' programs and old ones write it is text all the same, and no vertex is lost.
-#[test]
-fn text_of_other_systems_is_read() {
-    let (positions, triangles) = egg();
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = |name: &str| folder.path().join(name);
-    let plain = obj(&positions, &triangles);
-    let wide: Vec<u16> = plain.encode_utf16().collect();
-    let wide = [0xfeff].iter().chain(&wide).flat_map(|u| u.to_be_bytes());
-    let rest = plain.as_bytes();
-    for (kind, content) in [
-        ("UTF-8's mark", [b"\xef\xbb\xbf", rest].concat()),
-        ("UTF-16", wide.collect()),
-        (
-            "Latin-1",
-            [b"# M\xfcller, \xff\xfe\no Gr\xfc\xdfe\n", rest].concat(),
-        ),
-        ("UTF-8", ["# Müller\n".as_bytes(), rest].concat()),
-        ("CR LF", plain.replace('\n', "\r\n").into_bytes()),
-        ("CR", plain.replace('\n', "\r").into_bytes()),
-        (
-            "continued",
-            format!("# C:\\scans\\\n{}", plain.replacen(' ', " \\\n", 1)).into_bytes(),
-        ),
-    ] {
-        fs::write(path("t.obj"), content).expect("written");
-        let scan = Scan::read(&path("t.obj"), None).unwrap_or_else(|e| panic!("{kind}: {e}"));
-        assert_eq!(scan.positions.len(), positions.len(), "{kind}");
-        assert_eq!(scan.triangles.len(), triangles.len(), "{kind}");
-    }
-    // Names of files in either encoding, of files in either encoding.
-    let mut png = Vec::new();
-    image::RgbImage::new(2, 2)
-        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
-        .expect("encodes");
-    let uv = "vt 0 0\nvt 1 0\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3\n";
-    let latin = |text: &str| -> Vec<u8> { text.chars().map(|c| c as u8).collect() };
-    let utf = |text: &str| text.as_bytes().to_vec();
-    type Written<'a> = &'a dyn Fn(&str) -> Vec<u8>;
-    let kinds: [(&str, Written); 2] = [("Latin-1", &latin), ("UTF-8", &utf)];
-    for (kind, written) in kinds {
-        for (named, bytes) in kinds {
-            let name = |text: &str| {
-                use std::os::unix::ffi::OsStringExt;
-                folder
-                    .path()
-                    .join(std::ffi::OsString::from_vec(bytes(text)))
-            };
-            let library = written("newmtl skin\nmap_Kd Fotos\\Müller.png\n");
-            fs::write(name("Müller.mtl"), library).expect("written");
-            fs::write(name("Müller.png"), &png).expect("written");
-            let content = written(&format!("mtllib Müller.mtl\n{plain}{uv}"));
-            fs::write(path("m.obj"), content).expect("written");
-            let scan = Scan::read(&path("m.obj"), None).expect("reads");
-            assert!(
-                scan.texture.is_some(),
-                "{named} in {kind}: {:?}",
-                scan.notes
-            );
-            for file in ["Müller.mtl", "Müller.png"] {
-                fs::remove_file(name(file)).expect("goes");
-            }
-        }
-    }
-    // A header in Latin-1, and a mark.
-    let ply = ply_header("ascii", "3", FACES).replace("1.0\n", "1.0\ncomment von Müller\n")
-        + "0 0 0\n100 0 0\n0 100 0\n3 0 1 2\n";
-    for content in [
-        latin(&ply),
-        utf(&ply),
-        [b"\xef\xbb\xbf", ply.as_bytes()].concat(),
-    ] {
-        fs::write(path("m.ply"), content).expect("written");
-        Scan::read(&path("m.ply"), None).expect("reads");
-    }
-}
-
-/// Strips and loose triangles: STL of both kinds, and PLY with `tristrips`.
-#[test]
-fn strips_and_loose_triangles_are_meshes() {
-    let (positions, triangles) = egg();
-    let folder = tempfile::tempdir().expect("a folder");
-    let read = |name: &str, content: &[u8]| {
-        let file = folder.path().join(name);
-        fs::write(&file, content).expect("written");
-        Scan::read(&file, None).expect(name)
-    };
-    let corner = |v: u32| positions[v as usize].as_vec3();
-    let text: String = (triangles.iter())
-        .map(|t| {
-            let corners = t
-                .map(corner)
-                .map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z));
-            format!(
-                "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n",
-                corners.concat()
-            )
-        })
-        .collect();
-    let text = format!("solid egg\n{text}endsolid egg\n");
-    for content in [stl(triangles.len()), text.into_bytes()] {
-        let scan = read("e.stl", &content);
-        assert_eq!(scan.positions.len(), positions.len());
-        assert_eq!(scan.triangles.len(), triangles.len());
-    }
-    // A square as a strip, and one triangle that a strip of its own turns.
-    let strips = ply_header("ascii", "4", FACES).replace("face 1", "tristrips 1")
-        + "0 0 0\n100 0 0\n0 100 0\n100 100 0\n9 0 1 2 3 -1 2 2 1 3\n";
-    let scan = read("s.ply", strips.as_bytes());
-    assert_eq!(scan.triangles, [[0, 1, 2], [2, 1, 3], [1, 2, 3]]);
-}
-
-/// What glTF allows beside plain floats: integers, sparse accessors, a part of a picture, JSON.
-#[test]
-fn every_kind_of_gltf_is_read() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let read = |name: &str, content: &[u8]| {
-        let file = folder.path().join(name);
-        fs::write(&file, content).expect("written");
-        Scan::read(&file, None).unwrap_or_else(|e| panic!("{e}"))
-    };
-    // The buffer in the file, beside it, and beside it with a space.
-    let plain = read("t.glb", &glb_triangle([0, 1, 2], 42, ""));
-    let buffer = triangle_bytes([0, 1, 2]);
-    for name in ["t.bin", "my scan.bin"] {
-        fs::write(folder.path().join(name), &buffer).expect("written");
-    }
-    let base64 = Base64::encode_string(&buffer);
-    for uri in [
-        "t.bin",
-        "my%20scan.bin",
-        "my scan.bin",
-        &format!("data:application/octet-stream;base64,{base64}"),
-    ] {
-        let scan = read("t.gltf", &gltf_triangle(uri));
-        assert_eq!(scan.positions, plain.positions, "{uri}");
-        assert_eq!(scan.triangles, plain.triangles, "{uri}");
-    }
-
-    // A triangle of 100 mm of one integer type after the other, as they are and normalised.
-    let (i8s, u8s) = ([0i8, 0, 0, 0, 127, 0, 0, 0, 0, 127, 0, 0], 127u8);
-    let integers: [(u32, f64, Vec<u8>); 4] = [
-        (5120, 127.0, i8s.iter().map(|&x| x as u8).collect()),
-        (
-            5121,
-            255.0,
-            i8s.iter().map(|&x| if x > 0 { u8s } else { 0 }).collect(),
-        ),
-        (
-            5122,
-            32767.0,
-            i8s.iter()
-                .flat_map(|&x| i16::from(x).to_le_bytes())
-                .collect(),
-        ),
-        (
-            5123,
-            65535.0,
-            i8s.iter()
-                .flat_map(|&x| u16::from(x as u8).to_le_bytes())
-                .collect(),
-        ),
-    ];
-    for (kind, most, bytes) in integers {
-        for normalised in [false, true] {
-            let scale = 0.1 / 127.0 * if normalised { most } else { 1.0 };
-            let stride = bytes.len() / 3;
-            let json = format!(
-                r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
-                "extensionsUsed":["KHR_mesh_quantization"],
-                "extensionsRequired":["KHR_mesh_quantization"],
-                "nodes":[{{"mesh":0,"scale":[{scale},{scale},{scale}]}}],
-                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-                "accessors":[{{"bufferView":0,"componentType":{kind},"count":3,"type":"VEC3",
-                "normalized":{normalised},"min":[0,0,0],"max":[127,127,0]}}],
-                "bufferViews":[{{"buffer":0,"byteLength":{},"byteStride":{stride}}}],
-                "buffers":[{{"byteLength":{}}}]}}"#,
-                bytes.len(),
-                bytes.len()
-            );
-            let scan = read("q.glb", &glb(&json, &bytes));
-            for (p, q) in scan.positions.iter().zip(&plain.positions) {
-                let q = *q - plain.positions[0];
-                assert!(p.distance(q) < 1e-3, "{kind}, {normalised}: {p}");
-            }
-        }
-    }
-
-    // All zeros but two, and one of three replaced.
-    let floats = |x: &[f32]| x.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
-    let base = floats(&[0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 7.0, 7.0, 7.0]);
-    let values = floats(&[0.1, 0.0, 0.0, 0.0, 0.1, 0.0]);
-    let indices = [1u16, 2].map(u16::to_le_bytes).concat();
-    let bytes = [base, values, indices].concat();
-    for (view, count, first) in [("", 2, 0), (r#""bufferView":0,"#, 1, 1)] {
-        let json = |count: usize| {
-            format!(
-                r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
-                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-                "accessors":[{{{view}"componentType":5126,"count":3,"type":"VEC3",
-                "min":[0,0,0],"max":[0.1,0.1,0],"sparse":{{"count":{count},
-                "indices":{{"bufferView":2,"byteOffset":{},"componentType":5123}},
-                "values":{{"bufferView":1,"byteOffset":{}}}}}}}],
-                "bufferViews":[{{"buffer":0,"byteLength":36}},
-                {{"buffer":0,"byteOffset":36,"byteLength":24}},
-                {{"buffer":0,"byteOffset":60,"byteLength":4}}],"buffers":[{{"byteLength":64}}]}}"#,
-                2 * first,
-                12 * first
-            )
-        };
-        let scan = read("s.glb", &glb(&json(count), &bytes));
-        assert_eq!(scan.positions.len(), 3);
-        for (p, q) in scan.positions.iter().zip(&plain.positions) {
-            assert!(p.distance(*q - plain.positions[0]) < 1e-3, "{view}: {p}");
-        }
-        // More than there are, and none.
-        for count in [3, 0] {
-            let file = folder.path().join("s.glb");
-            fs::write(&file, glb(&json(count), &bytes)).expect("written");
-            let error = Scan::read(&file, None).map(|_| ()).expect_err("no");
-            one_line(
-                "sparse",
-                &error.to_string(),
-                &file,
-                &["reaches beyond its buffer"],
-            );
-        }
-    }
-
-    // A quarter turn counter-clockwise on the picture, of half its width, from the middle; another set.
-    let mut png = Vec::new();
-    image::RgbImage::new(2, 2)
-        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
-        .expect("encodes");
-    let corners = floats(&[0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0]);
-    let bytes = [
-        corners,
-        floats(&[9.0; 6]),
-        [0u16, 0, 65535, 0, 0, 65535].map(u16::to_le_bytes).concat(),
-        png.clone(),
-    ]
-    .concat();
-    let json = format!(
-        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
-        "extensionsUsed":["KHR_texture_transform"],"extensionsRequired":["KHR_texture_transform"],
-        "meshes":[{{"primitives":[{{"material":0,
-        "attributes":{{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":2}}}}]}}],
-        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0,"texCoord":0,
-        "extensions":{{"KHR_texture_transform":{{"offset":[0.5,0.5],"rotation":1.5707963,
-        "scale":[0.5,1],"texCoord":1}}}}}}}}}}],
-        "textures":[{{"source":0}}],"images":[{{"bufferView":3}}],
-        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
-        "min":[0,0,0],"max":[0.1,0.1,0]}},
-        {{"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"}},
-        {{"bufferView":2,"componentType":5123,"normalized":true,"count":3,"type":"VEC2"}}],
-        "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":24}},
-        {{"buffer":0,"byteOffset":60,"byteLength":12}},
-        {{"buffer":0,"byteOffset":72,"byteLength":{}}}],"buffers":[{{"byteLength":{}}}]}}"#,
-        png.len(),
-        bytes.len()
-    );
-    let texture = read("p.glb", &glb(&json, &bytes))
-        .texture
-        .expect("a picture");
-    // v is up here: what went right goes up, by the half; what went down goes right.
-    let expected = [(0.5, 0.5), (0.5, 1.0), (1.5, 0.5)].map(glam::DVec2::from);
-    for (uv, expected) in texture.uvs.iter().zip(expected) {
-        assert!(uv.distance(expected) < 1e-6, "{uv}");
-    }
-    // An image of a kind that is not read leaves a scan.
-    let json = json.replace(r#"[{"source":0}]"#, r#"[{}]"#);
-    let scan = read("p.glb", &glb(&json, &bytes));
-    assert!(scan.texture.is_none());
-    assert!(
-        scan.notes.iter().any(|note| note.contains("no texture")),
-        "{:?}",
-        scan.notes
-    );
-}
-
-#[test]
-fn one_mesh_is_the_same_in_every_format() {
-    let (positions, triangles) = egg();
-    // As single precision has them, for all formats.
-    let positions: Vec<DVec3> = positions.iter().map(|p| p.as_vec3().as_dvec3()).collect();
-    let folder = tempfile::tempdir().expect("a folder");
-    let header = |format: &str| {
-        format!(
-            "ply\nformat {format} 1.0\ncomment TextureFile none.png\nelement camera 1\n\
-             property double f\nelement vertex {}\nproperty float nx\nproperty float x\n\
-             property float y\nproperty float z\nproperty uchar red\nproperty uchar green\n\
-             property uchar blue\nelement face {}\nproperty uchar flags\n\
-             property list uchar uint vertex_index\nend_header\n",
-            positions.len(),
-            triangles.len()
-        )
-    };
-    let mut files = vec![("m.obj", obj(&positions, &triangles).into_bytes())];
-    let mut ascii = header("ascii") + "1.5\n";
-    for p in &positions {
-        ascii += &format!("0 {} {} {} 1 2 3\n", p.x, p.y, p.z);
-    }
-    for t in &triangles {
-        ascii += &format!("7 3 {} {} {}\n", t[0], t[1], t[2]);
-    }
-    files.push(("ascii.ply", ascii.into_bytes()));
-    for little in [true, false] {
-        let order = |bytes: &mut [u8]| {
-            if !little {
-                bytes.reverse();
-            }
-        };
-        let float = |x: f64| {
-            let mut bytes = (x as f32).to_le_bytes();
-            order(&mut bytes);
-            bytes
-        };
-        let format = ["binary_big_endian", "binary_little_endian"][usize::from(little)];
-        let mut bytes = header(format).into_bytes();
-        bytes.extend([0; 8]);
-        for p in &positions {
-            bytes.extend([0.0, p.x, p.y, p.z].iter().flat_map(|&x| float(x)));
-            bytes.extend([1, 2, 3]);
-        }
-        for t in &triangles {
-            bytes.extend([7, 3]);
-            for v in t {
-                let mut v = v.to_le_bytes();
-                order(&mut v);
-                bytes.extend(v);
-            }
-        }
-        files.push((["big.ply", "little.ply"][usize::from(little)], bytes));
-    }
-    let mut binary: Vec<u8> = positions
-        .iter()
-        .flat_map(|p| p.as_vec3().to_array())
-        .flat_map(f32::to_le_bytes)
-        .collect();
-    let indices = binary.len();
-    binary.extend(triangles.iter().flatten().flat_map(|v| v.to_le_bytes()));
-    files.push((
-        "m.glb",
-        glb(
-            &format!(
-                r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
-                "nodes":[{{"children":[1]}},{{"mesh":0}}],
-                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
-                "accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3",
-                "min":[-75,-110,-95],"max":[75,110,120]}},
-                {{"bufferView":1,"componentType":5125,"count":{},"type":"SCALAR"}}],
-                "bufferViews":[{{"buffer":0,"byteLength":{indices}}},
-                {{"buffer":0,"byteOffset":{indices},"byteLength":{}}}],
-                "buffers":[{{"byteLength":{}}}]}}"#,
-                positions.len(),
-                3 * triangles.len(),
-                12 * triangles.len(),
-                binary.len()
-            ),
-            &binary,
-        ),
-    ));
-    let scans: Vec<Scan> = files
-        .iter()
-        .map(|(name, bytes)| {
-            let file = folder.path().join(name);
-            fs::write(&file, bytes).expect("written");
-            Scan::read(&file, None).expect(name)
-        })
-        .collect();
-    for (scan, (name, _)) in scans.iter().zip(&files) {
-        assert_eq!(scan.positions, scans[0].positions, "{name}");
-        assert_eq!(scan.triangles, scans[0].triangles, "{name}");
-        let coloured = name.ends_with("ply");
-        assert_eq!(
-            scan.colours.first(),
-            coloured.then_some(&[1, 2, 3]),
-            "{name}"
-        );
-    }
-    assert_eq!(scans[0].positions.len(), positions.len());
-}
-
 /// Whatever a few wrong bytes do to a file, it is read or refused with one line.
 #[test]
 fn a_damaged_file_is_no_panic() {
@@ -1574,10 +884,17 @@ fn a_damaged_file_is_no_panic() {
         ("d.gltf", gltf_triangle(&format!("data:;base64,{base64}"))),
         ("d.stl", stl(20)),
         ("d.pts", pts.into_bytes()),
+        (
+            "d.pp",
+            picked(&right[..20], |i| format!("ibug_{i:02}")).into_bytes(),
+        ),
         ("d.json", json(&right[..20]).into_bytes()),
     ] {
         let file = folder.path().join(name);
-        let read = || match name.ends_with("json") || name.ends_with("pts") {
+        let read = || match ["json", "pts", "pp"]
+            .iter()
+            .any(|ending| name.ends_with(ending))
+        {
             true => landmarks::read(&file, &mut egg.clone(), &template).map(|_| ()),
             false => Scan::read(&file, None).map(|_| ()),
         };
@@ -1604,499 +921,6 @@ fn a_damaged_file_is_no_panic() {
             }
         }
         assert!(refused > 50, "{name}: {refused}");
-    }
-}
-
-/// A square of 100 mm with a picture of four pixels, as each format says it.
-#[test]
-fn textures_come_the_same_way_up_from_every_format() {
-    let colours = [[200, 10, 20], [30, 140, 50], [60, 70, 180], [9, 8, 7]];
-    let mut png = Vec::new();
-    image::RgbImage::from_fn(2, 2, |x, y| image::Rgb(colours[(2 * y + x) as usize]))
-        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
-        .expect("encodes");
-    let folder = tempfile::tempdir().expect("a folder");
-    let write = |name: &str, content: &[u8]| {
-        let file = folder.path().join(name);
-        fs::write(&file, content).expect("written");
-        file
-    };
-    write("my face.png", &png);
-    write(
-        "s.mtl",
-        b"newmtl skin\nKd 1 1 1\nmap_Kd -s 1 1 1 C:\\scans\\my face.png\n",
-    );
-    let obj = "mtllib s.mtl\nv 0 0 0\nv 100 0 0\nv 100 100 0\nv 0 100 0\n\
-               vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3 4/4\n";
-    let corners = "0 0 0 0 0\n100 0 0 1 0\n100 100 0 1 1\n0 100 0 0 1\n";
-    let header = |vertex: &str, face: &str| {
-        ply_header(
-            "ascii",
-            "4",
-            &format!("{vertex}element face 1\nproperty list uchar int vertex_indices\n{face}"),
-        )
-        .replace("1.0\n", "1.0\ncomment TextureFile my face.png\n")
-    };
-    let by_vertex = header("property float s\nproperty float t\n", "") + corners + "4 0 1 2 3\n";
-    let by_face = header("", "property list uchar float texcoord\n")
-        + "0 0 0\n100 0 0\n100 100 0\n0 100 0\n4 0 1 2 3 8 0 0 1 0 1 1 0 1\n";
-    // In glTF v runs down. A strip, under a node that mirrors it: its x is negative.
-    let strip = [
-        [-0.1f32, 0.0, 0.0],
-        [0.0, 0.0, 0.0],
-        [-0.1, 0.1, 0.0],
-        [0.0, 0.1, 0.0],
-    ];
-    let mut binary: Vec<u8> = strip
-        .as_flattened()
-        .iter()
-        .flat_map(|x| x.to_le_bytes())
-        .collect();
-    let uvs = [1f32, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0];
-    binary.extend(uvs.iter().flat_map(|x| x.to_le_bytes()));
-    binary.extend(&png);
-    let json = format!(
-        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
-        "nodes":[{{"mesh":0,"scale":[-1,1,1]}}],
-        "meshes":[{{"primitives":[{{"mode":5,"material":0,
-        "attributes":{{"POSITION":0,"TEXCOORD_0":1}}}}]}}],
-        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
-        "textures":[{{"source":0}}],"images":[{{"bufferView":2}}],
-        "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3",
-        "min":[-0.1,0,0],"max":[0,0.1,0]}},
-        {{"bufferView":1,"componentType":5126,"count":4,"type":"VEC2"}}],
-        "bufferViews":[{{"buffer":0,"byteLength":48}},
-        {{"buffer":0,"byteOffset":48,"byteLength":32}},
-        {{"buffer":0,"byteOffset":80,"byteLength":{}}}],
-        "buffers":[{{"byteLength":{}}}]}}"#,
-        png.len(),
-        binary.len()
-    );
-    // The picture where an older extension has it, and as light alone.
-    let base = r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0}}"#;
-    let of = |other: &str| json.replacen(base, other, 1);
-    let glossy = of(
-        r#""extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseTexture":{"index":0}}}"#,
-    );
-    let emissive = of(r#""emissiveTexture":{"index":0}"#);
-    assert!(glossy != json && emissive != json);
-    for (name, content) in [
-        ("s.obj", obj.as_bytes()),
-        ("vertex.ply", by_vertex.as_bytes()),
-        ("face.ply", by_face.as_bytes()),
-        ("s.glb", &glb(&json, &binary)[..]),
-        ("glossy.glb", &glb(&glossy, &binary)[..]),
-        ("emissive.glb", &glb(&emissive, &binary)[..]),
-    ] {
-        let scan = Scan::read(&write(name, content), None).expect(name);
-        assert_eq!(scan.triangles.len(), 2, "{name}");
-        let texture = scan
-            .texture
-            .as_ref()
-            .unwrap_or_else(|| panic!("{name}: {:?}", scan.notes));
-        for (triangle, uvs) in scan.triangles.iter().zip(&texture.triangles) {
-            let [a, b, c] = triangle.map(|v| scan.positions[v as usize]);
-            assert!((b - a).cross(c - a).z > 0.0, "{name}: faces us");
-            for (&v, &uv) in triangle.iter().zip(uvs) {
-                let p = scan.positions[v as usize] / 100.0;
-                // Single precision of 0.1 m.
-                assert!(
-                    p.truncate().distance(texture.uvs[uv as usize]) < 1e-6,
-                    "{name}"
-                );
-            }
-        }
-        for (u, v, expected) in [(0.0, 1.0, 0), (1.0, 1.0, 1), (0.0, 0.0, 2), (1.0, 0.0, 3)] {
-            let colour = texture.sample(glam::DVec2::new(u, v));
-            assert_eq!(
-                colour.to_array(),
-                colours[expected].map(f64::from),
-                "{name}"
-            );
-        }
-    }
-}
-
-#[test]
-fn a_scan_with_several_images_has_the_colours_of_all() {
-    let folder = tempfile::tempdir().expect("a folder");
-    // Of different sizes, each in two halves.
-    let colours = [
-        [[200, 10, 20], [30, 140, 50]],
-        [[60, 70, 180], [9, 8, 7]],
-        [[250, 251, 1], [1, 99, 2]],
-    ];
-    let names = ["a.png", "b b.bmp", "c.TGA"];
-    for ((name, halves), [width, height]) in
-        names.iter().zip(colours).zip([[8, 4], [32, 16], [4, 64]])
-    {
-        image::RgbImage::from_fn(width, height, |x, _| {
-            image::Rgb(halves[usize::from(2 * x >= width)])
-        })
-        .save(folder.path().join(name))
-        .expect("written");
-    }
-    // Quadrilaterals of two halves; the second image's is numbered as the second tile, the last has none.
-    let mut obj = String::from("mtllib s.mtl\n");
-    let mut ply = String::new();
-    for (i, tile) in [0.0, 1.0, 0.0, 0.0].into_iter().enumerate() {
-        let first = 4 * i;
-        obj += &format!("usemtl m{i}\n");
-        for (u, v) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
-            let (x, y) = (100.0 * (u + i as f64), 100.0 * v);
-            obj += &format!("v {x} {y} 0\nvt {} {v}\n", u + tile);
-            ply += &format!("{x} {y} 0 {} {v}\n", u + tile);
-        }
-        let corners: Vec<String> = (1..5).map(|c| format!("{0}/{0}", first + c)).collect();
-        obj += &format!("f {}\n", corners.join(" "));
-    }
-    for i in 0..4 {
-        let first = 4 * i;
-        ply += &format!(
-            "4 {} {} {} {} {i}\n",
-            first,
-            first + 1,
-            first + 2,
-            first + 3
-        );
-    }
-    let mtl: String = (0..3)
-        .map(|i| format!("newmtl m{i}\nmap_Kd {}\n", names[i]))
-        .collect();
-    let header = ply_header(
-        "ascii",
-        "16",
-        "property float s\nproperty float t\nelement face 4\nproperty list uchar int vertex_indices\n\
-         property int texnumber\n",
-    );
-    let comments: String = names
-        .map(|name| format!("comment TextureFile {name}\n"))
-        .concat();
-    let header = header.replace("1.0\n", &format!("1.0\n{comments}"));
-    fs::write(folder.path().join("s.mtl"), mtl).expect("written");
-    for (name, content) in [("s.obj", obj), ("s.ply", header + &ply)] {
-        let file = folder.path().join(name);
-        fs::write(&file, content).expect("written");
-        let scan = Scan::read(&file, None).expect("reads");
-        let texture = scan.texture.as_ref();
-        let texture = texture.unwrap_or_else(|| panic!("{name}: {:?}", scan.notes));
-        assert!(
-            scan.notes
-                .iter()
-                .any(|note| note.contains("3 images as one")),
-            "{:?}",
-            scan.notes
-        );
-        assert_eq!(scan.triangles.len(), 8);
-        for (triangle, uvs) in scan.triangles.iter().zip(&texture.triangles) {
-            let middle = triangle
-                .iter()
-                .map(|&v| scan.positions[v as usize])
-                .sum::<DVec3>()
-                / 300.0;
-            let image = middle.x as usize;
-            let Some(halves) = colours.get(image) else {
-                assert_eq!(*uvs, phiz::fit::scan::Texture::BARE, "{name}");
-                continue;
-            };
-            let uv = uvs
-                .iter()
-                .map(|&uv| texture.uvs[uv as usize])
-                .sum::<glam::DVec2>()
-                / 3.0;
-            let expected = halves[usize::from(middle.x.fract() > 0.5)];
-            let apart = texture
-                .sample(uv)
-                .distance(DVec3::from_array(expected.map(f64::from)));
-            assert!(apart < 1e-6, "{name} {image}: {apart}");
-        }
-    }
-}
-
-#[test]
-fn colours_of_vertices_are_read_as_programs_write_them() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let read = |name: &str, content: &[u8]| {
-        let file = folder.path().join(name);
-        fs::write(&file, content).expect("written");
-        Scan::read(&file, None).unwrap_or_else(|e| panic!("{e}"))
-    };
-    let colours = [[255, 0, 0], [0, 188, 0], [0, 0, 10]];
-    // Depth cameras have vertices where they saw nothing.
-    let corners = [
-        [0.0f32, 0.0, 0.0],
-        [100.0, 0.0, 0.0],
-        [0.0, 100.0, 0.0],
-        [f32::NAN; 3],
-    ];
-    for names in [
-        ["red", "green", "blue"],
-        ["diffuse_red", "diffuse_green", "diffuse_blue"],
-        ["r", "g", "b"],
-    ] {
-        for kind in ["uchar", "ushort", "float"] {
-            let rest: String = names
-                .map(|name| format!("property {kind} {name}\n"))
-                .concat();
-            let rest = rest + "element face 1\nproperty list uchar int vertex_indices\n";
-            let mut bytes = ply_header("binary_little_endian", "4", &rest).into_bytes();
-            for (corner, colour) in corners.iter().zip(colours.iter().chain([&[1; 3]])) {
-                bytes.extend(corner.iter().flat_map(|x| x.to_le_bytes()));
-                for &value in colour {
-                    match kind {
-                        "uchar" => bytes.push(value),
-                        "ushort" => bytes.extend((u16::from(value) * 257).to_le_bytes()),
-                        _ => bytes.extend((f32::from(value) / 255.0).to_le_bytes()),
-                    }
-                }
-            }
-            bytes.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
-            let scan = read("c.ply", &bytes);
-            assert_eq!(scan.colours, colours, "{names:?} {kind}");
-        }
-    }
-    // glTF has light there: 188 is half of it, 10 a 329th.
-    let light = [
-        [1.0f32, 0.0, 0.0],
-        [0.0, 0.502_886, 0.0],
-        [0.0, 0.0, 0.003_035_27],
-    ];
-    let positions: Vec<u8> = corners[..3]
-        .as_flattened()
-        .iter()
-        .flat_map(|x| (x / 1000.0).to_le_bytes())
-        .collect();
-    let floats: Vec<u8> = light
-        .as_flattened()
-        .iter()
-        .flat_map(|x| x.to_le_bytes())
-        .collect();
-    let shorts: Vec<u8> = (light.iter())
-        .flat_map(|c| [c[0], c[1], c[2], 0.5])
-        .flat_map(|x| ((x * 65535.0).round() as u16).to_le_bytes())
-        .collect();
-    // Integers are parts of a whole whether that is written or not; nor are bounds by everyone.
-    let said = r#""normalized":true,"#;
-    for (kind, vector, bytes, normalized, bounds) in [
-        (5126, 3, floats, "", r#","min":[0,0,0],"max":[0.1,0.1,0]"#),
-        (5123, 4, shorts.clone(), said, r#","min":[null,0,0]"#),
-        (5123, 4, shorts, "", ""),
-    ] {
-        let json = format!(
-            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
-            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"COLOR_0":1}}}}]}}],
-            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"{bounds}}},
-            {{"bufferView":1,"componentType":{kind},{normalized}"count":3,"type":"VEC{vector}"}}],
-            "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":{}}}],
-            "buffers":[{{"byteLength":{}}}]}}"#,
-            bytes.len(),
-            36 + bytes.len()
-        );
-        let scan = read("c.glb", &glb(&json, &[positions.clone(), bytes].concat()));
-        assert_eq!(scan.colours, colours, "{kind}");
-    }
-}
-
-#[test]
-fn colours_in_numbers_of_any_kind_are_read() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let read = |name: &str, content: &[u8]| {
-        let file = folder.path().join(name);
-        fs::write(&file, content).expect("written");
-        Scan::read(&file, None).unwrap_or_else(|e| panic!("{e}"))
-    };
-    let said = |scan: &Scan| scan.notes.iter().any(|note| note.contains("from 0 to 255"));
-    let corners = ["0 0 0", "100 0 0", "0 100 0"];
-    let ply = |kind: &str, colours: [&str; 3]| {
-        let rest = ["red", "green", "blue"].map(|c| format!("property {kind} {c}\n"));
-        let rows: String = corners
-            .iter()
-            .zip(colours)
-            .map(|(p, c)| format!("{p} {c}\n"))
-            .collect();
-        ply_header("ascii", "3", &(rest.concat() + FACES)) + &rows + "3 0 1 2\n"
-    };
-    // Integers of any size are those of bytes, floats too where they are above 1.
-    for (kind, most) in [
-        ("int", 255),
-        ("uint", 255),
-        ("short", 255),
-        ("char", 127),
-        ("float", 255),
-    ] {
-        let bright = format!("{most} 100 0");
-        let scan = read("c.ply", ply(kind, [&bright, "1 1 1", "0 0 10"]).as_bytes());
-        assert_eq!(
-            scan.colours,
-            [[most, 100, 0], [1, 1, 1], [0, 0, 10]],
-            "{kind}"
-        );
-        assert_eq!(said(&scan), kind == "float", "{:?}", scan.notes);
-    }
-    let scan = read(
-        "c.ply",
-        ply("int", ["300 -5 7", "0 0 0", "0 0 0"]).as_bytes(),
-    );
-    assert_eq!(scan.colours[0], [255, 0, 7]);
-    // A little more than white is white.
-    let scan = read(
-        "c.ply",
-        ply("float", ["1.02 0.2 0", "1 1 1", "0 0 0"]).as_bytes(),
-    );
-    assert_eq!(scan.colours, [[255, 51, 0], [255; 3], [0; 3]]);
-    assert!(!said(&scan));
-    let obj = |colours: [&str; 3]| -> String {
-        let rows = corners
-            .iter()
-            .zip(colours)
-            .map(|(p, c)| format!("v {p} {c}\n"));
-        rows.collect::<String>() + "f 1 2 3\n"
-    };
-    let scan = read("c.obj", obj(["255 100 0", "1 1 1", "0 0 10"]).as_bytes());
-    assert_eq!(scan.colours, [[255, 100, 0], [1, 1, 1], [0, 0, 10]]);
-    assert!(said(&scan), "{:?}", scan.notes);
-}
-
-#[test]
-fn vertices_without_a_colour_among_others_are_white() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let file = |name: &str| folder.path().join(name);
-    let (red, white) = ([255, 0, 0], [255; 3]);
-    let text = "v 0 0 0\nv 100 0 0 1 0 0\nv 0 100 0\nf 1 2 3\n";
-    fs::write(file("c.obj"), text).expect("written");
-    // Two triangles, of which either has colours.
-    let floats = |x: &[f32]| x.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
-    let first = floats(&[0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0]);
-    let second = floats(&[0.0, 0.0, 0.1, 0.1, 0.0, 0.1, 0.0, 0.1, 0.1]);
-    let bytes = [first, second, floats(&[1.0, 0.0, 0.0].repeat(3))].concat();
-    for (name, coloured) in [("0.glb", 0), ("1.glb", 1)] {
-        let primitive = |i: usize| {
-            let colour = if i == coloured { r#","COLOR_0":2"# } else { "" };
-            format!(r#"{{"attributes":{{"POSITION":{i}{colour}}}}}"#)
-        };
-        let views =
-            [0, 36, 72].map(|at| format!(r#"{{"buffer":0,"byteOffset":{at},"byteLength":36}}"#));
-        let accessors = [0, 1, 2].map(|view| {
-            format!(
-                r#"{{"bufferView":{view},"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}}"#
-            )
-        });
-        let json = format!(
-            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
-            "meshes":[{{"primitives":[{},{}]}}],"accessors":[{}],"bufferViews":[{}],
-            "buffers":[{{"byteLength":108}}]}}"#,
-            primitive(0),
-            primitive(1),
-            accessors.join(","),
-            views.join(",")
-        );
-        fs::write(file(name), glb(&json, &bytes)).expect("written");
-    }
-    for (name, expected, count) in [
-        ("c.obj", vec![white, red, white], 2),
-        ("0.glb", [[red; 3], [white; 3]].concat(), 3),
-        ("1.glb", [[white; 3], [red; 3]].concat(), 3),
-    ] {
-        let scan = Scan::read(&file(name), None).unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(scan.colours, expected, "{name}");
-        let note = format!("colours: {count} vertices without one are white");
-        assert!(scan.notes.contains(&note), "{name}: {:?}", scan.notes);
-    }
-}
-
-#[test]
-fn materials_are_in_all_the_files_of_a_line() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = |name: &str| folder.path().join(name);
-    image::RgbImage::new(2, 2)
-        .save(path("skin.png"))
-        .expect("written");
-    let material = "newmtl skin\nmap_Kd skin.png\n";
-    let mesh =
-        "v 0 0 0\nv 100 0 0\nv 0 100 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3\n";
-    let read = |line: &str| {
-        fs::write(path("m.obj"), format!("mtllib {line}\n{mesh}")).expect("written");
-        Scan::read(&path("m.obj"), None).expect("reads")
-    };
-    fs::write(path("eyes.mtl"), "newmtl eyes\n").expect("written");
-    fs::write(path("skin.mtl"), material).expect("written");
-    let scan = read("eyes.mtl skin.mtl");
-    assert!(scan.texture.is_some(), "{:?}", scan.notes);
-    // A name with a space is one name, and stays one in words where it is not there.
-    let scan = read("my skin.obj.mtl");
-    let gone = |note: &String| note.contains("my skin.obj.mtl: ");
-    assert!(scan.notes.iter().any(gone), "{:?}", scan.notes);
-    fs::write(path("eyes.mtl skin.mtl"), "newmtl other\n").expect("written");
-    assert!(read("eyes.mtl skin.mtl").texture.is_none());
-}
-
-/// What a file has beside its meshes is no reason to refuse these.
-#[test]
-fn gltf_with_more_than_meshes_is_read() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("t.gltf");
-    let data = format!(
-        "data:;base64,{}",
-        Base64::encode_string(&triangle_bytes([0, 1, 2]))
-    );
-    let plain = String::from_utf8(gltf_triangle(&data)).expect("text");
-    let read = |json: &str| {
-        fs::write(&file, json).expect("written");
-        Scan::read(&file, None)
-    };
-    let same = |json: &str| {
-        assert_ne!(json, plain);
-        let scan = read(json).unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(scan.positions.len(), 3);
-        scan.notes
-    };
-    same(&plain.replace(r#""POSITION":0"#, r#""POSITION":0,"_SCALE":0,"_ID":1"#));
-    // What is to be seen may be left open.
-    same(&plain.replace(r#""scene":0,"scenes":[{"nodes":[0]}],"#, ""));
-    let sampler = r#""samplers":[{"input":0,"output":0}]"#;
-    for target in [
-        r#"{"path":"pointer","extensions":{"KHR_animation_pointer":{"pointer":"/nodes/0/scale"}}}"#,
-        r#"{"path":"translation"}"#,
-        r#"{"node":7,"path":"scale"}"#,
-    ] {
-        let animation = format!(r#"{{"channels":[{{"sampler":0,"target":{target}}}],{sampler}}}"#);
-        same(&plain.replacen('{', &format!(r#"{{"animations":[{animation}],"#), 1));
-    }
-    let notes = same(
-        &plain
-            .replace(r#""mesh":0"#, r#""mesh":0,"skin":0"#)
-            .replacen('{', r#"{"skins":[{"joints":[0]}],"#, 1),
-    );
-    let skin = notes
-        .iter()
-        .filter(|note| note.contains("skin 0 is there and was not applied"));
-    assert_eq!(skin.count(), 1, "{notes:?}");
-
-    // Nodes in a chain as deep as it likes; but each in one place, or there were 2^60 triangles.
-    let (before, after) = plain
-        .split_once(r#""nodes":[{"mesh":0,"translation":[0,1,0]}]"#)
-        .expect("a node");
-    let chain = |count: usize, children: fn(usize) -> String| {
-        let nodes: Vec<String> = (1..count)
-            .map(|next| format!(r#"{{"children":[{}]}}"#, children(next)))
-            .collect();
-        format!(
-            r#"{before}"nodes":[{},{{"mesh":0}}]{after}"#,
-            nodes.join(",")
-        )
-    };
-    same(&chain(20_000, |next| next.to_string()));
-    for json in [
-        chain(60, |next| format!("{next},{next}")),
-        chain(3, |next| (next - 1).to_string()),
-    ] {
-        let error = read(&json).map(|_| ()).expect_err("no tree").to_string();
-        one_line(
-            "nodes",
-            &error,
-            &file,
-            &["in two places, or among its own parents"],
-        );
     }
 }
 
@@ -2135,26 +959,4 @@ fn landmarks_of_which_nobody_knows_how_far_they_are_off_are_written_without_that
         &file,
         &["3 landmarks that are not off by 100 mm"],
     );
-}
-
-#[test]
-fn a_scan_says_which_files_belong_to_it() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = |name: &str| folder.path().join(name);
-    let write = |name: &str, bytes: &[u8]| std::fs::write(at(name), bytes).expect("writes");
-    let (positions, triangles) = egg();
-    let mesh = obj(&positions, &triangles);
-    write(
-        "a.obj",
-        format!("mtllib a.mtl\nmtllib gone.mtl\n{mesh}").as_bytes(),
-    );
-    write("a.mtl", b"newmtl skin\nmap_Kd skin.png\n");
-    let scan = Scan::read(&at("a.obj"), None).expect("reads");
-    for name in ["a.mtl", "gone.mtl", "skin.png"] {
-        assert!(scan.beside.contains(&at(name)), "{name}: {:?}", scan.beside);
-    }
-    write("a.gltf", &gltf_triangle("my%20buffer.bin"));
-    write("my buffer.bin", &triangle_bytes([0, 1, 2]));
-    let scan = Scan::read(&at("a.gltf"), Some(phiz::fit::scan::Unit::Metre)).expect("reads");
-    assert_eq!(scan.beside, [at("my buffer.bin")]);
 }

@@ -411,6 +411,12 @@ fn labels_are_learned_each_by_itself() {
         }
         assert!(odd_most < 1e-3 * even_most, "{odd_most} {even_most}");
     }
+    let odd = learn(&labels(vec![
+        ("sex", column(&|f| Some(sex(f)))),
+        ("age", column(&|f| Some(1.0 / (f as f64 - 3.0)))),
+    ]));
+    let said = odd.unwrap_err().to_string();
+    assert_eq!(said, "label \"age\" of face 3 is not finite");
     let none = learn(&labels(vec![("same", column(&|_| Some(0.1)))])).unwrap_err();
     let said = "no label can be learned; same: the same for all 40 people";
     assert!(none.to_string().starts_with(said), "{none}");

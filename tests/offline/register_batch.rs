@@ -293,6 +293,14 @@ fn folders_that_cannot_be_meant_are_refused() {
     let two = two.refused.iter().map(ToString::to_string);
     let two = two.filter(|error| error.contains("emil.TXT and emil.pts"));
     assert_eq!(two.count(), 1);
+    // As MeshLab calls it by itself.
+    for name in ["emil.TXT", "emil.pts"] {
+        fs::remove_file(scans.join(name)).expect("goes");
+    }
+    fs::write(scans.join("emil_picked_points.pp"), "").expect("writes");
+    let found = batch::jobs(&scans, &faces).expect("scans");
+    let points = found.jobs[0].landmarks.as_deref();
+    assert_eq!(points, Some(&*scans.join("emil_picked_points.pp")));
 }
 
 #[cfg(unix)]
@@ -705,7 +713,7 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
     let out = said(&second.stdout);
     assert_eq!(second.status.code(), Some(0), "{}", said(&second.stderr));
     assert!(
-        out.contains("1 faces registered, 1 were there, 0 failed"),
+        out.contains("1 face registered, 1 was there, 0 failed"),
         "{out}"
     );
     assert!(
@@ -727,7 +735,7 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
     let third = register(&template_file, &folder);
     let out = said(&third.stdout);
     assert!(
-        out.contains("1 faces registered, 1 were there, 0 failed"),
+        out.contains("1 face registered, 1 was there, 0 failed"),
         "{out}"
     );
     let after = files(&faces);
@@ -767,21 +775,21 @@ fn the_program_finishes_the_rest_and_does_later_what_is_missing() {
         "{err}"
     );
     fs::remove_file(scans.join("about.json")).expect("goes");
-    fs::write(scans.join("labels.json"), r#"{"anna": {"age": "old"}}"#).expect("writes");
+    fs::write(scans.join("labels.json"), r#"{"anna": {"sex": "F"}}"#).expect("writes");
     let refused = register(&template_file, &folder);
     let err = said(&refused.stderr);
     assert_eq!(refused.status.code(), Some(1));
     assert!(
-        err.contains("labels.json: anna: its age is no number") && err.lines().count() == 1,
+        err.contains("labels.json: anna: its sex is no number") && err.lines().count() == 1,
         "{err}"
     );
     fs::remove_file(scans.join("labels.json")).expect("goes");
-    fs::write(scans.join("labels.csv"), "name,age\nanna,old\n").expect("writes");
+    fs::write(scans.join("labels.csv"), "name,sex\nanna,F\n").expect("writes");
     let refused = register(&template_file, &folder);
     let err = said(&refused.stderr);
     assert_eq!(refused.status.code(), Some(1));
     assert!(
-        err.contains("labels.csv: row 2, column age: \"old\" is no number")
+        err.contains("labels.csv: row 2, column sex: \"F\" is no number")
             && err.lines().count() == 1,
         "{err}"
     );
@@ -866,7 +874,7 @@ fn what_failed_is_said_whatever_else_goes_wrong() {
     let (out, err) = (said(&done.stdout), said(&done.stderr));
     assert_eq!(done.status.code(), Some(1));
     assert!(
-        out.contains("1 faces registered, 0 were there, 1 failed"),
+        out.contains("1 face registered, 0 were there, 1 failed"),
         "{out}"
     );
     for part in [

@@ -46,6 +46,9 @@ pub fn run(args: &AttributesArgs) -> FitResult<()> {
     if let Some(line) = told.of_no_face(&args.faces)? {
         println!("{line}");
     }
+    if let Some(line) = told.in_words() {
+        println!("{line}");
+    }
     let mut labels = Labels::of(&told, &names);
     if !args.labels.is_empty() {
         (labels.only(&args.labels)).map_err(|e| e.of(told.path()))?;

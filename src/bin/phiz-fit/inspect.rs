@@ -60,8 +60,8 @@ pub fn run(args: &InspectArgs) -> FitResult<()> {
         );
     }
     println!(
-        "learned from {} faces by {}; {} vertices, {} triangles, {} coefficients, {} controls",
-        parts.about.faces,
+        "learned from {} by {}; {} vertices, {} triangles, {} coefficients, {} controls",
+        super::counted(parts.about.faces as usize),
         parts.about.made_by,
         parts.mean.len(),
         parts.topology.uv_triangles.len(),

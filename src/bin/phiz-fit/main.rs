@@ -405,6 +405,14 @@ fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
     check_apart(written, &read.collect::<Vec<_>>())
 }
 
+/// So many faces, in words.
+fn counted(faces: usize) -> String {
+    match faces {
+        1 => "1 face".into(),
+        _ => format!("{faces} faces"),
+    }
+}
+
 /// Does one step of a verb and says so while it lasts, where a person watches.
 fn step<T>(what: &'static str, work: impl FnOnce() -> FitResult<T>) -> FitResult<T> {
     let spinner = ProgressBar::new_spinner().with_message(what);
@@ -481,7 +489,8 @@ fn synthetic(args: &PopulationArgs) -> FitResult<()> {
     step("writing faces", || {
         population::write(&people, &template, &args.output)
     })?;
-    println!("{}: {} faces", args.output.display(), people.faces.len());
+    let count = people.faces.len();
+    println!("{}: {}", args.output.display(), counted(count));
     Ok(())
 }
 

@@ -61,9 +61,9 @@ pub fn run(args: &MeasureArgs) -> FitResult<()> {
     let worst = measured.iter().max_by(|a, b| a.left.total_cmp(&b.left));
     let worst = worst.map(|face| format!("{:.2} of {}", face.left, face.name));
     println!(
-        "{}: {} faces, of whose skin the model leaves {:.2} mm RMS, at most {}",
+        "{}: {}, of whose skin the model leaves {:.2} mm RMS, at most {}",
         args.output.display(),
-        measured.len(),
+        super::counted(measured.len()),
         (squares / measured.len() as f64).sqrt(),
         worst.unwrap_or_default(),
     );

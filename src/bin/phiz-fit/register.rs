@@ -30,13 +30,14 @@ pub struct RegisterArgs {
     /// One scan: OBJ, PLY, GLB, glTF or STL.
     #[arg(long, value_name = "FILE")]
     scan: Option<PathBuf>,
-    /// Its landmarks, JSON, or 68 lines of text (.txt, .pts), or menpo's .ljson; without them they are found.
+    /// Its landmarks, JSON, or 68 lines of text (.txt, .pts), or menpo's .ljson, or MeshLab's .pp; without them they are
+    /// found.
     #[arg(long, value_name = "FILE", conflicts_with = "scans")]
     landmarks: Option<PathBuf>,
-    /// Every scan of a folder, with landmarks in NAME.json (or .txt, .pts, .ljson) beside NAME.ply. Faces that are
-    /// there already, of both as they are, stay. about.json and labels.json go beside the faces, where others do not lie
-    /// there already, and register.csv, which says what was decided and found of each scan. As many are under way as the
-    /// machine has cores, or RAYON_NUM_THREADS says, where their scans are too large for its memory.
+    /// Every scan of a folder, with landmarks in NAME.json (or .txt, .pts, .ljson, .pp, or NAME_picked_points.pp) beside
+    /// NAME.ply. Faces that are there already, of both as they are, stay. about.json and labels.json go beside the faces,
+    /// where others do not lie there already, and register.csv, which says what was decided and found of each scan. As many
+    /// are under way as the machine has cores, or RAYON_NUM_THREADS says, where their scans are too large for its memory.
     #[arg(long, value_name = "DIR")]
     scans: Option<PathBuf>,
     /// The scans' unit: mm, cm, m, inch, or how many mm it has; without it, it is guessed and said.
@@ -189,7 +190,10 @@ fn many(
     let found = batch::jobs(folder, output)?;
     // Whose scans they are is whose faces they become: what is no use then is told before the work.
     about::read(folder)?;
-    Told::beside(folder)?;
+    let labels = Told::beside(folder)?;
+    if let Some(line) = labels.as_ref().and_then(Told::in_words) {
+        println!("{line}");
+    }
     let told = ["about.json"].into_iter().chain(Told::FILES);
     let told = told.filter(|name| folder.join(name).is_file());
     let told = told.map(|name| Ok((name, super::read(&folder.join(name))?)));
@@ -284,9 +288,10 @@ fn many(
         println!("{said}");
     }
     println!(
-        "{}: {} faces registered, {there} were there, {} failed",
+        "{}: {} registered, {there} {} there, {} failed",
         output.display(),
-        all - there - failed.len(),
+        super::counted(all - there - failed.len()),
+        if there == 1 { "was" } else { "were" },
         failed.len()
     );
     for error in &failed {

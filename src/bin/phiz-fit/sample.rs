@@ -111,6 +111,7 @@ pub fn run(args: &SampleArgs) -> FitResult<()> {
         bar.inc(n)
     })?;
     bar.finish_and_clear();
-    println!("{}: {} faces", args.output.display(), args.count);
+    let said = super::counted(args.count as usize);
+    println!("{}: {said}", args.output.display());
     Ok(())
 }

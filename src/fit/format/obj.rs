@@ -292,7 +292,8 @@ fn shown(word: &[u8]) -> String {
 
 /// The images of the materials of an MTL file: `(material, file)`, of each material first its colours, then, as many a
 /// scan is to be seen without any light but its own, those of ambient light and of what it gives off, in the order of
-/// the file; the image's path is taken from the folder of the MTL file.
+/// the file; the image's path is taken from the folder of the MTL file. Of a picture in tiles (`skin.<UDIM>.png`) it is
+/// the image of the first, from which [`tile_image`] knows the others.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -311,10 +312,30 @@ pub fn read_images(path: &Path) -> FitResult<Vec<(String, PathBuf)>> {
         if keyword == "newmtl" {
             rest.trim().clone_into(&mut material);
         } else if let Some(kind) = MAPS.iter().position(|map| *map == keyword) {
-            images[kind].push((material.clone(), named(folder, without_options(rest))));
+            let name = without_options(rest).replace("<UDIM>", FIRST_TILE);
+            images[kind].push((material.clone(), named(folder, &name)));
         }
     }
     Ok(images.into_iter().flatten().collect())
+}
+
+/// What the name of an image has where it is the first of several tiles (UDIM).
+const FIRST_TILE: &str = "1001";
+
+/// How many tiles are beside each other, and how many of such rows have a number of four digits.
+const TILES: [i64; 2] = [10, 899];
+
+/// The image of a tile, so many to the right of the first and above it, by the name of the first's; nothing where that has
+/// no number of a first tile, or there is no such tile.
+pub fn tile_image(first: &Path, [right, up]: [i64; 2]) -> Option<PathBuf> {
+    let name = first.file_name()?.to_str()?;
+    let (before, after) = name.rsplit_once(FIRST_TILE)?;
+    if !(0..TILES[0]).contains(&right) || !(0..TILES[1]).contains(&up) {
+        return None;
+    }
+    let number = 1001 + right + TILES[0] * up;
+    let folder = first.parent().unwrap_or(Path::new(""));
+    Some(named(folder, &format!("{before}{number}{after}")))
 }
 
 /// What may be the picture on a material, the likeliest first.
@@ -405,6 +426,24 @@ mod tests {
         assert_eq!(obj.positions.len(), 6);
         assert_eq!(obj.polygon(0), [[0, NONE], [1, NONE], [2, NONE]]);
         assert!(obj.colours.is_empty());
+    }
+
+    #[test]
+    fn tiles_are_numbered_to_the_right_and_then_upwards() {
+        let of = |first: &str, tile: [i64; 2]| tile_image(Path::new(first), tile);
+        let skin = |number: u32| Some(PathBuf::from(format!("a/skin.{number}.png")));
+        assert_eq!(of("a/skin.1001.png", [0, 0]), skin(1001));
+        assert_eq!(of("a/skin.1001.png", [9, 0]), skin(1010));
+        assert_eq!(of("a/skin.1001.png", [2, 1]), skin(1013));
+        for (first, tile) in [
+            ("a/skin.png", [0, 0]),
+            ("1001/skin.png", [0, 0]),
+            ("a/skin.1001.png", [10, 0]),
+            ("a/skin.1001.png", [-1, 0]),
+            ("a/skin.1001.png", [0, 899]),
+        ] {
+            assert_eq!(of(first, tile), None, "{first}, {tile:?}");
+        }
     }
 
     #[test]

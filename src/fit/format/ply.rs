@@ -53,7 +53,8 @@ pub struct PlyMesh {
     pub positions: Vec<DVec3>,
     /// Texture coordinates of the vertices (`s t`, `u v` or `texture_u texture_v`), or none; some may not be finite.
     pub uvs: Vec<DVec2>,
-    /// sRGB colours of the vertices (`red green blue`, `diffuse_red` ... or `r g b`), or none.
+    /// sRGB colours of the vertices (`red green blue`, `diffuse_red` ... or `r g b`), or none; where only polygons have
+    /// colours, the mean of those around each.
     pub colours: Vec<[u8; 3]>,
     /// Polygons (`face`) and what strips (`tristrips`) consist of; their vertices exist.
     pub faces: Vec<Face>,
@@ -72,6 +73,8 @@ pub struct Face {
     pub uvs: Vec<f64>,
     /// Which of the images they belong to (`texnumber`).
     pub image: i64,
+    /// Its colour as the vertices have theirs, 0 to 1, or what a file has in place of that; black where it has none.
+    colour: DVec3,
 }
 
 /// Reads a mesh from a PLY file, ascii or binary of either endianness.
@@ -107,6 +110,7 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
         ..PlyMesh::default()
     };
     let mut found = false;
+    let mut faces_coloured = false;
     for (name, element) in &header.elements {
         let fail = |cause: String| FitError::file(path, format!("element `{name}`: {cause}"));
         // A record takes a byte at the very least: no file can hold more of them.
@@ -118,7 +122,9 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
             )));
         }
         let has = |property: &str| element.properties.iter().any(|(name, _)| name == property);
+        let coloured = CHANNELS.iter().all(|names| names.iter().any(|c| has(c)));
         if (name == "face" || name == "tristrips") && faces {
+            faces_coloured |= coloured && name == "face";
             let read = Parser::<Face>::new()
                 .read_payload_for_element(&mut reader, element, &header)
                 .map_err(|e| fail(one_line(&e)))?;
@@ -141,7 +147,6 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
             }
             // Vertices without a place in the picture may have no number there.
             let textured = vertices.iter().any(|v| v.uv.is_finite());
-            let coloured = CHANNELS.iter().all(|names| names.iter().any(|c| has(c)));
             if textured {
                 mesh.uvs = vertices.iter().map(|v| v.uv).collect();
             }
@@ -173,7 +178,30 @@ fn read(path: &Path, faces: bool) -> FitResult<PlyMesh> {
             return Err(FitError::file(path, cause));
         }
     }
+    if faces_coloured && mesh.colours.is_empty() {
+        mesh.colours_of_faces();
+    }
     Ok(mesh)
+}
+
+impl PlyMesh {
+    /// Gives each vertex the mean colour of the faces around it.
+    fn colours_of_faces(&mut self) {
+        let mut sums = vec![(DVec3::ZERO, 0.0); self.positions.len()];
+        for face in &self.faces {
+            for &v in &face.vertices {
+                let (sum, count) = &mut sums[v as usize];
+                *sum += face.colour;
+                *count += 1.0;
+            }
+        }
+        let mean = |(sum, count): (DVec3, f64)| sum / count.max(1.0);
+        let mut colours: Vec<DVec3> = sums.into_iter().map(mean).collect();
+        self.notes.extend(colours::to_unit(&mut colours));
+        self.colours = colours.into_iter().map(colours::bytes).collect();
+        let note = "colours: of faces, so that a vertex has the mean of those around it";
+        self.notes.push(note.into());
+    }
 }
 
 /// The file as the library takes it: its header in UTF-8, in comments too, without lines that are empty, with names of
@@ -402,19 +430,7 @@ impl PropertyAccess for Vertex {
             "z" => &mut self.position.z,
             "s" | "u" | "texture_u" => &mut self.uv.x,
             "t" | "v" | "texture_v" => &mut self.uv.y,
-            _ if CHANNELS.as_flattened().contains(&name) => {
-                let channel = CHANNELS.iter().position(|names| names.contains(&name));
-                let value = scalar(&property).unwrap_or(0.0);
-                let value = match property {
-                    Property::Float(_) | Property::Double(_) => value,
-                    Property::UShort(_) => value / 65535.0,
-                    // Integers of any other size count as bytes do.
-                    _ => value.clamp(0.0, 255.0) / 255.0,
-                };
-                channel.into_iter().for_each(|c| self.colour[c] = value);
-                return PropertyAccessResult::Set;
-            }
-            _ => return PropertyAccessResult::Ignored,
+            _ => return set_channel(&mut self.colour, name, &property),
         };
         match scalar(&property) {
             Some(value) => *place = value,
@@ -430,6 +446,21 @@ const CHANNELS: [[&str; 3]; 3] = [
     ["green", "diffuse_green", "g"],
     ["blue", "diffuse_blue", "b"],
 ];
+
+/// Sets the channel of a colour that a property is, if it is one: 0 to 1, or what a file has in place of that.
+fn set_channel(colour: &mut DVec3, name: &str, property: &Property) -> PropertyAccessResult {
+    let Some(channel) = CHANNELS.iter().position(|names| names.contains(&name)) else {
+        return PropertyAccessResult::Ignored;
+    };
+    let value = scalar(property).unwrap_or(0.0);
+    colour[channel] = match property {
+        Property::Float(_) | Property::Double(_) => value,
+        Property::UShort(_) => value / 65535.0,
+        // Integers of any other size count as bytes do.
+        _ => value.clamp(0.0, 255.0) / 255.0,
+    };
+    PropertyAccessResult::Set
+}
 
 /// Ends a strip of triangles in a list of them: -1.
 const NO_VERTEX: u32 = u32::MAX;
@@ -479,7 +510,7 @@ impl PropertyAccess for Face {
                 };
             }
             "texnumber" => self.image = scalar(&property).map_or(0, |number| number as i64),
-            _ => return PropertyAccessResult::Ignored,
+            _ => return set_channel(&mut self.colour, name, &property),
         }
         PropertyAccessResult::Set
     }

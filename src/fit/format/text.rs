@@ -1,9 +1,12 @@
 //! Text as programs on any system write it: its encoding, its ends of lines, and names of files in it.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
+use std::fmt;
+use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error, MapAccess, Visitor};
 
 use crate::fit::{FitError, FitResult};
 
@@ -40,6 +43,36 @@ pub fn json<T: DeserializeOwned>(path: &Path) -> FitResult<T> {
     let bytes = std::fs::read(path).map_err(|e| FitError::unread(path, e))?;
     let bytes = plain(&bytes).map_err(|cause| FitError::file(path, cause))?;
     serde_json::from_slice(&bytes).map_err(|e| FitError::file(path, e))
+}
+
+/// The members of a JSON object in their order. One that is there twice is refused: which of them is meant, nobody knows.
+#[derive(Debug)]
+pub struct Members<T>(pub Vec<(String, T)>);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Members<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Object<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Object<T> {
+            type Value = Members<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Members<T>, M::Error> {
+                let mut names = HashSet::new();
+                let mut members = Vec::new();
+                while let Some(name) = map.next_key::<String>()? {
+                    if !names.insert(name.clone()) {
+                        return Err(M::Error::custom(format!("`{name}` is there twice")));
+                    }
+                    members.push((name, map.next_value()?));
+                }
+                Ok(Members(members))
+            }
+        }
+        deserializer.deserialize_map(Object(PhantomData))
+    }
 }
 
 /// Whether a word of text stands for a number that is not finite: also as Microsoft's libraries write that, `-1.#IND` and

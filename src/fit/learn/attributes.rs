@@ -102,8 +102,8 @@ impl Learned {
 /// A person counts once, however many of the faces are theirs, and is held out with all of them.
 ///
 /// # Errors
-/// With fewer people than what else is known of each would need, without labels, when none of them can be learned, or
-/// with a model that does not vary.
+/// With fewer people than what else is known of each would need, without labels, when one of them is not finite or none
+/// can be learned, or with a model that does not vary.
 pub fn learn(
     template: &Template,
     model: &FaceModel,
@@ -123,7 +123,7 @@ pub fn learn(
     }
     let least = 2 * (FOLDS + labels.besides.len());
     if persons.count() < least {
-        let (said, besides) = (persons.said("faces"), labels.besides.len());
+        let (said, besides) = (persons.said_to_be(), labels.besides.len());
         let why = match besides {
             0 => String::new(),
             _ => format!(
@@ -132,9 +132,15 @@ pub fn learn(
                 2 * FOLDS
             ),
         };
-        let cause =
-            format!("{said} are too few to tell labels by; {least} people are the least{why}");
+        let cause = format!("{said} too few to tell labels by; {least} people are the least{why}");
         return Err(FitError::Input(cause));
+    }
+    for (name, values) in &labels.told {
+        let odd = |value: &Option<f64>| value.is_some_and(|value| !value.is_finite());
+        if let Some(face) = values.iter().position(odd) {
+            let cause = format!("label {name:?} of face {face} is not finite");
+            return Err(FitError::Input(cause));
+        }
     }
     if labels.together.is_empty() {
         let cause = "no label of these faces is known";

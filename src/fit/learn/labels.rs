@@ -8,7 +8,7 @@ use serde_json::{Number, Value};
 
 use super::persons::Persons;
 use crate::fit::format::ply;
-use crate::fit::format::text::{decoded, json, plain};
+use crate::fit::format::text::{Members, decoded, json, plain};
 use crate::fit::head::generic_head::ETHNICITIES;
 use crate::fit::{FitError, FitResult};
 
@@ -16,11 +16,12 @@ use crate::fit::{FitError, FitResult};
 pub const FORMAT: &str = r#"labels.json holds an object for each face, by the name of its file without its ending:
   {"anna": {"person": "A", "age": 34, "sex": 0, "ethnicity": [0, 0.5, 0.5], "scanner": {"height": 1.2}},
    "anna again": {"person": "A", "age": 36, "sex": 0}, "emil": {"age": null, "sex": 1}}
-A number is a label. "sex" goes from 0 for female to 1 for male. "ethnicity" is three shares, African, Asian and
-Caucasian, which sum to 1. The numbers of an object in it are what else is known of a person: their part of the faces is
-taken out before labels are learned. Who has no value of a label (null, or nothing), or is not there at all, is left out
-for that label alone. "person" is no label: faces with the same text or number there are scans of one person, who is held
-out whole and counts once; a face without it is a person by itself.
+A number is a label; what is text for all who have it, as notes are, is none, and is left out and named. "sex" goes from 0
+for female to 1 for male. "ethnicity" is three shares, African, Asian and Caucasian, which sum to 1. The numbers of an
+object in it are what else is known of a person: their part of the faces is taken out before labels are learned. Who has
+no value of a label (null, or nothing), or is not there at all, is left out for that label alone. "person" is no label:
+faces with the same text or number there are scans of one person, who is held out whole and counts once; a face without it
+is a person by itself.
 labels.csv may be there in its place, a table with a row a face: the columns are called name, person (or no such column),
 and as labels are; african, asian and caucasian together are the three shares, as they are in labels.json. Between columns
 are commas, semicolons or tabs; beside the latter two 0,5 is a half. An empty cell, or NA, is what is not known; rows and
@@ -43,6 +44,8 @@ const ROUNDED: f64 = 0.01 + 1e-9;
 pub struct Told {
     path: PathBuf,
     faces: BTreeMap<String, BTreeMap<String, Value>>,
+    /// What is text for all faces, and so no label.
+    text: BTreeSet<String>,
 }
 
 impl Told {
@@ -68,7 +71,16 @@ impl Told {
     }
 
     fn json(path: &Path) -> FitResult<Self> {
-        let mut faces: BTreeMap<String, BTreeMap<String, Value>> = json(path)?;
+        let Members(told): Members<Members<Value>> = json(path)?;
+        let faces = told.into_iter();
+        let faces = faces.map(|(face, labels)| (face, labels.0.into_iter().collect()));
+        let mut faces: BTreeMap<String, BTreeMap<String, Value>> = faces.collect();
+        let text = texts(faces.values().flatten().filter_map(|(label, value)| {
+            let text = value.as_str().filter(|text| is_text(text));
+            (!value.is_null()).then_some((label.as_str(), text.is_some()))
+        }));
+        let is_label = |label: &String| !text.contains(label);
+        (faces.values_mut()).for_each(|labels| labels.retain(|label, _| is_label(label)));
         let fail = |face: &str, cause: &str| FitError::file(path, format!("{face}: its {cause}"));
         let known = |value: Option<&Value>| value.is_some_and(|value| !value.is_null());
         for (face, labels) in &mut faces {
@@ -98,6 +110,7 @@ impl Told {
         Ok(Self {
             path: path.to_owned(),
             faces,
+            text,
         })
     }
 
@@ -115,10 +128,15 @@ impl Told {
             })?;
         let columns: Vec<&str> = columns.iter().collect();
         check_columns(&columns).map_err(&fail)?;
+        let records: Vec<_> = (table.records())
+            .collect::<csv::Result<_>>()
+            .map_err(|e| FitError::file(path, e))?;
+        let cells = records.iter().flat_map(|record| columns.iter().zip(record));
+        let known = cells.filter(|(column, cell)| !column.is_empty() && !is_unknown(cell));
+        let text = texts(known.map(|(&column, cell)| (column, is_text(cell))));
         let mut faces = BTreeMap::new();
         let mut rows = BTreeMap::new();
-        for record in table.records() {
-            let record = record.map_err(|e| FitError::file(path, e))?;
+        for record in &records {
             let row = record.position().map_or(0, csv::Position::line);
             let bad = |column: &str, cause: String| {
                 Err(fail(format!("row {row}, column {column}: {cause}")))
@@ -128,14 +146,17 @@ impl Told {
                 continue;
             }
             // In the first column R and pandas count rows.
-            let mut rest = columns.iter().zip(&record).zip(1..).skip(1);
+            let mut rest = columns.iter().zip(record).zip(1..).skip(1);
             let unnamed = rest.find(|((column, cell), _)| column.is_empty() && !cell.is_empty());
             if let Some((_, i)) = unnamed {
                 return Err(fail(format!("its column {i} has no name")));
             }
-            let mut cells: BTreeMap<&str, &str> = columns.iter().copied().zip(&record).collect();
+            let mut cells: BTreeMap<&str, &str> = columns.iter().copied().zip(record).collect();
             cells.remove("");
-            cells.retain(|&column, cell| !cell.is_empty() && (column == NAME || *cell != UNKNOWN));
+            cells.retain(|&column, cell| match column {
+                NAME => !cell.is_empty(),
+                _ => !is_unknown(cell) && !text.contains(column),
+            });
             let Some(name) = cells.remove(NAME) else {
                 return bad(NAME, "it is empty".into());
             };
@@ -185,6 +206,7 @@ impl Told {
         Ok(Self {
             path: path.to_owned(),
             faces,
+            text,
         })
     }
 
@@ -215,6 +237,18 @@ impl Told {
     pub fn has_labels(&self) -> bool {
         let mut labels = self.faces.values().flat_map(BTreeMap::keys);
         labels.any(|label| label != PERSON)
+    }
+
+    /// One line about what is told in words alone, and is no label, where there is any.
+    pub fn in_words(&self) -> Option<String> {
+        let all: Vec<String> = self.text.iter().map(|label| format!("{label:?}")).collect();
+        (!all.is_empty()).then(|| {
+            let path = self.path.display();
+            format!(
+                "{path}: text, no numbers, and so no labels: {}",
+                all.join(", ")
+            )
+        })
     }
 
     /// One line about the names in it that are of no face of a folder, where there are any.
@@ -251,6 +285,32 @@ const NAME: &str = "name";
 
 /// What stands in a cell of which nothing is known, as R writes it.
 const UNKNOWN: &str = "NA";
+
+/// Whether nothing is known by a cell.
+fn is_unknown(cell: &str) -> bool {
+    cell.is_empty() || cell == UNKNOWN
+}
+
+/// Whether a word is text, and no number, nor one that is written otherwise than numbers are read.
+fn is_text(word: &str) -> bool {
+    let digits = word.trim_start_matches(['+', '-']);
+    let digits = digits.trim_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | ','));
+    word.is_empty() || (!digits.is_empty() && word.parse::<f64>().is_err())
+}
+
+/// What is text for all who have it, of labels and whether they are. Of those that have a meaning of their own none is:
+/// who writes text there means it, and is told how it is written.
+fn texts<'a>(told: impl Iterator<Item = (&'a str, bool)>) -> BTreeSet<String> {
+    let mut all: BTreeMap<&str, bool> = BTreeMap::new();
+    for (label, is_text) in told {
+        *all.entry(label).or_insert(true) &= is_text;
+    }
+    let meant = [NAME, PERSON, SHARES, "sex"];
+    let text = all.into_iter().filter(|(label, is_text)| {
+        *is_text && !meant.contains(label) && !ETHNICITIES.contains(label)
+    });
+    text.map(|(label, _)| label.to_owned()).collect()
+}
 
 /// A table with its columns' names, by what is between them: the first of the usual with which one of them is a face's name.
 type Table<'a> = (u8, csv::Reader<&'a [u8]>, csv::StringRecord);
@@ -537,6 +597,20 @@ mod tests {
                 "a: its person is neither text nor a number",
             ),
             ("[]", "labels.json"),
+            (
+                "{\"a\": {\"age\": 20},\n\"b\": {}, \"a\": {\"age\": 30}}",
+                "`a` is there twice at line 2",
+            ),
+            (
+                r#"{"a": {"age": 20, "age": 30}}"#,
+                "`age` is there twice at line 1",
+            ),
+            (r#"{"a": {"age": "20"}}"#, "a: its age is no number"),
+            (
+                r#"{"a": {"ethnicity": "Asian"}}"#,
+                "a: its ethnicity is no number",
+            ),
+            (r#"{"a": {"age": 1e999}}"#, "out of range at line 1"),
         ] {
             let error = read("labels.json", text).unwrap_err().to_string();
             assert!(
@@ -648,6 +722,28 @@ mod tests {
             );
             assert_eq!(error.lines().count(), 1, "{error}");
         }
+    }
+
+    #[test]
+    fn what_is_text_for_all_is_no_label_and_is_named() {
+        let table = "name,notes,age,scanner,scanned\na,\"wears glasses, 2\",20,EinScan,2024-05-01\n\
+                     b,,30,NA,2024-05-02\n";
+        let object = r#"{"a": {"notes": "", "age": 20, "scanner": "EinScan", "scanned": "2024-05-01"},
+                         "b": {"notes": "bearded", "age": 30, "scanner": null}}"#;
+        for (name, text) in [("labels.csv", table), ("labels.json", object)] {
+            let (told, labels) = read(name, text).unwrap();
+            assert_eq!(
+                labels.told,
+                [("age".into(), [20.0, 30.0].map(Some).to_vec())]
+            );
+            let said = told.in_words().unwrap();
+            let end = format!(
+                "{name}: text, no numbers, and so no labels: \"notes\", \"scanned\", \"scanner\""
+            );
+            assert!(said.ends_with(&end), "{said}");
+        }
+        let (told, _) = read("labels.csv", "name,person,age\na,Ann,20\n").unwrap();
+        assert_eq!(told.in_words(), None);
     }
 
     #[test]

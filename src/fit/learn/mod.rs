@@ -274,8 +274,8 @@ impl<'a> Learner<'a> {
         persons.check(faces.len())?;
         if persons.count() < 3 {
             return Err(FitError::Input(format!(
-                "{} are too few to learn from; 3 is the least",
-                persons.said("faces")
+                "{} too few to learn from; 3 is the least",
+                persons.said_to_be()
             )));
         }
         if let Some(other) = faces.iter().position(|f| f.len() != n) {

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::labels::Told;
 use crate::Random;
+use crate::fit::error::faces_are;
 use crate::fit::{FitError, FitResult};
 
 /// Whom each of some faces is of: a number a face, which grows from 0 in the order of the people's first faces.
@@ -68,8 +69,18 @@ impl Persons {
     /// "120 faces".
     pub fn said(&self, single: &str) -> String {
         match self.are_single() {
+            true if self.faces() == 1 => "1 face".into(),
             true => format!("{} {single}", self.faces()),
+            false if self.count() == 1 => format!("{} scans of 1 person", self.faces()),
             false => format!("{} scans of {} people", self.faces(), self.count()),
+        }
+    }
+
+    /// The same with a verb: "1 face is", "480 scans of 120 people are".
+    pub(in crate::fit) fn said_to_be(&self) -> String {
+        match self.are_single() {
+            true => faces_are(self.faces()),
+            false => format!("{} are", self.said("faces")),
         }
     }
 
@@ -259,6 +270,7 @@ mod tests {
         assert!((sum - 3.0).abs() < 1e-15, "{sum}");
         assert_eq!(persons.said("faces"), "5 scans of 3 people");
         assert_eq!(persons.some(&[1, 4]).said("faces"), "2 faces");
+        assert_eq!(persons.some(&[4]).said("people"), "1 face");
         assert_eq!(persons.some(&[4, 2, 0]), of(&[0, 1, 1]));
         assert_eq!(Persons::default().count(), 0);
         let face = |x: f64| vec![DVec3::splat(0.1 * x), DVec3::X];

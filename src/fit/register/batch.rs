@@ -412,18 +412,15 @@ pub fn jobs(scans: &Path, output: &Path) -> FitResult<Jobs> {
     for path in &files {
         let ending = path.extension().unwrap_or_default();
         let ending = &*ending.to_string_lossy().to_lowercase();
-        let of_name = if ENDINGS.contains(&ending) {
-            &mut found
+        let (of_name, name) = if ENDINGS.contains(&ending) {
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            (&mut found, name.into_owned())
         } else if landmarks::ENDINGS.contains(&ending) {
-            &mut points
+            (&mut points, landmarks::scan_name(path))
         } else {
             continue;
         };
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        of_name
-            .entry(name.into_owned())
-            .or_default()
-            .push(path.clone());
+        of_name.entry(name).or_default().push(path.clone());
     }
     let deeper = folders_of_scans(scans, output);
     if found.is_empty() {

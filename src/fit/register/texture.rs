@@ -35,6 +35,8 @@ const FACING: f64 = 0.5;
 const FADE: f64 = 80.0;
 /// No tone is further than this factor from the painted colours.
 const LARGEST_TONE: f64 = 20.0;
+/// Within a triangle a picture repeats no more often, to either side: more is no picture of a face.
+const MOST_REPEATS: f64 = 4.0;
 /// A side of a baked image, texels: beyond 8192 no browser shows it.
 const SIZES: std::ops::RangeInclusive<usize> = 16..=8192;
 
@@ -328,13 +330,23 @@ impl<'a> Level<'a> {
     fn of(texture: &'a Texture) -> Self {
         let size = [texture.width, texture.height];
         let mut inside = vec![false; size[0] * size[1]];
+        let scale = DVec2::new(size[0] as f64, size[1] as f64);
         for uvs in texture.triangles.iter().filter(|t| **t != Texture::BARE) {
-            let scale = DVec2::new(size[0] as f64, size[1] as f64);
             let corners = uvs.map(|uv| {
                 let uv = texture.uvs[uv as usize];
-                DVec2::new(uv.x, 1.0 - uv.y) * scale
+                DVec2::new(uv.x, 1.0 - uv.y)
             });
-            cells(corners, size, |at| inside[at] = true);
+            // The picture repeats: what is beyond it is in it again.
+            let first = corners[0].min(corners[1]).min(corners[2]).floor();
+            let corners = corners.map(|corner| corner - first);
+            let end = corners[0].max(corners[1]).max(corners[2]).ceil();
+            let [columns, rows] = end.min(DVec2::splat(MOST_REPEATS)).to_array();
+            for tile in (0..rows as usize).flat_map(|y| (0..columns as usize).map(move |x| [x, y]))
+            {
+                let tile = DVec2::new(tile[0] as f64, tile[1] as f64);
+                let own = corners.map(|corner| (corner - tile) * scale);
+                cells(own, size, |at| inside[at] = true);
+            }
         }
         Self {
             size,
@@ -732,6 +744,31 @@ mod tests {
             level = level.halved();
         }
         assert_eq!(level.pixels[0], [100; 3]);
+    }
+
+    #[test]
+    fn what_is_beyond_the_picture_is_in_it_again() {
+        // The chart from above, elsewhere, and a triangle that goes over the edge of the picture.
+        let level = |uvs: [DVec2; 3]| {
+            let texture = Texture {
+                uvs: uvs.to_vec(),
+                triangles: vec![[0, 1, 2]],
+                width: 16,
+                height: 16,
+                pixels: vec![[0; 3]; 16 * 16],
+            };
+            Level::of(&texture).inside
+        };
+        let chart = [(0.1, 0.2), (0.9, 0.3), (0.4, 0.8)].map(DVec2::from);
+        let here = level(chart);
+        assert!(here.iter().filter(|inside| **inside).count() > 30);
+        for shift in [(1.0, 0.0), (-3.0, 7.0), (1e6, -1e6)].map(DVec2::from) {
+            assert_eq!(level(chart.map(|uv| uv + shift)), here, "{shift}");
+        }
+        let over = level(chart.map(|uv| uv + DVec2::new(0.5, 0.0)));
+        let halves = |row: &[bool]| [&row[8..], &row[..8]].concat();
+        let moved: Vec<bool> = here.chunks(16).flat_map(halves).collect();
+        assert_eq!(over, moved);
     }
 
     #[test]

@@ -263,6 +263,16 @@ fn mend(root: &mut gltf::json::Root) -> Result<(), String> {
             accessor.max.clone_from(&accessor.min);
         }
     }
+    // A texture that is there as WebP alone; where it has another image besides, that shows the same.
+    for texture in &mut root.textures {
+        let webp = texture.extensions.as_ref();
+        let webp = webp.and_then(|all| all.others.get("EXT_texture_webp")?.get("source")?.as_u64());
+        if let Some(webp) = webp.and_then(|index| u32::try_from(index).ok())
+            && texture.source.value() == u32::MAX as usize
+        {
+            texture.source = gltf::json::Index::new(webp);
+        }
+    }
     for (index, image) in root.images.iter_mut().enumerate() {
         match (&image.buffer_view, &image.uri) {
             (None, None) => return Err(format!("image {index}: neither bytes nor a file")),

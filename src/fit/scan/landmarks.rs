@@ -1,21 +1,21 @@
 //! The points that come with a scan.
 //!
-//! Three forms are read, in the scan's units: a JSON object, name -> [x, y, z], or [x, y, z, error] where it is known
+//! Four forms are read, in the scan's units: a JSON object, name -> [x, y, z], or [x, y, z, error] where it is known
 //! how far a point is off; plain text of 68 lines "x y z", the iBUG points in their order, also with what a `.pts` file
-//! has around them; and those points as menpo writes them, `.ljson`.
+//! has around them; those points as menpo writes them, `.ljson`; and points as MeshLab saves those that were picked, `.pp`,
+//! with their names, or with the numbers of the iBUG points.
 
 use std::collections::HashMap;
-use std::fmt;
 use std::path::Path;
 
 use glam::DVec3;
-use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
+use roxmltree::{Document, Node, ParsingOptions};
 
 use super::check::{Placement, spread};
 use super::unit::LARGEST_FACE;
 use super::{Scan, Unit, extent};
 use crate::fit::format::files::write_atomically;
-use crate::fit::format::text::{decoded, lines, plain};
+use crate::fit::format::text::{Members, decoded, lines, plain};
 use crate::fit::head::template::Template;
 use crate::fit::{FitError, FitResult};
 
@@ -44,7 +44,7 @@ pub struct Landmarks {
 /// ([`Unit::Own`]). Positions, scale and notes of the scan then follow.
 ///
 /// # Errors
-/// When the file is in neither form, a name is unknown or there twice, numbers are missing or not
+/// When the file is in none of the forms, a name is unknown or there twice, numbers are missing or not
 /// finite, there are fewer than four points or they do not span space, or they are of no face's
 /// size in the unit that was asked for, or beside the scan: with the file and the name or line.
 pub fn read(path: &Path, scan: &mut Scan, template: &Template) -> FitResult<Landmarks> {
@@ -103,12 +103,20 @@ pub(in crate::fit) fn read_file(path: &Path, template: &Template) -> FitResult<L
         path.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case(ending))
     };
-    let bad = |e: serde_json::Error| fail(format!("no landmarks: {e}"));
     let named = if is("ljson") {
-        from_menpo(&serde_json::from_slice(&bytes).map_err(bad)?).map_err(fail)?
+        let file = serde_json::from_slice(&bytes);
+        let file = file.map_err(|e| fail(format!("no landmarks: {e}")))?;
+        from_menpo(&file).map_err(fail)?
+    } else if is("pp") {
+        from_meshlab(&decoded(&bytes)).map_err(fail)?
     } else if is("json") || bytes.trim_ascii_start().starts_with(b"{") {
-        let Entries(entries) = serde_json::from_slice(&bytes).map_err(bad)?;
-        entries
+        let read = serde_json::from_slice(&bytes);
+        let Members(named) = read.map_err(|e| {
+            fail(format!(
+                "no landmarks, name -> [x, y, z] or [x, y, z, error]: {e}"
+            ))
+        })?;
+        named
     } else {
         from_lines(&bytes).map_err(fail)?
     };
@@ -168,7 +176,21 @@ pub(in crate::fit) fn read_file(path: &Path, template: &Template) -> FitResult<L
 }
 
 /// The endings of files of landmarks, the likeliest first.
-pub const ENDINGS: [&str; 4] = ["json", "txt", "pts", "ljson"];
+pub const ENDINGS: [&str; 5] = ["json", "txt", "pts", "ljson", "pp"];
+
+/// What MeshLab puts behind a scan's name for a file of its points.
+const PICKED: &str = "_picked_points";
+
+/// The name of the scan that a file of landmarks is of: its own without its ending, and without what MeshLab puts behind
+/// the scan's.
+pub fn scan_name(path: &Path) -> String {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let is_picked = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("pp"));
+    let scan = name.strip_suffix(PICKED).filter(|_| is_picked);
+    scan.unwrap_or(&name).to_owned()
+}
 
 /// The name of an iBUG point.
 fn ibug(number: usize) -> String {
@@ -191,6 +213,67 @@ fn from_menpo(file: &serde_json::Value) -> Result<Vec<(String, Vec<f64>)>, Strin
             Some((ibug(i), numbers.collect::<Option<_>>()?))
         })
         .collect())
+}
+
+/// The points of a file of MeshLab's without those that are not active, which nobody has picked. Where all are called by
+/// numbers, as MeshLab calls them by itself, they are the iBUG points, from 0 or from 1.
+fn from_meshlab(text: &str) -> Result<Vec<(String, Vec<f64>)>, String> {
+    // Each begins with a document type.
+    let options = ParsingOptions {
+        allow_dtd: true,
+        ..ParsingOptions::default()
+    };
+    let file = Document::parse_with_options(text, options);
+    let file = file.map_err(|e| format!("no landmarks: {e}"))?;
+    let root = file.root_element();
+    if !root.has_tag_name("PickedPoints") {
+        let name = root.tag_name().name();
+        return Err(format!("no landmarks: <{name}>, not <PickedPoints>"));
+    }
+    let points = root.children().filter(|node| node.has_tag_name("point"));
+    let points: Vec<Node> = points.collect();
+    let name = |point: &Node| {
+        point
+            .attribute("name")
+            .unwrap_or_default()
+            .trim()
+            .to_owned()
+    };
+    let numbers = points.iter().map(|point| name(point).parse().ok());
+    let numbers: Option<Vec<usize>> = numbers.collect();
+    let first = numbers.as_deref().and_then(|n| n.iter().min().copied());
+    if let (Some(numbers), Some(first)) = (&numbers, first) {
+        let last = numbers.iter().max().copied().unwrap_or(first);
+        if numbers.len() != IBUG || first > 1 || last != first + IBUG - 1 {
+            return Err(format!(
+                "{} points called {first} to {last}: points have names, or the {IBUG} iBUG points their numbers",
+                numbers.len()
+            ));
+        }
+    }
+    let named = |(i, point): (usize, &Node)| {
+        let name = match (&numbers, first) {
+            (Some(numbers), Some(first)) => ibug(numbers[i] - first),
+            _ => name(point),
+        };
+        let number = |axis: &str| {
+            let place = || {
+                let line = file.text_pos_at(point.range().start).row;
+                format!("line {line}: landmark `{name}`")
+            };
+            let word = point.attribute(axis);
+            let word = word.ok_or_else(|| format!("{} has no {axis}", place()))?;
+            let value = word.trim().parse::<f64>();
+            value.map_err(|_| format!("{}: `{word}` is no number", place()))
+        };
+        let [x, y, z] = ["x", "y", "z"].map(number);
+        let numbers = vec![x?, y?, z?];
+        Ok((name, numbers))
+    };
+    let all = points.iter().enumerate();
+    all.filter(|(_, point)| point.attribute("active") != Some("0"))
+        .map(named)
+        .collect()
 }
 
 /// The iBUG points from lines "x y z"; commas may stand between the numbers, `#` begins a comment. What a
@@ -280,29 +363,4 @@ fn settle_unit(
         scan.say_unit(likely, "because the landmarks then are a face's");
     }
     Ok(())
-}
-
-/// The members of a JSON object in their order, with those that are there twice.
-struct Entries(Vec<(String, Vec<f64>)>);
-
-impl<'de> Deserialize<'de> for Entries {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Object;
-        impl<'de> Visitor<'de> for Object {
-            type Value = Entries;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("an object, name -> [x, y, z] or [x, y, z, error]")
-            }
-
-            fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Entries, M::Error> {
-                let mut entries = Vec::new();
-                while let Some(entry) = map.next_entry()? {
-                    entries.push(entry);
-                }
-                Ok(Entries(entries))
-            }
-        }
-        deserializer.deserialize_map(Object)
-    }
 }

@@ -76,10 +76,11 @@ pub(super) fn obj(path: &Path, pictures: bool) -> FitResult<MeshFile> {
             .collect();
     }
     // An image is opened when a polygon has it.
-    let mut opened: Vec<(&PathBuf, Option<usize>)> = Vec::new();
+    let mut opened: HashMap<PathBuf, Option<usize>> = HashMap::new();
     let mut cut = 0;
     let mut lines = 0;
     let mut points = Vec::new();
+    let mut tiled = HashMap::new();
     for (r, run) in obj.runs.iter().enumerate() {
         let end = obj
             .runs
@@ -88,20 +89,31 @@ pub(super) fn obj(path: &Path, pictures: bool) -> FitResult<MeshFile> {
         let named = images
             .iter()
             .find(|(material, _)| *material == run.material);
+        let named = named.filter(|_| run.first < end).map(|(_, name)| name);
+        let is_tiled = named.is_some_and(|name| {
+            let known = tiled.entry(name);
+            *known.or_insert_with(|| file.is_tiled(path, &obj, &images, name))
+        });
         let mut image = None;
-        if let Some((_, name)) = named.filter(|_| run.first < end) {
-            let known = opened.iter().find(|(other, _)| *other == name);
-            image = match known {
-                Some(&(_, image)) => image,
-                None => {
-                    let image = file.open_image(name);
-                    opened.push((name, image));
-                    image
-                }
-            };
+        let mut tiles = HashMap::new();
+        if let Some(name) = named.filter(|_| !is_tiled) {
+            image = file.open_once(name, &mut opened);
         }
         for index in run.first..end {
             let polygon = obj.polygon(index);
+            if let Some(first) = named.filter(|_| is_tiled) {
+                image = tile_of(&obj, polygon).and_then(|tile| {
+                    *tiles.entry(tile).or_insert_with(|| {
+                        let image = obj::tile_image(first, tile);
+                        let name = first.display();
+                        let note = format!("no texture: some faces are in no tile of {name}");
+                        if image.is_none() && !file.notes.contains(&note) {
+                            file.notes.push(note);
+                        }
+                        file.open_once(&image?, &mut opened)
+                    })
+                });
+            }
             lines += usize::from(polygon.len() < 3);
             cut += usize::from(polygon.len() > 3);
             points.clear();
@@ -119,6 +131,15 @@ pub(super) fn obj(path: &Path, pictures: bool) -> FitResult<MeshFile> {
     file.positions = obj.positions;
     file.uvs = obj.uvs;
     Ok(file)
+}
+
+/// In which tile of its picture a polygon is, counted to the right and upwards; nothing where a corner has no place.
+fn tile_of(obj: &Obj, polygon: &[[u32; 2]]) -> Option<[i64; 2]> {
+    let places = polygon.iter().map(|&[_, uv]| obj.uvs.get(uv as usize));
+    let sum: DVec2 = places.sum::<Option<DVec2>>()?;
+    let middle = sum / polygon.len() as f64;
+    let tile = middle.floor();
+    middle.is_finite().then_some([tile.x as i64, tile.y as i64])
 }
 
 /// The images of an OBJ file's materials. What cannot be read is noted: a scan without its
@@ -301,7 +322,7 @@ impl MeshFile {
 
     /// The image beside a scan that has the scan's name, which is said.
     fn image_beside(&mut self, path: &Path) -> Option<PathBuf> {
-        let found = ["jpg", "jpeg", "png", "bmp", "tga"]
+        let found = ["jpg", "jpeg", "png", "webp", "tif", "tiff", "bmp", "tga"]
             .iter()
             .flat_map(|ending| [(*ending).to_owned(), ending.to_uppercase()])
             .map(|ending| path.with_extension(ending))
@@ -312,6 +333,58 @@ impl MeshFile {
         );
         self.notes.push(note);
         Some(found)
+    }
+
+    /// Whether an image is the first of several tiles, by its name and by what is there of those that polygons are in. A
+    /// scan that has such a number itself is one of many, and what has the next is another's.
+    fn is_tiled(
+        &mut self,
+        scan: &Path,
+        obj: &Obj,
+        images: &[(String, PathBuf)],
+        first: &Path,
+    ) -> bool {
+        if obj::tile_image(first, [0, 0]).is_none() || obj::tile_image(scan, [0, 0]).is_some() {
+            return false;
+        }
+        let is_on = |material: &str| images.iter().find(|(m, _)| m == material);
+        let mut tiles = BTreeSet::new();
+        for (r, run) in obj.runs.iter().enumerate() {
+            let end = obj
+                .runs
+                .get(r + 1)
+                .map_or(obj.polygons(), |next| next.first);
+            if is_on(&run.material).is_some_and(|(_, image)| image == first) {
+                let polygons = (run.first..end).map(|index| obj.polygon(index));
+                tiles.extend(polygons.filter_map(|polygon| tile_of(obj, polygon)));
+            }
+        }
+        tiles.remove(&[0, 0]);
+        let others = tiles
+            .iter()
+            .filter_map(|&tile| obj::tile_image(first, tile));
+        let others: Vec<PathBuf> = others.collect();
+        let is_tiled = others.iter().any(|image| image.is_file());
+        if let Some(missing) = others.first().filter(|_| !is_tiled) {
+            let (first, missing) = (first.display(), missing.display());
+            let note = format!("texture: {first} is repeated, as {missing} is not there");
+            self.notes.push(note);
+        }
+        is_tiled
+    }
+
+    /// The same once for each image.
+    fn open_once(
+        &mut self,
+        name: &Path,
+        opened: &mut HashMap<PathBuf, Option<usize>>,
+    ) -> Option<usize> {
+        if let Some(&image) = opened.get(name) {
+            return image;
+        }
+        let image = self.open_image(name);
+        opened.insert(name.to_owned(), image);
+        image
     }
 
     /// Opens an image: its place among the scan's. Where that fails it has none and says so.
@@ -330,7 +403,7 @@ impl MeshFile {
         }
     }
 
-    /// Decodes an image, PNG, JPEG or BMP, or TGA by the ending of its name: its place among the scan's.
+    /// Decodes an image, PNG, JPEG, WebP, TIFF or BMP, or TGA by the ending of its name: its place among the scan's.
     pub fn decode_image(&mut self, bytes: &[u8], name: &str) -> Option<usize> {
         let kind = image::guess_format(bytes).or_else(|e| {
             // A TGA file does not say that it is one.
@@ -403,8 +476,9 @@ impl MeshFile {
                 *uvs = Texture::BARE;
                 continue;
             };
-            // Images repeat, and numbers of some images begin at others than 0.
-            let tile = a.min(b).min(c).floor();
+            // Images repeat, and numbers of some images begin at others than 0. By the middle, which no rounding moves
+            // into the tile beside.
+            let tile = ((a + b + c) / 3.0).floor();
             let size = DVec2::new(
                 self.images[image].width().into(),
                 self.images[image].height().into(),

@@ -38,6 +38,7 @@ use serde::{Deserialize, Serialize};
 
 pub use support::{Region, face_parts, head_parts};
 
+use crate::fit::error::faces_are;
 use crate::fit::mesh::geodesic::Geodesic;
 use crate::fit::statistics::pca::Pca;
 use crate::fit::{FitError, FitResult};
@@ -661,7 +662,8 @@ fn check<'f>(
     let refuse = |cause: String| Err(FitError::Input(cause));
     if faces < 3 {
         return refuse(format!(
-            "{faces} faces are too few to learn from; 3 is the least"
+            "{} too few to learn from; 3 is the least",
+            faces_are(faces)
         ));
     }
     let n = face(0).len();

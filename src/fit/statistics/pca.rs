@@ -4,6 +4,7 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::gram::{columns, gram, inner, sums};
+use crate::fit::error::faces_are;
 use crate::fit::{FitError, FitResult};
 
 /// A truncated PCA.
@@ -81,7 +82,8 @@ impl Spectrum {
         let f = samples.len();
         if f < 3 {
             return Err(FitError::Input(format!(
-                "{f} faces are too few to learn from; 3 is the least"
+                "{} too few to learn from; 3 is the least",
+                faces_are(f)
             )));
         }
         let dimension = samples[0].len();

@@ -266,8 +266,8 @@ pub fn validate<'a>(
     let count_of_people = persons.count();
     if count_of_people < FEWEST {
         return Err(FitError::Input(format!(
-            "{} are too few to hold any out and learn from the others; {FEWEST} is the least",
-            persons.said("faces")
+            "{} too few to hold any out and learn from the others; {FEWEST} is the least",
+            persons.said_to_be()
         )));
     }
     let settings = Learning {
