@@ -29,15 +29,23 @@ const mean = (/** @type {number[]} */ values) => values.reduce((sum, value) => s
 const median = model.face();
 const usual = distances(median);
 
-/** How far fits to some points of the heads are off, mm. @param {(mesh: number[]) => { points: Float64Array, jawNoise?: number }} marks */
+/** Lengths of a face that is as large as another. @param {number[]} a @param {number[]} b */
+function asLarge(a, b) {
+  const size = a.reduce((sum, value, i) => sum + value * b[i], 0) / a.reduce((sum, value) => sum + value ** 2, 0);
+  return a.map((value) => value * size);
+}
+
+/** How far fits to some points of the heads are off, mm, as they are and in shape alone. @param {(mesh: number[]) => { points: Float64Array, jawNoise?: number }} marks */
 async function off(marks) {
-  const each = [];
+  const [each, shapes] = [[], []];
   for (const { code, size, points } of heads) {
     const [face, fitted] = [code, (await model.fitPhoto({ width: size[0], height: size[1], ...marks(points) })).code].map((own) => model.fromCode(own));
-    each.push(apart(distances(face), distances(fitted)));
+    const [truth, found] = [face, fitted].map(distances);
+    each.push(apart(truth, found));
+    shapes.push(apart(asLarge(found, truth), truth));
     for (const own of [face, fitted]) own.free();
   }
-  return mean(each);
+  return [mean(each), mean(shapes)];
 }
 
 describe('what a detector found', () => {
@@ -75,19 +83,21 @@ describe('what a detector found', () => {
   });
 
   test('gives a face that is nearer to the person than the median face is', async (t) => {
-    const nobody = mean(
-      heads.map(({ code }) => {
-        const face = model.fromCode(code);
-        const far = apart(distances(face), usual);
-        face.free();
-        return far;
-      }),
-    );
+    const truths = heads.map(({ code }) => {
+      const face = model.fromCode(code);
+      const truth = distances(face);
+      face.free();
+      return truth;
+    });
+    const nobody = [mean(truths.map((truth) => apart(truth, usual))), mean(truths.map((truth) => apart(asLarge(usual, truth), truth)))];
     const [raw, corrected] = [await off((mesh) => ({ points: ibugOf(mesh) })), await off(marksOf)];
-    t.diagnostic(`${corrected.toFixed(2)} mm, from the points as they are ${raw.toFixed(2)}, the median face ${nobody.toFixed(2)}`);
-    assert.ok(corrected < nobody, `${corrected} mm, the median face ${nobody}`);
-    // What is taken off is most of what made fits worse than no fit.
-    assert.ok(corrected < 0.85 * raw, `${corrected} mm, ${raw} from the points as they are`);
+    for (const [i, what] of ['', ' in shape'].entries()) {
+      t.diagnostic(`${corrected[i].toFixed(2)} mm${what}, from the points as they are ${raw[i].toFixed(2)}, the median face ${nobody[i].toFixed(2)}`);
+      // Of 180 heads that the detector's errors were not learned from, shapes are nearer by an eighth.
+      assert.ok(corrected[i] < 0.9 * nobody[i], `${corrected[i]} mm${what}, the median face ${nobody[i]}`);
+      // What is taken off is most of what made fits worse than no fit.
+      assert.ok(corrected[i] < 0.8 * raw[i], `${corrected[i]} mm${what}, ${raw[i]} from the points as they are`);
+    }
   });
 
   test('of a jaw is refused a noise that is none', async () => {

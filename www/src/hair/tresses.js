@@ -116,6 +116,7 @@ const VERTEX = /* glsl */ `
     hair = mix(skin, hair, cover);
     vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
     vec3 shine = vec3(0.0);
+    vec3 sheen = vec3(0.0);
     // Locks lie at angles of their own, or all would shine in one line.
     float tilt = 0.3 * (fract(strand.x * 0.7548776662) - 0.5);
     for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
@@ -131,9 +132,11 @@ const VERTEX = /* glsl */ `
       float second = dot(normalize(along - (0.12 - tilt) * normal), halfway);
       shine += sent * pow(max(0.0, 1.0 - first * first), 45.0) * 0.08;
       shine += sent * pow(hair, vec3(0.6)) * pow(max(0.0, 1.0 - second * second), 9.0) * 0.2 * (1.0 - 0.7 * own.r);
+      // Short hairs point everywhere: together they shine as what they grow on is rounded.
+      sheen += sent * pow(saturate(dot(normal, halfway)), 5.0) * 0.035;
     }
     vColour = onScreen(sum);
-    vShine = onScreen(sum + gloss * cover * shine) - vColour;
+    vShine = onScreen(sum + cover * mix(sheen, shine, gloss)) - vColour;
 
     vec3 across = cross(along, toEye);
     view.xyz += across / max(0.2, length(across)) * sign(course.w) * drawn;

@@ -65,7 +65,7 @@ async function start(folder) {
   scope.importScripts(new URL('face_mesh.js', folder).href);
   mesh = new scope.FaceMesh({ locateFile: (/** @type {string} */ file) => new URL(file, folder).href });
   // On the CPU it gives the same points on every machine. WebGL 2 it needs all the same.
-  mesh.setOptions({ maxNumFaces: 6, useCpuInference: true, refineLandmarks: false, selfieMode: false });
+  mesh.setOptions({ maxNumFaces: 6, useCpuInference: true, refineLandmarks: true, selfieMode: false });
   mesh.onResults((/** @type {any} */ results) => (seen = results.multiFaceLandmarks ?? []));
   await mesh.initialize();
 }
