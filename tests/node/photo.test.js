@@ -91,6 +91,7 @@ describe('a photo', () => {
       [[5], /a photo must be an object/],
       [[{ ...side, points: side.points.slice(2) }], /67 points were given of another photo, a face has 68/],
       [[{ ...side, focal: 0 }], /the focal length must be above 0 px, not 0/],
+      [[{ ...side, noise: 0 }], /the points' noise must be above 0 px/],
       [[{ ...side, jawNoise: NaN }], /the jaw's noise must be above 0 px/],
       [[{ ...side, others: [] }], /fitPhoto knows no option "others"/],
     ]) {

@@ -96,6 +96,11 @@ export interface PhotoView {
    */
   focal?: number | undefined;
   /**
+   * By how much points are off along each axis, px, one standard deviation, if that is known. Otherwise it is estimated by how
+   * well a face has them, which a detector's points are too good for: what they are off by makes another face.
+   */
+  noise?: number | undefined;
+  /**
    * By how much the 17 points of the jaw are off across the face's outline, px, one standard deviation, if
    * that is known and more than the other points are: detectors see eyes better than where a face ends.
    */

@@ -85,10 +85,10 @@ export function createFitter({ modelUrl, expressionsUrl }, lost) {
      * The pixels and points as the worker sees them; alpha is how much of a pixel is the person's, if that is
      * known.
      * @param {{ bitmap: ImageBitmap, width: number, height: number, focal?: number }} photo
-     * @param {{ points: Float64Array, jawNoise?: number }} marks px of the photo
+     * @param {{ points: Float64Array, noise?: number, jawNoise?: number }} marks px of the photo
      * @param {import('./faces.js').Person | null} person
      */
-    pixels({ bitmap, width, height, focal }, { points, jawNoise }, person) {
+    pixels({ bitmap, width, height, focal }, { points, noise, jawNoise }, person) {
       const scale = scaleOf({ width, height }, points);
       const size = { width: Math.max(1, Math.round(scale * width)), height: Math.max(1, Math.round(scale * height)) };
       const canvas = new OffscreenCanvas(size.width, size.height);
@@ -111,6 +111,7 @@ export function createFitter({ modelUrl, expressionsUrl }, lost) {
         ...size,
         points: points.map((value) => value * scale),
         focal: focal && focal * scale,
+        noise: noise && noise * scale,
         jawNoise: jawNoise && jawNoise * scale,
         rgba,
         /** From the worker's px to the photo's. */

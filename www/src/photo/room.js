@@ -383,9 +383,9 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   /** What of the present photo counts in another of the same person, and of those before. @returns {typeof others} */
   function views() {
     if (!photo || !fitted) return others;
-    const { width, height, points, focal, jawNoise, rgba } = fitted.pixels;
+    const { width, height, points, focal, noise, jawNoise, rgba } = fitted.pixels;
     const detail = fitter.detail(photo, fitted.points) ?? undefined;
-    return [...others, { view: { width, height, points, focal, jawNoise }, seen: { width, height, rgba, detail } }];
+    return [...others, { view: { width, height, points, focal, noise, jawNoise }, seen: { width, height, rgba, detail } }];
   }
   /** The pixels of the others. */
   const besides = () => others.map(({ seen }) => seen);
@@ -542,9 +542,10 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
         if (here !== visit) return found?.mask.close();
         person = found;
       }
-      // A jaw that somebody placed is believed as other points are.
-      const placed = points.subarray(0, 2 * INNER_FROM).some((value, k) => value !== detected?.points[k]);
-      const pixels = fitter.pixels(photo, { points, jawNoise: placed ? undefined : detected?.jawNoise }, person);
+      // What somebody placed is believed more: a jaw as other points are, and these as far as a face has them.
+      const [jaw, inner] = [[0, 2 * INNER_FROM], [2 * INNER_FROM]].map(([from, to]) => !points.subarray(from, to).some((value, k) => value !== detected?.points[from + k]));
+      const marks = { points, noise: inner ? detected?.noise : undefined, jawNoise: jaw ? detected?.jawNoise : undefined };
+      const pixels = fitter.pixels(photo, marks, person);
       controls.progress(0);
       say(text.photo.fitting);
       show('busy');
