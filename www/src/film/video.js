@@ -17,6 +17,9 @@ const ROOM = 768 * 1024 * 1024;
 /** Frames from one that stands alone to the next: how finely a player can jump. */
 const KEY_FRAME = 25;
 
+/** What a busy machine takes to hand a frame to the recorder, ms. */
+const DELIVERED = 100;
+
 /** Frames that may wait for the encoder. */
 const QUEUE = 8;
 
@@ -156,8 +159,10 @@ async function record(frames, fps, options, { progress, signal }) {
       // The last frame is shown as long as the others.
       await new Promise((next) => setTimeout(next, start + (1000 * (at + 1)) / fps - performance.now()));
     }
-    // A recording lasts until its last frame comes: this one ends it.
+    // A recording lasts until its last frame comes: this one ends it, where it comes before the end of the recorder.
+    context.drawImage(frames[frames.length - 1], 0, 0);
     track.requestFrame();
+    await new Promise((next) => setTimeout(next, DELIVERED));
   } finally {
     if (recorder.state !== 'inactive') recorder.stop();
     track.stop();
