@@ -73,12 +73,18 @@ impl FitError {
     }
 }
 
-/// How many faces there are, and the verb: "1 face is", "2 faces are".
+/// So many faces, in words: "1 face", "2 faces".
+pub fn counted(faces: usize) -> String {
+    format!("{faces} face{}", if faces == 1 { "" } else { "s" })
+}
+
+/// The same with a verb: "1 face is", "2 faces are".
 pub(in crate::fit) fn faces_are(count: usize) -> String {
-    match count {
-        1 => "1 face is".into(),
-        _ => format!("{count} faces are"),
-    }
+    format!(
+        "{} {}",
+        counted(count),
+        if count == 1 { "is" } else { "are" }
+    )
 }
 
 /// A result whose error is a [`FitError`].

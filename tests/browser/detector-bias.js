@@ -13,7 +13,7 @@
 
 import { readFile, writeFile } from 'node:fs/promises';
 import { load } from '../../pkg/index.js';
-import { COUNT, INNER_FROM, frameOf, ibugOf, looking } from '../../www/src/photo/points.js';
+import { COUNT, INNER_FROM, expectedError, frameOf, ibugOf, less, looking, mapped, size } from '../../www/src/photo/points.js';
 
 const file = process.argv[2];
 if (!file) {
@@ -81,10 +81,6 @@ const leastSquares = (of, to, ridge = 0) =>
       ...to[0].map((_, e) => of.reduce((sum, row, i) => sum + row[a] * to[i][e], 0)),
     ]),
   );
-/** What a linear map makes of numbers. @param {number[]} of @param {number[][]} map */
-const mapped = (of, map) => map[0].map((_, e) => of.reduce((sum, value, i) => sum + value * map[i][e], 0));
-const less = (/** @type {number[]} */ a, /** @type {number[]} */ b) => a.map((value, i) => value - b[i]);
-const size = (/** @type {number[]} */ of) => Math.sqrt(of.reduce((sum, value) => sum + value ** 2, 0) / of.length);
 const inner = (/** @type {number[]} */ of) => of.slice(2 * INNER_FROM);
 
 /**
@@ -93,7 +89,7 @@ const inner = (/** @type {number[]} */ of) => of.slice(2 * INNER_FROM);
  */
 const RIDGE = 1;
 
-/** What is learned from heads. @param {typeof rows} of */
+/** What is learned from heads. @param {typeof rows} of @returns {import('../../www/src/photo/points.js').Known} */
 function learned(of) {
   const terms = of.map((row) => row.terms);
   const usual = leastSquares(terms, of.map(({ found }) => found));
@@ -104,21 +100,13 @@ function learned(of) {
   return { usual, bias, drawn: leastSquares(unusual, rest, RIDGE), most };
 }
 
-/** What of the error of a head's inner points is expected. @param {(typeof rows)[0]} row @param {ReturnType<typeof learned>} by */
-function expected({ terms, found }, { usual, bias, drawn, most }) {
-  const unusual = less(found, mapped(terms, usual));
-  const part = Math.min(1, most / size(unusual));
-  const [mean, own] = [mapped(terms, bias), mapped(unusual, drawn)];
-  return mean.map((value, e) => value + part * own[e]);
-}
-
 /** Root mean square a axis, mm, of what is left of the inner points. @param {typeof rows} of @param {(row: (typeof rows)[0]) => number[]} taken */
 const left = (of, taken) => size(of.flatMap((row) => less(inner(row.errors), taken(row))));
 const folds = [0, 1, 2, 3, 4].map((fold) => {
   const held = (/** @type {number} */ i) => (i >> 1) % 5 === fold;
   const by = learned(rows.filter((_, i) => !held(i)));
   const others = rows.filter((_, i) => held(i));
-  return [left(others, ({ terms }) => mapped(terms, by.bias)), left(others, (row) => expected(row, by))];
+  return [left(others, ({ terms }) => mapped(terms, by.bias)), left(others, (row) => expectedError(row, by))];
 });
 // Of the jaw only from heads that are seen from the front: elsewhere its points are on the outline.
 const front = rows.filter(({ terms }) => Math.abs(terms[1]) < 0.5);

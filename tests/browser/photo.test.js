@@ -917,7 +917,7 @@ describe('a face in a photo', () => {
     const both = await add(turned);
     assert.equal(both.mode, 'ready');
     assert.ok((await note()).some((words) => words.startsWith('The shape is what 2 photos of this person tell.')));
-    // That they tell more than one does is tried on heads that are known (tests/node/photo.test.js).
+    // That more is determined by two than by one is tried without pixels (tests/node/photo.test.js), which are believed as far as they fit.
     assert.notEqual(both.fit.code, first.fit.code);
     assert.equal(both.fit.others.length, 1);
     await page.getByLabel('3D head', { exact: true }).check({ force: true });

@@ -85,6 +85,11 @@ describe('a photo', () => {
     };
     const [alone, both] = [await off({ ...SIZE, points }), await off({ ...SIZE, points, others: [side] })];
     assert.ok(both < alone, `${both} mm off, ${alone} with one`);
+    // More is determined by two than by one of them, also where both are as far off as a detector's.
+    for (const noise of [undefined, 2]) {
+      const [one, two] = await Promise.all([[], [{ ...side, noise }]].map((others) => model.fitPhoto({ ...SIZE, points, noise, others })));
+      assert.ok(two.quality.determined > one.quality.determined + 1, `${two.quality.determined}, ${one.quality.determined}`);
+    }
     face.free();
     for (const [others, what] of [
       [side, /others must be an array of photos/],

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use phiz::fit::FitResult;
+use phiz::fit::{FitResult, counted};
 
 #[derive(Args)]
 pub struct InspectArgs {
@@ -61,7 +61,7 @@ pub fn run(args: &InspectArgs) -> FitResult<()> {
     }
     println!(
         "learned from {} by {}; {} vertices, {} triangles, {} coefficients, {} controls",
-        super::counted(parts.about.faces as usize),
+        counted(parts.about.faces as usize),
         parts.about.made_by,
         parts.mean.len(),
         parts.topology.uv_triangles.len(),

@@ -41,7 +41,7 @@ use phiz::fit::picture::pictures;
 use phiz::fit::register::batch;
 use phiz::fit::truth::ict::Ict;
 use phiz::fit::truth::population;
-use phiz::fit::{FitError, FitResult};
+use phiz::fit::{FitError, FitResult, counted};
 use phiz::{Expressions, FaceModel};
 
 /// Builds generic heads, populations and face models. Lengths are millimetres.
@@ -403,14 +403,6 @@ fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
     let read = files.iter().filter(is_read);
     let read = read.map(|path| ("one of the files of the faces", path.as_path()));
     check_apart(written, &read.collect::<Vec<_>>())
-}
-
-/// So many faces, in words.
-fn counted(faces: usize) -> String {
-    match faces {
-        1 => "1 face".into(),
-        _ => format!("{faces} faces"),
-    }
 }
 
 /// Does one step of a verb and says so while it lasts, where a person watches.

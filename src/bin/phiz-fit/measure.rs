@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use phiz::fit::FitResult;
 use phiz::fit::format::files::{check_apart, check_writable};
 use phiz::fit::format::ply;
 use phiz::fit::measure::{TABLE, measure, write_faces, write_table};
+use phiz::fit::{FitResult, counted};
 
 #[derive(Args)]
 #[command(after_help = TABLE)]
@@ -63,7 +63,7 @@ pub fn run(args: &MeasureArgs) -> FitResult<()> {
     println!(
         "{}: {}, of whose skin the model leaves {:.2} mm RMS, at most {}",
         args.output.display(),
-        super::counted(measured.len()),
+        counted(measured.len()),
         (squares / measured.len() as f64).sqrt(),
         worst.unwrap_or_default(),
     );

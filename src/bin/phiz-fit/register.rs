@@ -18,7 +18,7 @@ use phiz::fit::register::batch::{self, Job, Jobs, Prepared, Recipe, Tally};
 use phiz::fit::register::texture;
 use phiz::fit::register::{Registered, Registrar, Settings};
 use phiz::fit::scan::{Scan, Texture, Unit};
-use phiz::fit::{FitError, FitResult};
+use phiz::fit::{FitError, FitResult, counted};
 
 #[derive(Args)]
 #[command(after_help = super::landmarks::NAMES)]
@@ -290,7 +290,7 @@ fn many(
     println!(
         "{}: {} registered, {there} {} there, {} failed",
         output.display(),
-        super::counted(all - there - failed.len()),
+        counted(all - there - failed.len()),
         if there == 1 { "was" } else { "were" },
         failed.len()
     );

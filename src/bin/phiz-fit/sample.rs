@@ -7,7 +7,7 @@ use clap::error::ErrorKind;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::sample::{Target, write};
-use phiz::fit::{FitError, FitResult};
+use phiz::fit::{FitError, FitResult, counted};
 use phiz::{FaceModel, Randomize};
 
 #[derive(Args)]
@@ -111,7 +111,7 @@ pub fn run(args: &SampleArgs) -> FitResult<()> {
         bar.inc(n)
     })?;
     bar.finish_and_clear();
-    let said = super::counted(args.count as usize);
+    let said = counted(args.count as usize);
     println!("{}: {said}", args.output.display());
     Ok(())
 }

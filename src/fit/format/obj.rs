@@ -5,6 +5,7 @@
 //! the first (`f 1/-9 2 3`): hence this reader.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
@@ -104,6 +105,16 @@ impl Obj {
     /// How many polygons there are.
     pub fn polygons(&self) -> usize {
         self.starts.len() - 1
+    }
+
+    /// The runs, each with its polygons.
+    pub fn polygons_of_runs(&self) -> impl Iterator<Item = (&Run, Range<usize>)> {
+        let ends = self.runs.iter().skip(1).map(|next| next.first);
+        let ends = ends.chain([self.polygons()]);
+        self.runs
+            .iter()
+            .zip(ends)
+            .map(|(run, end)| (run, run.first..end))
     }
 
     fn parse(bytes: &[u8]) -> Result<Obj, String> {

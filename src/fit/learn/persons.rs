@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::labels::Told;
 use crate::Random;
 use crate::fit::error::faces_are;
-use crate::fit::{FitError, FitResult};
+use crate::fit::{FitError, FitResult, counted};
 
 /// Whom each of some faces is of: a number a face, which grows from 0 in the order of the people's first faces.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -69,7 +69,7 @@ impl Persons {
     /// "120 faces".
     pub fn said(&self, single: &str) -> String {
         match self.are_single() {
-            true if self.faces() == 1 => "1 face".into(),
+            true if self.faces() == 1 => counted(1),
             true => format!("{} {single}", self.faces()),
             false if self.count() == 1 => format!("{} scans of 1 person", self.faces()),
             false => format!("{} scans of {} people", self.faces(), self.count()),

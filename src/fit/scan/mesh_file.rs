@@ -81,15 +81,12 @@ pub(super) fn obj(path: &Path, pictures: bool) -> FitResult<MeshFile> {
     let mut lines = 0;
     let mut points = Vec::new();
     let mut tiled = HashMap::new();
-    for (r, run) in obj.runs.iter().enumerate() {
-        let end = obj
-            .runs
-            .get(r + 1)
-            .map_or(obj.polygons(), |next| next.first);
+    for (run, polygons) in obj.polygons_of_runs() {
         let named = images
             .iter()
             .find(|(material, _)| *material == run.material);
-        let named = named.filter(|_| run.first < end).map(|(_, name)| name);
+        let named = named.filter(|_| !polygons.is_empty());
+        let named = named.map(|(_, name)| name);
         let is_tiled = named.is_some_and(|name| {
             let known = tiled.entry(name);
             *known.or_insert_with(|| file.is_tiled(path, &obj, &images, name))
@@ -99,7 +96,7 @@ pub(super) fn obj(path: &Path, pictures: bool) -> FitResult<MeshFile> {
         if let Some(name) = named.filter(|_| !is_tiled) {
             image = file.open_once(name, &mut opened);
         }
-        for index in run.first..end {
+        for index in polygons {
             let polygon = obj.polygon(index);
             if let Some(first) = named.filter(|_| is_tiled) {
                 image = tile_of(&obj, polygon).and_then(|tile| {
@@ -349,13 +346,9 @@ impl MeshFile {
         }
         let is_on = |material: &str| images.iter().find(|(m, _)| m == material);
         let mut tiles = BTreeSet::new();
-        for (r, run) in obj.runs.iter().enumerate() {
-            let end = obj
-                .runs
-                .get(r + 1)
-                .map_or(obj.polygons(), |next| next.first);
+        for (run, polygons) in obj.polygons_of_runs() {
             if is_on(&run.material).is_some_and(|(_, image)| image == first) {
-                let polygons = (run.first..end).map(|index| obj.polygon(index));
+                let polygons = polygons.map(|index| obj.polygon(index));
                 tiles.extend(polygons.filter_map(|polygon| tile_of(obj, polygon)));
             }
         }

@@ -1,10 +1,27 @@
+import { atRest } from './targets.js';
+
 /**
- * Texture coordinates around the gaze for the corners of an eyeball, in place of the model's: away from the
- * middle by the angle to +z.
- * @param {Float32Array} uvs changed @param {Float32Array} rest positions of the face at rest @param {Uint32Array} corners
- * @param {ArrayLike<number>} triangles of the eyeball @param {number} reach the angle at the edge, radians
+ * The model's texture coordinates, but around the gaze for the corners of eyeballs: away from the middle by the angle to +z.
+ * @param {import('phiz').Face} face @param {number} reach the angle at the edge, radians
  */
-export function aroundGaze(uvs, rest, corners, triangles, reach) {
+export function aroundGaze(face, reach) {
+  const { model } = face;
+  const still = atRest(face);
+  const rest = still.positions.slice();
+  still.free();
+  const [uvs, corners, triangles] = [model.uvs.slice(), model.uvVertices, model.triangles];
+  for (const part of model.parts.filter(isEyeball)) layAround(uvs, rest, corners, triangles.subarray(3 * part.first, 3 * (part.first + part.count)), reach);
+  return uvs;
+}
+
+/** @param {{ name: string }} part */
+export const isEyeball = ({ name }) => /eyeball/.test(name);
+
+/**
+ * @param {Float32Array} uvs changed @param {Float32Array} rest positions of the face at rest @param {Uint32Array} corners
+ * @param {ArrayLike<number>} triangles of the eyeball @param {number} reach
+ */
+function layAround(uvs, rest, corners, triangles, reach) {
   const used = [...new Set(Array.from(triangles))];
   const at = (/** @type {number} */ corner) => [0, 1, 2].map((k) => rest[3 * corners[corner] + k]);
   // A ball may be open behind: it is as deep as it is wide.

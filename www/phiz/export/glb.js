@@ -1,6 +1,6 @@
 import { ByteWriter } from './bytes.js';
 import { checkAppearance, checkMeasured } from './checks.js';
-import { aroundGaze } from './eyeballs.js';
+import { aroundGaze, isEyeball } from './eyeballs.js';
 import { meshOf, needFace, provenance } from './mesh.js';
 import { tangentsOf } from './tangents.js';
 import { atRest, expressionTargets, morphTargets } from './targets.js';
@@ -207,17 +207,10 @@ export function toGlb(face, options) {
       type: 'SCALAR',
     });
   }
-  const isEyeball = (/** @type {{ name: string }} */ part) => /eyeball/.test(part.name);
   const trianglesOf = (/** @type {import('phiz').Part} */ { first, count: many }) => triangles.subarray(3 * first, 3 * (first + many));
   /** @param {readonly import('phiz').Part[]} some */
   const allOf = (some) => Uint32Array.from(some.flatMap((part) => Array.from(trianglesOf(part))));
-  const coordinates = uvs.slice();
-  if (appearance?.eyes) {
-    const still = atRest(face);
-    const rest = still.positions.slice();
-    still.free();
-    for (const part of parts.filter(isEyeball)) aroundGaze(coordinates, rest, corners, trianglesOf(part), appearance.eyes.reach);
-  }
+  const coordinates = appearance?.eyes ? aroundGaze(face, appearance.eyes.reach) : uvs;
 
   /** @type {object[]} */
   const images = [];

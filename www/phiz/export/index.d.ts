@@ -68,6 +68,16 @@ export interface ExpressionTarget {
  */
 export function expressionTargets(face: Face): ExpressionTarget[];
 
+/** Whether a part is an eyeball. */
+export function isEyeball(part: { readonly name: string }): boolean;
+
+/**
+ * The model's texture coordinates (`FaceModel.uvs`), but for the corners of eyeballs, which lie as `Appearance.eyes` has them.
+ *
+ * @param reach the angle at the edge of the eyes' picture, radians
+ */
+export function aroundGaze(face: Face, reach: number): Float32Array;
+
 /** A picture as the bytes of a file. */
 export interface Picture {
   readonly mimeType: 'image/jpeg' | 'image/png';

@@ -1,3 +1,4 @@
+export { aroundGaze, isEyeball } from './eyeballs.js';
 export { toGlb } from './glb.js';
 export { toObj } from './obj.js';
 export { toPly } from './ply.js';

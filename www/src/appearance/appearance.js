@@ -2,8 +2,7 @@
 // and teeth as meshes.
 
 import { Color, Matrix3, Vector3 } from 'three';
-import { expressionTargets, morphTargets, toGlb } from 'phiz/export';
-import { fitSphere } from '../head/eyes.js';
+import { aroundGaze, expressionTargets, isEyeball, morphTargets, toGlb } from 'phiz/export';
 import { weighted } from '../head/head.js';
 import { OPEN } from '../head/teeth.js';
 import { text } from '../text.js';
@@ -62,28 +61,12 @@ export function coloursAsShown(renderer, head, face, { colouring = head.colourin
   if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
   const coloured = colouredAs(head, colouring);
   const [skin, eye] = [skinColours(renderer, head, coloured), eyeColours(renderer, head, coloured)];
-  const { model } = face;
-  const { uvs, vertexCount } = model;
+  const { parts, triangles, uvVertices, vertexCount } = face.model;
+  const uvs = aroundGaze(face, EYE_REACH);
+  const eyes = new Set(parts.filter(isEyeball).flatMap(({ first, count }) => Array.from(triangles.subarray(3 * first, 3 * (first + count)), (corner) => uvVertices[corner])));
   const colours = new Uint8ClampedArray(3 * vertexCount);
   // The first corners are the vertices.
-  for (let v = 0; v < vertexCount; v++) colours.set(around(skin, uvs[2 * v], uvs[2 * v + 1]), 3 * v);
-  const still = face.clone();
-  still.expression = {};
-  const rest = still.positions.slice();
-  still.free();
-  const centre = new Vector3();
-  const way = new Vector3();
-  for (const { name, first, count } of model.parts) {
-    if (!/eyeball/.test(name)) continue;
-    const vertices = [...new Set(Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => model.uvVertices[corner]))];
-    fitSphere(rest, vertices, centre);
-    for (const v of vertices) {
-      way.fromArray(rest, 3 * v).sub(centre);
-      const across = Math.hypot(way.x, way.y);
-      const away = across > 0 ? Math.min(1, Math.atan2(across, way.z) / EYE_REACH) / 2 / across : 0;
-      colours.set(around(eye, 0.5 + away * way.x, 0.5 + away * way.y), 3 * v);
-    }
-  }
+  for (let v = 0; v < vertexCount; v++) colours.set(around(eyes.has(v) ? eye : skin, uvs[2 * v], uvs[2 * v + 1]), 3 * v);
   return colours;
 }
 

@@ -6,7 +6,7 @@
 // were measured on heads of the model as the page draws them (tests/browser/detector-bias.js).
 
 import { BIAS, DRAWN, JAW_BIAS, MEAN, MOST, USUAL } from './bias.js';
-import { COUNT, INNER_FROM, frameOf, ibugOf, looking } from './points.js';
+import { COUNT, INNER_FROM, expectedError, frameOf, ibugOf, looking } from './points.js';
 
 /**
  * One standard deviation of a jaw point across the outline, mm at the face. They were measured to be off by 2.2; but
@@ -16,6 +16,8 @@ const JAW_NOISE = 6;
 /** One of another point along each axis, mm: measured, on heads that nothing was learned from, 1.3. */
 const NOISE = 1.2;
 
+const inMillimetres = (/** @type {number[][]} */ rows) => rows.map((row) => row.map((value) => value / 100));
+const known = { usual: inMillimetres(USUAL), bias: inMillimetres(BIAS), drawn: inMillimetres(DRAWN), most: MOST };
 const mean = Array.from({ length: COUNT }, (_, i) => [MEAN[2 * i] / 10, MEAN[2 * i + 1] / 10]);
 
 /**
@@ -26,12 +28,7 @@ export function marksOf(mesh) {
   const points = ibugOf(mesh);
   const { scale, inFrame, inPhoto } = frameOf(points, mean);
   const found = mean.map((_, i) => inFrame(points[2 * i], points[2 * i + 1]));
-  const terms = looking(found);
-  const byTerms = (/** @type {number[][]} */ rows, /** @type {number} */ e) => terms.reduce((sum, term, t) => sum + (term * rows[t][e]) / 100, 0);
-  const unusual = found.slice(INNER_FROM).flat().map((value, e) => value - byTerms(USUAL, e));
-  // What is farther from all that was learned from is not told of as surely.
-  const part = Math.min(1, MOST / Math.sqrt(unusual.reduce((sum, value) => sum + value ** 2, 0) / unusual.length));
-  const expected = unusual.map((_, e) => byTerms(BIAS, e) + part * unusual.reduce((sum, value, n) => sum + (value * DRAWN[n][e]) / 100, 0));
+  const expected = expectedError({ terms: looking(found), found: found.slice(INNER_FROM).flat() }, known);
   const errors = [...JAW_BIAS.map((value) => value / 100), ...expected];
   for (let i = 0; i < COUNT; i++) {
     const [x, y] = inPhoto(errors[2 * i], errors[2 * i + 1]);

@@ -114,6 +114,32 @@ export function looking(at) {
   return [1, aside, down, aside * aside, aside * down, down * down];
 }
 
+/**
+ * What is known of a detector's errors, in the frame of the face, mm, with x and y of the inner points one after the other: for each
+ * of the terms of `looking` where these points are usual and by how much they are off in the mean; by how much more for each number
+ * that is not usual; and the root mean square of those up to which that is so.
+ * @typedef {{ usual: number[][], bias: number[][], drawn: number[][], most: number }} Known
+ */
+
+/** What a linear map makes of numbers. @param {readonly number[]} of @param {readonly (readonly number[])[]} map */
+export const mapped = (of, map) => map[0].map((_, e) => of.reduce((sum, value, i) => sum + value * map[i][e], 0));
+/** @param {readonly number[]} a @param {readonly number[]} b */
+export const less = (a, b) => a.map((value, i) => value - b[i]);
+/** The root mean square. @param {readonly number[]} of */
+export const size = (of) => Math.sqrt(of.reduce((sum, value) => sum + value ** 2, 0) / of.length);
+
+/**
+ * What of the error of the inner points is expected.
+ * @param {{ terms: number[], found: number[] }} head where it looks and where its points were found @param {Known} known
+ */
+export function expectedError({ terms, found }, { usual, bias, drawn, most }) {
+  const unusual = less(found, mapped(terms, usual));
+  // What is farther from all that was learned from is not told of as surely.
+  const part = Math.min(1, most / size(unusual));
+  const own = mapped(unusual, drawn);
+  return mapped(terms, bias).map((value, e) => value + part * own[e]);
+}
+
 /** The lines of the drawing, as runs of points: first, last, whether it closes. */
 export const LINES = /** @type {const} */ ([
   ['jaw', 0, 16, false],
