@@ -308,10 +308,16 @@ describe('the lengths of one page', () => {
     assert.match((await notices()).join(), /^Typed before, and moved by this: eye width \([+−]\d\.\d mm\)\. /);
     await type('eye width', '29');
     assert.ok(!(await notices()).join().includes('eye width'));
-    // Nor of the lengths of another face.
+    // Nor of the lengths of another face, though one is by chance as it was typed.
     await page.getByRole('button', { name: 'Lock the nose width', exact: true }).click();
     await page.getByRole('button', { name: 'Random face', exact: true }).click();
-    await type('chin height', '+1');
+    const [another, chance] = [await page.evaluate(() => location.hash), await length('mouth width')];
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    await type('mouth width', (chance + 0.02).toFixed(2));
+    await page.evaluate((hash) => void (location.hash = hash), another);
+    await page.waitForFunction((mm) => Math.abs(window.designer.face.measure('mouth width') - mm) < 1e-4, chance);
+    await type('chin height', '+3');
+    assert.ok(Math.abs((await length('mouth width')) - chance) > 0.06, `${(await length('mouth width')) - chance}`);
     assert.deepEqual(await notices(), []);
     await page.getByRole('button', { name: 'Reset all' }).click();
     assert.deepEqual(visit.complaints, []);

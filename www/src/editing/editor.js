@@ -24,7 +24,7 @@ export function createEditor(model, face, colouring) {
   const history = createHistory(subject);
   /** @type {Set<(range: readonly [number, number] | undefined) => void>} */
   const shapeListeners = new Set();
-  /** @type {Set<() => void>} */
+  /** @type {Set<(what: string) => void>} */
   const stepListeners = new Set();
   /** @type {Set<(why: string) => void>} */
   const refusalListeners = new Set();
@@ -48,7 +48,7 @@ export function createEditor(model, face, colouring) {
   /** @param {string} what */
   function finish(what) {
     history.commit(what);
-    for (const listener of stepListeners) listener();
+    for (const listener of stepListeners) listener(what);
   }
 
   /**
@@ -104,7 +104,7 @@ export function createEditor(model, face, colouring) {
     onShape: (listener) => void shapeListeners.add(listener),
     /** @param {() => void} listener called before those of the shape */
     onColours: (listener) => void colourListeners.add(listener),
-    /** @param {() => void} listener */
+    /** @param {(what: string) => void} listener told what the step was; '' of one back or forth, or of none */
     onStep: (listener) => void stepListeners.add(listener),
     /** @param {(why: string) => void} listener */
     onRefusal: (listener) => void refusalListeners.add(listener),
@@ -143,7 +143,7 @@ export function createEditor(model, face, colouring) {
         else face.expression = before;
         shapeChanged();
         // What was done meanwhile is kept with it.
-        if (history.canUndo || history.canRedo) for (const listener of stepListeners) listener();
+        if (history.canUndo || history.canRedo) for (const listener of stepListeners) listener('');
       };
     },
     /**

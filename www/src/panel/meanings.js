@@ -9,6 +9,9 @@ import { meant, spoken, standing, text, titleOf } from '../text.js';
 
 /** What of a length is seen, mm: it is shown with one digit after the point. */
 const SEEN = 0.05;
+/** Steps after which a length that is as it was typed may be so by chance, unless it is to this, mm, as where its part stayed. */
+const ANOTHER = new Set(['random', 'reset', 'take', 'blend']);
+const THE_SAME = 0.001;
 
 /** @typedef {import('./distribution.js').Distribution} Distribution */
 
@@ -27,8 +30,10 @@ export function createMeanings(editor, { distributions, limits }) {
   let visible = false;
   /** Where the sliders stood when one of them was taken up. @type {number[] | null} */
   let before = null;
-  /** What was typed, as it then was: others move it, as in people lengths go together. @type {{ measure: string, mm: number }[]} */
-  const typed = [];
+  /** What of the present face was typed, as it then was: others move it, as in people lengths go together. @type {Map<string, number>} */
+  let typed = new Map();
+  /** That of each face that was, by its code, for steps back and forth. @type {Map<string, Map<string, number>>} */
+  const typedOf = new Map();
   /** What the length that was typed last did to others that were. */
   let aside = '';
 
@@ -92,14 +97,14 @@ export function createMeanings(editor, { distributions, limits }) {
 
   /** Who types several is told of each that is no longer what they typed. @param {string} measure @param {() => void} take */
   function type(measure, take) {
-    const now = new Map(typed.map((one) => [one.measure, face.measure(one.measure)]));
-    const known = [...now].filter(([name, mm]) => name !== measure && typed.some((one) => one.measure === name && Math.abs(one.mm - mm) < SEEN));
+    const known = [...typed.keys()].filter((name) => name !== measure).map((name) => /** @type {const} */ ([name, face.measure(name)]));
     take();
     const moved = known
       .map(([name, mm]) => /** @type {const} */ ([name, face.measure(name) - mm]))
       .filter(([, by]) => Math.abs(by) >= SEEN)
       .sort(([, a], [, b]) => Math.abs(b) - Math.abs(a));
-    for (const name of [measure, ...moved.map(([name]) => name)]) typed.push({ measure: name, mm: face.measure(name) });
+    for (const name of [measure, ...moved.map(([name]) => name)]) typed.set(name, face.measure(name));
+    typedOf.set(face.code, typed);
     aside = moved.length > 0 ? text.typedMoved(moved.map(([name, by]) => [spoken(name), by])) : '';
   }
 
@@ -164,7 +169,11 @@ export function createMeanings(editor, { distributions, limits }) {
     }
   }
   editor.onShape(refresh);
-  editor.onStep(() => {
+  editor.onStep((what) => {
+    const { code } = face;
+    const near = ANOTHER.has(what) ? THE_SAME : SEEN;
+    typed = typedOf.get(code) ?? new Map([...typed].filter(([name, mm]) => Math.abs(face.measure(name) - mm) < near));
+    if (typed.size > 0) typedOf.set(code, typed);
     for (const { slider } of rows) slider.hush();
     refresh();
   });
