@@ -43,7 +43,7 @@ describe('mixing', () => {
     await settled(page);
     const before = await picture(page, 'mix-before');
 
-    const carry = async (name, to) => {
+    const carry = async (name, to, meanwhile = async () => {}) => {
       const box = await faceIn(page, name).boundingBox();
       assert.ok(box);
       await page.mouse.move(box.x + box.width / 2, box.y + 30);
@@ -51,6 +51,7 @@ describe('mixing', () => {
       await page.mouse.move(to.x + 30, to.y, { steps: 3 });
       await page.mouse.move(to.x, to.y);
       assert.ok(await page.locator('.drag-face').isVisible());
+      await meanwhile();
       await page.mouse.up();
       assert.equal(await page.locator('.drag-face').count(), 0);
     };
@@ -72,6 +73,19 @@ describe('mixing', () => {
     await carry('Preset 5', nostril);
     assert.deepEqual(await coefficients(page), taken);
     assert.match((await page.locator('.toast').textContent()) ?? '', /nose is locked/);
+    // Another tab saves a face, which makes all that are shown anew, while one of them is carried.
+    await page.evaluate(() => window.designer.face.unlock('nose'));
+    await carry('Preset 5', nostril, async () => {
+      const other = await context.newPage();
+      await other.goto(site.url);
+      await other.waitForFunction(() => document.documentElement.dataset.ready === 'true');
+      await other.getByRole('tab', { name: 'Faces' }).click();
+      await other.getByRole('button', { name: 'Save', exact: true }).click();
+      await other.close();
+      await faceIn(page, 'My face 1').waitFor();
+    });
+    assert.notDeepEqual(await coefficients(page), taken);
+    assert.match((await page.locator('.toast').textContent()) ?? '', /Preset 5/);
     assert.deepEqual(complaints, []);
     await context.close();
   });
