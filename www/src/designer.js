@@ -267,7 +267,12 @@ export async function createDesigner(model, stage, chosen) {
       display.refresh();
     },
   });
-  const printed = createPrinted(face, { stage: stage.root, named: () => library.nameOf(editor.likeness), draw: display.draw });
+  const printed = createPrinted(face, {
+    stage: stage.root,
+    named: () => library.nameOf(editor.likeness),
+    other: () => compare.other,
+    draw: display.draw,
+  });
   document.body.append(about.root, exports, ...tour.parts, printed);
 
   editor.onShape((range) => {

@@ -270,6 +270,7 @@ export const text = {
   measure: 'Measure',
   thisShort: 'This',
   difference: 'Diff.',
+  printedAgainst: (/** @type {string} */ name) => `Before each length: by how much it is more or less than that of “${name}”, mm.`,
   otherShort: 'Other',
   typedLength: (/** @type {string} */ name) => `${name} in mm`,
   lengthAndRank: (/** @type {number} */ mm, /** @type {string} */ rank) => `${decimal(mm)} mm, ${rank}`,
