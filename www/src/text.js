@@ -175,10 +175,13 @@ export const text = {
   rename: (/** @type {string} */ name) => `Rename ${name}`,
   remove: (/** @type {string} */ name) => `Delete ${name}`,
   removed: (/** @type {string} */ name) => `Deleted “${name}”.`,
+  replace: (/** @type {string} */ name) => `Put it in place of “${name}”`,
+  replaced: (/** @type {string} */ name) => `Saved as “${name}”, in place of the former`,
   lastVisit: (/** @type {number | null} */ when) =>
     when === null ? 'Last visit' : `Last visit, ${new Date(when).toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' })}`,
   lastUnread: 'The face you were working on is of another version of this model and cannot be shown here. The browser keeps it.',
   lastKept: 'You see this link’s face. The one you were working on is among your faces.',
+  closedKept: 'What you worked on in another tab, which is closed, is among your faces.',
   back: 'Your last face is back.',
   files: 'Files',
   filesAbout: 'A file holds one face of this model, or all of yours. You can also drop one onto the page.',
