@@ -223,6 +223,11 @@ describe('mixing', () => {
     await settled(page);
     const nose = await partOf(page, 'nose');
     const tip = await landmarkOnScreen(page, 'ibug_30');
+    // There the tray fills the panel, and who is chosen is told of below it.
+    await faceIn(page, 'Preset 1').tap();
+    const told = await page.locator('.chosen-head').boundingBox();
+    assert.ok(told && told.y > 40 && told.y + told.height <= 360, JSON.stringify(told));
+    await faceIn(page, 'Preset 1').tap();
     const face = faceIn(page, 'Preset 4');
     await face.scrollIntoViewIfNeeded();
     const place = await face.boundingBox();

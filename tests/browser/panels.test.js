@@ -107,6 +107,11 @@ test('faces like one are drawn beside each other, taken, saved, and put on one s
   const own = await code();
   const looks = await page.evaluate(() => window.designer.colouring);
   await page.getByRole('button', { name: 'Like this face' }).click();
+  // They come below the button, which is where the panel ends.
+  await page.waitForFunction(() => {
+    const [line, seen] = ['[role=group]:has(> .alike)', '#section-features > .scroll'].map((of) => document.querySelector(of)?.getBoundingClientRect());
+    return line && seen && line.height > 0 && line.bottom <= seen.bottom + 1;
+  });
   const six = page.getByRole('group', { name: 'Faces like it' }).getByRole('button', { name: /^Take face/ });
   assert.equal(await six.count(), 6);
   assert.equal(await code(), own, 'none of them is taken yet');
