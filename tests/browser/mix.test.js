@@ -461,13 +461,31 @@ describe('comparing on a phone', () => {
     const [left, right] = await page.locator('.side').evaluateAll((sides) => sides.map((it) => ({ ...it.getBoundingClientRect().toJSON(), cut: it.scrollWidth > it.clientWidth })));
     assert.ok(left.left >= 4 && left.cut, `it begins at ${left.left}`);
     assert.ok(right.right <= 356 && !right.cut);
+    // Nothing on the stage is under something else, nor is it where a photo was opened.
+    const under = () =>
+      page.evaluate(() => {
+        const all = ['.explain-open', '.photo-sides', '.side.left', '.side.right', '.split-end'].map((of) => /** @type {const} */ ([of, document.querySelector(of)?.getBoundingClientRect()]));
+        const shown = all.filter(([, box]) => box?.width > 0);
+        return shown.flatMap(([one, a], i) =>
+          shown.slice(i + 1).filter(([, b]) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom).map(([other]) => `${one} and ${other}`),
+        );
+      });
+    assert.deepEqual(await under(), []);
     await page.setViewportSize({ width: 740, height: 740 });
     await page.waitForFunction(() => {
       const side = document.querySelector('.side.left');
       return side.getBoundingClientRect().left >= 4 && side.getBoundingClientRect().width > 200;
     });
-    // One of a single word breaks, and widens nothing.
     await page.setViewportSize({ width: 360, height: 740 });
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'An example' }).click();
+    await page.locator('.photo-sides').waitFor();
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    await page.getByLabel('Split by a line').uncheck();
+    await page.getByLabel('Split by a line').check();
+    assert.ok(await page.locator('.photo-sides').isVisible());
+    assert.deepEqual(await under(), [], 'with a photo');
+    // One of a single word breaks, and widens nothing.
     const word = 'W'.repeat(60);
     const wide = () => page.evaluate(() => [...document.querySelectorAll('.scroll, .toast, html')].filter((it) => it.clientWidth > 0 && it.scrollWidth > Math.min(it.clientWidth, window.innerWidth)).map((it) => it.className));
     await page.getByRole('tab', { name: 'Faces' }).click();
