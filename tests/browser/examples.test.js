@@ -189,6 +189,24 @@ describe('<phiz-designer>', () => {
     await context.close();
   });
 
+  test('a page whose own script comes after the face goes on from there', async () => {
+    const context = await browser.newContext({ viewport: { width: 900, height: 620 }, reducedMotion: 'reduce' });
+    const page = await context.newPage();
+    let release = () => {};
+    const isReady = new Promise((done) => (release = () => done(undefined)));
+    await page.route('**/plain.js', async (route) => {
+      await isReady;
+      await route.continue();
+    });
+    await page.goto(`${site.url}examples/plain/`, { waitUntil: 'commit' });
+    await page.waitForFunction(() => document.querySelector('phiz-designer')?.model, null, { timeout: 60_000 });
+    assert.ok(await page.locator('#random').isDisabled(), 'its script is still to come');
+    release();
+    await page.locator('#random:enabled').waitFor();
+    assert.match((await page.locator('#code').textContent()) ?? '', /^\w+/);
+    await context.close();
+  });
+
   test('attributes: theme, controls, none of them, a phone', async () => {
     const { context, page, complaints } = await visit('examples/plain/', { viewport: { width: 360, height: 740 }, hasTouch: true });
     await page.waitForFunction(() => document.querySelector('phiz-designer').model, null, { timeout: 60_000 });

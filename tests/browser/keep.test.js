@@ -127,6 +127,43 @@ describe('nothing is lost', () => {
     await context.close();
   });
 
+  test('of two tabs that are closed neither loses its face, and one that is there keeps its own to itself', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    const another = async () => {
+      const tab = await context.newPage();
+      await tab.goto(site.url);
+      await ready(tab);
+      return tab;
+    };
+    const kept = (/** @type {import('playwright-core').Page} */ tab) =>
+      tab.evaluate(() => JSON.parse(localStorage.getItem(Object.keys(localStorage).find((name) => name.startsWith('phiz-faces-')) ?? '') ?? '[]').map(({ code }) => code));
+    await moveSlider(page, 'nose 1', 0.93);
+    const mine = await codeOf(page);
+    const beside = await another();
+    await beside.getByRole('button', { name: 'Reset all' }).click();
+    await moveSlider(beside, 'nose 2', 0.2);
+    const other = await codeOf(beside);
+    // Both are there, and so is the one that is loaded again.
+    await page.reload();
+    await ready(page);
+    const looking = await another();
+    assert.deepEqual(await kept(looking), []);
+    for (const tab of [looking, page, beside]) await tab.close();
+
+    const next = await another();
+    assert.equal(await codeOf(next), other, 'what was worked on last');
+    assert.deepEqual(await kept(next), [mine], 'and what the other tab did');
+    assert.equal(await toast(next), 'What you worked on in another tab, which is closed, is among your faces.');
+    await moveSlider(next, 'nose 3', 0.7);
+    await next.close();
+    const last = await another();
+    assert.deepEqual(await kept(last), [mine], 'once');
+    assert.equal(await toast(last), 'Your last face is back.');
+    assert.deepEqual(await last.evaluate(() => Object.keys(localStorage).filter((name) => name.startsWith('phiz-tab-'))), [], 'nothing is left behind');
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
   test('what was worked on last stays where it is kept until it is among the faces', async () => {
     const { context, page, complaints } = await open(browser, site);
     const key = await page.evaluate(() => Object.keys(localStorage).find((name) => name.startsWith('phiz-face-')) ?? null);
@@ -550,6 +587,51 @@ describe('nothing is lost', () => {
     assert.equal((await names()).length, 6);
     await give({ ...cleos[0], colouring: { skin: 0.9 } });
     await page.waitForFunction(() => document.querySelector('.toast')?.textContent === 'Opened “Cleo (4)” and added it to your faces.');
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('who saves a face again under its name may have it in place of the former, which can be brought back', async () => {
+    const { context, page, complaints } = await open(browser, site);
+    const names = () => page.locator('.saved .open').allTextContents();
+    const keepAs = async (/** @type {string} */ name) => {
+      await page.getByRole('textbox', { name: 'Save this face as' }).fill(name);
+      await page.keyboard.press('Enter');
+    };
+    const shape = async (/** @type {number} */ value) => {
+      await page.getByRole('tab', { name: 'Features' }).click();
+      await moveSlider(page, 'nose 1', value);
+      await page.getByRole('tab', { name: 'Faces' }).click();
+    };
+    const instead = page.getByRole('button', { name: 'Put it in place of “Ann”' });
+    await page.getByRole('tab', { name: 'Faces' }).click();
+    await keepAs('Bea');
+    await shape(0.9);
+    await keepAs('Ann');
+    assert.equal(await instead.count(), 0, 'nobody else is called so');
+    const first = await codeOf(page);
+    await shape(0.1);
+    await keepAs('Ann');
+    assert.deepEqual(await names(), ['Ann (2)', 'Ann', 'Bea']);
+    const second = await codeOf(page);
+    await instead.click();
+    assert.deepEqual(await names(), ['Ann', 'Bea']);
+    assert.equal(await toast(page), 'Saved as “Ann”, in place of the former');
+    assert.equal(await instead.isVisible(), false);
+    // Also for who does it by keyboard: what was done can be undone at once.
+    await page.keyboard.press('Enter');
+    assert.deepEqual(await names(), ['Ann', 'Ann (2)', 'Bea']);
+    await page.getByRole('button', { name: 'Open Ann (2)' }).click();
+    assert.equal(await codeOf(page), first);
+    await page.getByRole('button', { name: 'Open Ann', exact: true }).click();
+    assert.equal(await codeOf(page), second);
+    // What was asked of a name is not asked of another.
+    await keepAs('Ann');
+    assert.ok(await instead.isVisible());
+    await page.getByRole('button', { name: 'Rename Ann', exact: true }).click();
+    await page.keyboard.type('Cleo');
+    await page.keyboard.press('Enter');
+    assert.equal(await instead.isVisible(), false);
     assert.deepEqual(complaints, []);
     await context.close();
   });

@@ -43,7 +43,7 @@ describe('mixing', () => {
     await settled(page);
     const before = await picture(page, 'mix-before');
 
-    const carry = async (name, to) => {
+    const carry = async (name, to, meanwhile = async () => {}) => {
       const box = await faceIn(page, name).boundingBox();
       assert.ok(box);
       await page.mouse.move(box.x + box.width / 2, box.y + 30);
@@ -51,6 +51,7 @@ describe('mixing', () => {
       await page.mouse.move(to.x + 30, to.y, { steps: 3 });
       await page.mouse.move(to.x, to.y);
       assert.ok(await page.locator('.drag-face').isVisible());
+      await meanwhile();
       await page.mouse.up();
       assert.equal(await page.locator('.drag-face').count(), 0);
     };
@@ -72,6 +73,19 @@ describe('mixing', () => {
     await carry('Preset 5', nostril);
     assert.deepEqual(await coefficients(page), taken);
     assert.match((await page.locator('.toast').textContent()) ?? '', /nose is locked/);
+    // Another tab saves a face, which makes all that are shown anew, while one of them is carried.
+    await page.evaluate(() => window.designer.face.unlock('nose'));
+    await carry('Preset 5', nostril, async () => {
+      const other = await context.newPage();
+      await other.goto(site.url);
+      await other.waitForFunction(() => document.documentElement.dataset.ready === 'true');
+      await other.getByRole('tab', { name: 'Faces' }).click();
+      await other.getByRole('button', { name: 'Save', exact: true }).click();
+      await other.close();
+      await faceIn(page, 'My face 1').waitFor();
+    });
+    assert.notDeepEqual(await coefficients(page), taken);
+    assert.match((await page.locator('.toast').textContent()) ?? '', /Preset 5/);
     assert.deepEqual(complaints, []);
     await context.close();
   });
@@ -209,6 +223,11 @@ describe('mixing', () => {
     await settled(page);
     const nose = await partOf(page, 'nose');
     const tip = await landmarkOnScreen(page, 'ibug_30');
+    // There the tray fills the panel, and who is chosen is told of below it.
+    await faceIn(page, 'Preset 1').tap();
+    const told = await page.locator('.chosen-head').boundingBox();
+    assert.ok(told && told.y > 40 && told.y + told.height <= 360, JSON.stringify(told));
+    await faceIn(page, 'Preset 1').tap();
     const face = faceIn(page, 'Preset 4');
     await face.scrollIntoViewIfNeeded();
     const place = await face.boundingBox();
@@ -442,13 +461,31 @@ describe('comparing on a phone', () => {
     const [left, right] = await page.locator('.side').evaluateAll((sides) => sides.map((it) => ({ ...it.getBoundingClientRect().toJSON(), cut: it.scrollWidth > it.clientWidth })));
     assert.ok(left.left >= 4 && left.cut, `it begins at ${left.left}`);
     assert.ok(right.right <= 356 && !right.cut);
+    // Nothing on the stage is under something else, nor is it where a photo was opened.
+    const under = () =>
+      page.evaluate(() => {
+        const all = ['.explain-open', '.photo-sides', '.side.left', '.side.right', '.split-end'].map((of) => /** @type {const} */ ([of, document.querySelector(of)?.getBoundingClientRect()]));
+        const shown = all.filter(([, box]) => box?.width > 0);
+        return shown.flatMap(([one, a], i) =>
+          shown.slice(i + 1).filter(([, b]) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom).map(([other]) => `${one} and ${other}`),
+        );
+      });
+    assert.deepEqual(await under(), []);
     await page.setViewportSize({ width: 740, height: 740 });
     await page.waitForFunction(() => {
       const side = document.querySelector('.side.left');
       return side.getBoundingClientRect().left >= 4 && side.getBoundingClientRect().width > 200;
     });
-    // One of a single word breaks, and widens nothing.
     await page.setViewportSize({ width: 360, height: 740 });
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    await page.getByRole('button', { name: 'An example' }).click();
+    await page.locator('.photo-sides').waitFor();
+    await page.getByRole('tab', { name: 'Compare' }).click();
+    await page.getByLabel('Split by a line').uncheck();
+    await page.getByLabel('Split by a line').check();
+    assert.ok(await page.locator('.photo-sides').isVisible());
+    assert.deepEqual(await under(), [], 'with a photo');
+    // One of a single word breaks, and widens nothing.
     const word = 'W'.repeat(60);
     const wide = () => page.evaluate(() => [...document.querySelectorAll('.scroll, .toast, html')].filter((it) => it.clientWidth > 0 && it.scrollWidth > Math.min(it.clientWidth, window.innerWidth)).map((it) => it.className));
     await page.getByRole('tab', { name: 'Faces' }).click();

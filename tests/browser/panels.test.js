@@ -107,6 +107,11 @@ test('faces like one are drawn beside each other, taken, saved, and put on one s
   const own = await code();
   const looks = await page.evaluate(() => window.designer.colouring);
   await page.getByRole('button', { name: 'Like this face' }).click();
+  // They come below the button, which is where the panel ends.
+  await page.waitForFunction(() => {
+    const [line, seen] = ['[role=group]:has(> .alike)', '#section-features > .scroll'].map((of) => document.querySelector(of)?.getBoundingClientRect());
+    return line && seen && line.height > 0 && line.bottom <= seen.bottom + 1;
+  });
   const six = page.getByRole('group', { name: 'Faces like it' }).getByRole('button', { name: /^Take face/ });
   assert.equal(await six.count(), 6);
   assert.equal(await code(), own, 'none of them is taken yet');
@@ -169,6 +174,8 @@ test('faces like one are drawn beside each other, taken, saved, and put on one s
 
 test('on paper there is the picture, with the lengths under it and nothing to press', async () => {
   const { context, page, complaints } = await open(browser, site);
+  const before = await page.evaluate(() => window.designer.face.measure('nose length'));
+  await moveSlider(page, 'nose 1', 0.9);
   await page.getByRole('tab', { name: 'Compare' }).click();
   await page.getByLabel('Split by a line you drag').check();
   assert.equal(await page.locator('.printed').isVisible(), false);
@@ -178,12 +185,18 @@ test('on paper there is the picture, with the lengths under it and nothing to pr
   assert.ok(await page.locator('canvas.view').isVisible());
   const { measures, nose } = await page.evaluate(() => ({ measures: window.designer.model.measures.length, nose: window.designer.face.measure('nose length') }));
   assert.equal(await page.locator('.printed dt').filter({ visible: true }).count(), measures);
-  assert.match((await page.locator('.printed').textContent()) ?? '', new RegExp(`^This face.*nose length${nose.toFixed(1)} mm`));
+  // Two faces are in the picture, and so they are in what stands under it.
+  const apart = nose - before;
+  assert.ok(apart > 0.1, `${apart}`);
+  assert.match((await page.locator('.printed').textContent()) ?? '', new RegExp(`^This face vs The start.*nose length\\+${apart.toFixed(1)}${nose.toFixed(1)} mm.*nose lateral position0\\.0`));
   // The line between two faces is where it is on the screen.
   const [stage, line] = [await page.locator('.stage').boundingBox(), await page.locator('.divider').boundingBox()];
   assert.ok(stage && line && Math.abs(line.x + line.width / 2 - stage.x - stage.width / 2) < 1.5);
   const shape = await page.locator('.stage').evaluate((it) => it.clientWidth / it.clientHeight);
   await page.emulateMedia({ media: 'screen' });
+  await page.getByLabel('Split by a line you drag').uncheck();
+  await page.evaluate(() => window.dispatchEvent(new Event('beforeprint')));
+  assert.match((await page.locator('.printed').textContent()) ?? '', new RegExp(`^This face\\w.*nose length${nose.toFixed(1)} mm`));
   assert.ok(Math.abs(shape - (await page.locator('.stage').evaluate((it) => it.clientWidth / it.clientHeight))) < 0.02);
   assert.deepEqual(complaints, []);
   await context.close();
@@ -207,7 +220,68 @@ test('where the person has chosen all colours, tracks and what is pressed are th
   assert.equal((await colours('.mode[aria-selected=false]')).borderBottomColor, panel, 'no line under what is not chosen');
   await page.getByRole('tab', { name: 'Looks' }).click();
   assert.match((await colours('.colours .line')).backgroundImage, /gradient/);
+  await page.getByRole('tab', { name: 'Compare' }).click();
+  await page.getByLabel('Distance as colour').check();
+  const scale = page.locator('.colour-bar .scale');
+  assert.equal(await scale.evaluate((it) => getComputedStyle(it).forcedColorAdjust), 'none', 'the scale of distances keeps its colours');
   assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test('who asks for more contrast has it, by day and by night', async () => {
+  const { context, page } = await open(browser, site, { contrast: 'more' });
+  await page.evaluate(() => document.querySelector('.stage')?.classList.add('is-shaping'));
+  /** By which factor two colours differ as WCAG counts it. */
+  const contrasts = () =>
+    page.evaluate(() => {
+      const light = (/** @type {string} */ colour) =>
+        colour.match(/[\d.]+/g)?.slice(0, 3).map((part) => (Number(part) / 255 <= 0.04045 ? Number(part) / 255 / 12.92 : ((Number(part) / 255 + 0.055) / 1.055) ** 2.4))
+          .reduce((sum, part, i) => sum + part * [0.2126, 0.7152, 0.0722][i], 0.05) ?? NaN;
+      const of = (/** @type {string} */ selector, /** @type {string} */ property) => {
+        const it = document.querySelector(selector);
+        return it ? light(getComputedStyle(it).getPropertyValue(property)) : NaN;
+      };
+      const ground = of('.panel', 'background-color');
+      const from = (/** @type {number} */ there) => Math.max(ground, there) / Math.min(ground, there);
+      return {
+        letters: ['.control .about', '.mode[aria-selected=false]', '.measures dt', '.hint'].map((selector) => from(of(selector, 'color'))),
+        edges: [of('.tab', 'border-bottom-color'), of('.bar', 'border-bottom-color'), of('#section-features .line', 'background-color')].map(from),
+        accent: from(of('.tab[aria-pressed=true]', 'border-bottom-color')),
+        hint: getComputedStyle(/** @type {Element} */ (document.querySelector('.hint'))).backgroundColor,
+      };
+    });
+  for (const theme of ['day', 'night']) {
+    if (theme === 'night') await page.getByRole('button', { name: 'Light or dark' }).click();
+    const { letters, edges, accent, hint } = await contrasts();
+    assert.ok(Math.min(...letters) >= 7, `${theme}: ${letters}`);
+    assert.ok(Math.min(...edges, accent) >= 3, `${theme}: ${edges}, ${accent}`);
+    assert.match(hint, /^rgb\(/, 'nothing of the face is behind letters');
+  }
+  await context.close();
+});
+
+test('where a window is low and broad, the face has its height beside the sliders, and one is in sight', async () => {
+  const { context, page } = await open(browser, site, { viewport: { width: 819, height: 514 } });
+  /** @param {string} of */
+  const box = async (of) => (await page.locator(of).first().boundingBox()) ?? assert.fail(of);
+  // Projectors of 1024 by 768 at 125 and 150 per cent, and phones on their side.
+  for (const [width, height] of [[819, 514], [683, 512], [683, 430], [740, 360]]) {
+    await page.setViewportSize({ width, height });
+    const [stage, panel, slider] = [await box('.stage'), await box('.panel'), await box('[aria-labelledby=feature-title] .track')];
+    assert.ok(stage.x + stage.width <= panel.x + 0.5 && stage.height > height - 60, `${width} x ${height}: ${JSON.stringify(stage)}`);
+    assert.ok(stage.width >= 0.55 * width && panel.width >= 250, `${width} x ${height}: ${stage.width}, ${panel.width}`);
+    assert.ok(slider.y + slider.height <= height, `${width} x ${height}: the first slider ends at ${slider.y + slider.height}`);
+    // What explains covers the sliders, and what is said some of the stage: the face stays free.
+    await page.getByRole('button', { name: 'What is happening?' }).click();
+    assert.ok((await box('.explanation')).x >= panel.x, `${width} x ${height}`);
+    await page.keyboard.press('Escape');
+    await page.getByRole('button', { name: 'Random face' }).click();
+    const said = await box('.toast');
+    assert.ok(said.x >= 0 && said.x + said.width <= panel.x, `${width} x ${height}: ${JSON.stringify(said)}`);
+  }
+  // A window that is higher than that has the sliders below.
+  await page.setViewportSize({ width: 800, height: 800 });
+  assert.ok((await box('.panel')).y >= (await box('.stage')).height);
   await context.close();
 });
 

@@ -267,7 +267,12 @@ export async function createDesigner(model, stage, chosen) {
       display.refresh();
     },
   });
-  const printed = createPrinted(face, { stage: stage.root, named: () => library.nameOf(editor.likeness), draw: display.draw });
+  const printed = createPrinted(face, {
+    stage: stage.root,
+    named: () => library.nameOf(editor.likeness),
+    other: () => compare.other,
+    draw: display.draw,
+  });
   document.body.append(about.root, exports, ...tour.parts, printed);
 
   editor.onShape((range) => {
@@ -342,12 +347,25 @@ export async function createDesigner(model, stage, chosen) {
     }
     toast.say('');
   }
-  let leftExpression = left?.shown ?? {};
-  if (left?.expression && !left.shown) {
-    // What cannot be loaded now is not shown either; the shape is kept.
-    await file.load().then(() => (leftExpression = decodeExpression(model.expressions, left.expression))).catch(() => {});
+  /** Puts what was worked on among the faces. @param {Last} left */
+  async function adopt({ code, expression, shown, colouring, when }) {
+    let weights = shown ?? {};
+    if (expression && !shown) {
+      // What cannot be loaded now is not shown either; the shape is kept.
+      await file.load().then(() => (weights = decodeExpression(model.expressions, expression))).catch(() => {});
+    }
+    return library.adopt(text.lastVisit(when), { code, expression: weights, colouring: coloursOf(colouring) ?? {} });
   }
-  const adopted = left && library.adopt(text.lastVisit(left.when), { code: left.code, expression: leftExpression, colouring: coloursOf(left.colouring) ?? {} });
+  const adopted = left && (await adopt(left));
+  // What a tab worked on that is closed is nobody's, unless it was the last one, or this one goes on from it.
+  let ofClosed = '';
+  for (const { worked: gone, settle } of await autosave.closed()) {
+    const goneOn = [last, { code: face.code, expression, colouring: encodeColouring(colours) }].some((one) => gone && one && joinHash(one) === joinHash(gone));
+    const isWorth = gone && !goneOn && (gone.code !== medianCode || gone.expression || gone.colouring);
+    const kept = isWorth ? await adopt(gone) : 'known';
+    if (kept !== 'refused') settle();
+    if (kept === 'added') ofClosed = text.closedKept;
+  }
   // Not before: what was worked on last is only there.
   autosave.follow(editor, toast.say);
   if (!chosen.known) toast.say(text.unknownModel);
@@ -357,6 +375,7 @@ export async function createDesigner(model, stage, chosen) {
   else if (unexpressed) toast.say(text.badExpression);
   else if (read === null) toast.say(text.badColours);
   else if (adopted === 'added') toast.say(text.lastKept);
+  else if (ofClosed) toast.say(ofClosed);
   else if (restored && worked) toast.say(text.back);
   scene.refine(true);
   document.documentElement.dataset.ready = 'true';

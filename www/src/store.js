@@ -26,3 +26,21 @@ export function keep(key, value) {
     return false;
   }
 }
+
+/** @param {string} start @returns {string[]} the keys of what is kept that begin so */
+export function keptUnder(start) {
+  try {
+    return Object.keys(localStorage).filter((key) => key.startsWith(start));
+  } catch {
+    return [];
+  }
+}
+
+/** @param {string} key */
+export function forget(key) {
+  try {
+    localStorage.removeItem(key);
+  } catch {
+    // What nobody can read is as good as gone.
+  }
+}

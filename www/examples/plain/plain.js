@@ -4,10 +4,13 @@ const code = document.querySelector('#code');
 const random = document.querySelector('#random');
 const picture = document.querySelector('#picture');
 
-designer.addEventListener('ready', () => {
+function begin() {
   code.value = designer.code;
   random.disabled = picture.disabled = false;
-});
+}
+designer.addEventListener('ready', begin);
+// It may have been ready before this script came.
+if (designer.model) begin();
 designer.addEventListener('change', (event) => {
   code.value = event.detail.code;
 });

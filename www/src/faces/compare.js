@@ -260,6 +260,11 @@ export function createCompare(editor, { library, display, stage, wears, reveal }
         heat: heat.checked ? { title: text.distanceFrom(other), least: '0', most: scaleEnd.textContent ?? '' } : null,
       };
     },
+    /** Who is on the stage beside this face, or as a distance from it; null when it is there alone. */
+    get other() {
+      if (!split.checked && !heat.checked) return null;
+      return { name: nameOf(), lengthOf: (/** @type {string} */ measure) => reference.measure(measure) };
+    },
     /** @param {number} millimetres */
     setScale(millimetres) {
       scaleEnd.textContent = `≥ ${millimetres} mm`;

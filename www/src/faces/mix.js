@@ -126,11 +126,12 @@ export function createMix(editor, { groups, limits, library, portraits, display,
 
   const take = element('button', { type: 'button', class: 'button', onclick: () => chosen && takeOver(chosen, region.value) }, text.takeOver);
   const encircle = element('button', { type: 'button', class: 'button', onclick: () => chosen && circle.add(chosen) }, icon('plus'), text.intoCircle);
+  // Its slider says itself what it does.
+  const detailHead = element('div', { class: 'chosen-head', 'aria-live': 'polite' }, portrait, element('div', {}, heading, element('p', { class: 'note' }, text.chosenAbout), aside));
   const detail = element(
     'section',
     { class: 'part chosen', hidden: true },
-    // Its slider says itself what it does.
-    element('div', { class: 'chosen-head', 'aria-live': 'polite' }, portrait, element('div', {}, heading, element('p', { class: 'note' }, text.chosenAbout), aside)),
+    detailHead,
     element('div', { class: 'field' }, element('label', { for: 'mix-region' }, text.where), region),
     slider.root,
     element('div', { class: 'row' }, take, encircle),
@@ -147,6 +148,8 @@ export function createMix(editor, { groups, limits, library, portraits, display,
       heading.textContent = entry.name;
       aside.hidden = !shows(entry.expression);
       portrait.replaceChildren(portraits.of(entry));
+      // Where the tray fills what is in sight, nothing would be seen to happen.
+      detailHead.scrollIntoView({ block: 'nearest' });
     }
     start();
   }

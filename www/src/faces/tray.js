@@ -42,10 +42,12 @@ export function createTray({ library, portraits, groupUnder, preview, choose, dr
       portraits.of(entry),
       element('span', {}, entry.name),
     );
+    const heard = /** @type {const} */ ([['pointermove', follow], ['pointerup', letGo], ['pointercancel', giveUp]]);
     function end() {
       drag?.ghost?.remove();
       drag = null;
       preview(null);
+      for (const [type, listener] of heard) window.removeEventListener(type, listener, true);
       document.removeEventListener('keydown', escape, true);
     }
     /** @param {KeyboardEvent} event */
@@ -57,8 +59,11 @@ export function createTray({ library, portraits, groupUnder, preview, choose, dr
       dragged = false;
       drag = { pointer: event.pointerId, x: event.clientX, y: event.clientY, ghost: null };
       button.setPointerCapture(event.pointerId);
+      // Wherever it goes, and whether the button is still there then: another tab may have saved a face meanwhile.
+      for (const [type, listener] of heard) window.addEventListener(type, listener, true);
     });
-    button.addEventListener('pointermove', (event) => {
+    /** @param {PointerEvent} event */
+    function follow(event) {
       if (drag?.pointer !== event.pointerId) return;
       if (!drag.ghost) {
         if (Math.hypot(event.clientX - drag.x, event.clientY - drag.y) < REACH) return;
@@ -69,14 +74,18 @@ export function createTray({ library, portraits, groupUnder, preview, choose, dr
       }
       drag.ghost.style.translate = `${event.clientX}px ${event.clientY}px`;
       preview(groupUnder(event));
-    });
-    button.addEventListener('pointerup', (event) => {
+    }
+    /** @param {PointerEvent} event */
+    function letGo(event) {
       if (drag?.pointer !== event.pointerId) return;
       const group = drag.ghost ? groupUnder(event) : null;
       end();
       if (group) drop(entry, group);
-    });
-    button.addEventListener('pointercancel', end);
+    }
+    /** @param {PointerEvent} event */
+    function giveUp(event) {
+      if (drag?.pointer === event.pointerId) end();
+    }
     return button;
   }
 

@@ -31,6 +31,8 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
   let told = false;
   /** What was deleted since the page was opened, and how many stood after it. @type {{ entry: import('./library.js').Entry, after: number }[]} */
   const removed = [];
+  /** What was saved last under a name that another has, and may take the place of that one. @type {{ name: string, older: string, newer: string } | null} */
+  let namesake = null;
   /** @type {string | null} */
   let renaming = null;
   /** Whether a pointer is down, and whether the list waits for what it does. */
@@ -45,8 +47,11 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
         event.preventDefault();
         const wanted = name.value.trim() || library.freeName;
         const chosen = library.freeNameLike(wanted);
+        const older = library.own.find((entry) => entry.name === wanted);
         say(library.add({ name: chosen, ...editor.likeness }) ? text.saved(chosen, wanted) : text.notKept);
+        namesake = older ? { name: wanted, older: older.id, newer: library.own[0].id } : null;
         name.value = '';
+        build();
       },
     },
     element('label', { for: 'save-name' }, text.saveAs),
@@ -68,6 +73,7 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
   );
   const ofAll = element('div', { class: 'row', hidden: true }, sheet, all);
   const restoreNote = element('p', { class: 'note restore', hidden: true });
+  const replaceNote = element('p', { class: 'note restore', hidden: true });
   const picker = element('input', {
     type: 'file',
     accept: '.json,application/json',
@@ -209,10 +215,40 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
       }),
       tool('download', text.downloadFace(entry.name), () => save(faceFile(model, entry), fileName(entry.name, FACE))),
       tool('bin', text.remove(entry.name), () => {
-        removed.push({ entry, after: library.own.length - 1 - library.own.findIndex((one) => one.id === id) });
-        library.remove(id);
-        restoreNote.querySelector('button')?.focus();
+        discard(entry);
       }),
+    );
+  }
+
+  /** @param {import('./library.js').Entry} entry */
+  function discard(entry) {
+    removed.push({ entry, after: library.own.length - 1 - library.own.findIndex(({ id }) => id === entry.id) });
+    library.remove(entry.id);
+    restoreNote.querySelector('button')?.focus();
+  }
+
+  /** Whoever saves while they work wants the newest of a name: the older one goes, and can be brought back as any. */
+  function offerToReplace() {
+    const [older, newer] = [namesake?.older, namesake?.newer].map((id) => library.own.find((entry) => entry.id === id));
+    replaceNote.hidden = true;
+    // Either may have got another name meanwhile.
+    if (!older || !newer || older.name !== namesake?.name) return;
+    const { name } = older;
+    replaceNote.hidden = false;
+    replaceNote.replaceChildren(
+      element(
+        'button',
+        {
+          type: 'button',
+          class: 'link',
+          onclick: () => {
+            const isKept = library.rename(newer.id, name);
+            discard(older);
+            say(isKept ? text.replaced(name) : text.notKept);
+          },
+        },
+        text.replace(name),
+      ),
     );
   }
 
@@ -248,6 +284,7 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
     nothing.hidden = library.own.length > 0;
     sheet.hidden = !nothing.hidden;
     ofAll.hidden = library.own.length + library.unread.length === 0;
+    offerToReplace();
     const last = removed.at(-1);
     restoreNote.hidden = last === undefined;
     restoreNote.replaceChildren();
@@ -295,6 +332,7 @@ export function createSaved(editor, { library, portraits, display, canvas, expre
       'div',
       { class: 'scroll' },
       form,
+      replaceNote,
       restoreNote,
       nothing,
       list,

@@ -92,6 +92,8 @@ export function createAlike(editor, { library, portraits, say, spread }) {
     );
     keep.disabled = false;
     root.hidden = false;
+    // The button is at the end of what there was.
+    root.scrollIntoView({ block: 'nearest' });
     mark();
     say(text.alike.drawn(FACES));
   }

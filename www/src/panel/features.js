@@ -279,7 +279,7 @@ export function createFeatures(editor, { distributions, limits, random, preview,
 
   const feature = element(
     'div',
-    {},
+    { class: 'feature' },
     element('div', { class: 'feature-head' }, heading, surprise, reset, lock),
     lockNote,
     measures.root,
