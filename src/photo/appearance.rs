@@ -95,6 +95,8 @@ pub(super) struct Comparison<'a> {
 /// What the pixels made of a face.
 pub(super) struct Refined {
     pub state: State,
+    /// What the pixels tell there of the unknowns and the pose, whatever light and albedo are; `None` when that was not asked.
+    pub told: Option<Normal>,
     /// The root mean square of the residuals that are left, albedo taken off.
     pub rms: f64,
     /// How many patches were seen.
@@ -222,11 +224,12 @@ fn precisions(mean: f64) -> impl Iterator<Item = f64> {
 impl Comparison<'_> {
     /// The face that points and pixels tell, from the one that the points do; `None` when pixels do
     /// not tell any, or one that the points disagree with. `told` hears which part of the steps is done,
-    /// what the points took counts as one.
+    /// what the points took counts as one. `asked` is whether to say what the pixels tell.
     pub fn refine(
         &self,
         image: &Image,
         start: &State,
+        asked: bool,
         told: &mut dyn FnMut(f64),
     ) -> Option<Refined> {
         let all = 1 + STEPS.iter().sum::<usize>();
@@ -256,10 +259,9 @@ impl Comparison<'_> {
                 let modes = level.albedo.modes.nrows();
                 // Those of a coarse level are the first of a fine one.
                 own.modes.resize_vertically_mut(modes, 0.0);
-                let rows = self.rows(level, &looks, &positions, own, &shown);
-                last = Some((rows.rms, rows.residuals.len()));
                 let pixels = pixels.as_ref()?;
-                let known = self.known(level, pixels, (&looks, &positions), rows, own, &shown)?;
+                let known = self.known(level, pixels, (&looks, &positions), own, &shown)?;
+                last = Some((known.rows.rms, known.rows.residuals.len()));
                 let found = solver::step_with(self.observed, self.terms, &state, &known, LONGEST);
                 done = match found {
                     Some((there, step)) => {
@@ -277,8 +279,25 @@ impl Comparison<'_> {
         let (rms, patches) = last.filter(|l| l.0 <= MOST_OFF)?;
         let before = solver::disagreement(self.observed, start)?;
         let after = solver::disagreement(self.observed, &state)?;
-        (after - before <= AGREEMENT).then_some(Refined {
+        if !(after - before <= AGREEMENT) {
+            return None;
+        }
+        let told = match asked {
+            true => {
+                let level = self.surface.levels.last()?;
+                let (visible, _) = self.visible(&state, &shown)?;
+                let positions = self.positions(&state, &shown);
+                let pixels = pixels.as_ref()?;
+                let looks = self.looks(pixels, &state, &visible, &positions);
+                let looked = (&looks[..], &positions[..]);
+                let known = self.known(level, pixels, looked, skin.as_ref()?, &shown)?;
+                Some(known.normal)
+            }
+            false => None,
+        };
+        Some(Refined {
             state,
+            told,
             rms,
             patches,
         })
@@ -520,10 +539,10 @@ impl Comparison<'_> {
         level: &'a Level,
         pixels: &'a Pixels,
         (looks, positions): (&'a [Look], &'a [DVec3]),
-        rows: Rows,
         skin: &'a Skin,
         shown: &'a [usize],
     ) -> Option<Told<'a>> {
+        let rows = self.rows(level, looks, positions, skin, shown);
         let mean = skin.mean(looks);
         let equations = self.equations(&rows, skin, mean, shown)?;
         let rest = equations.gradient.len() - HARMONICS;

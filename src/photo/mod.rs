@@ -22,8 +22,8 @@
 //! small: when the head shrinks and comes nearer its image is the same, and the prior prefers less of
 //! every shape.
 //!
-//! Where there are other photos of the person, E_reg has what their points tell of z besides: E_lan of each, to second
-//! order, marginal over its pose and expressions.
+//! Where there are other photos of the person, E_reg has what they tell of z besides: E_lan of each, and E_c, to second
+//! order, marginal over its pose, expressions, light and albedo.
 
 mod albedo;
 mod appearance;
@@ -100,6 +100,9 @@ pub struct Photo<'a> {
     /// Other photos of the same person, who may look elsewhere there and show another expression: what their points tell
     /// of the face counts, too. Others of theirs are not asked for.
     pub others: &'a [Photo<'a>],
+    /// The pixels of one of the others, if they are to tell of the face where those of the photo itself do
+    /// ([`Fitter::fit_pixels`]).
+    pub image: Option<Image<'a>>,
 }
 
 /// How well a fit tells the points.
@@ -271,7 +274,8 @@ impl Fitter {
     pub fn fit(&self, photo: &Photo) -> Result<Fit> {
         let seen = checked(photo)?;
         let observed = self.observed(&self.points, &seen);
-        let (known, others) = self.known(photo)?;
+        let (told, others) = self.told(photo)?;
+        let known = Known::all(told.iter().skip(1).flatten());
         let (state, _) = self.solve(photo, None, &observed, known)?;
         let fit = self.finish(&observed, state, &self.points.basis, None);
         Ok(Fit {
@@ -281,12 +285,12 @@ impl Fitter {
     }
 
     /// The same from a photo's points and its pixels, which tell the shape by its shading, E_c
-    /// (`appearance`). When they do not, because too little of the face is seen or is lit, or what
-    /// they say disagrees with the points, the fit is that of the points, and its
-    /// [`Fit::appearance`] is `None`.
+    /// (`appearance`), and from those of its others that have an image. When they do not, because too
+    /// little of the face is seen or is lit, or what they say disagrees with the points, the fit is that
+    /// of the points, and its [`Fit::appearance`] is `None`.
     ///
     /// # Errors
-    /// As [`Fitter::fit`], and when the image has another size than the photo.
+    /// As [`Fitter::fit`], and when an image has another size than its photo.
     pub fn fit_pixels(&self, photo: &Photo, image: &Image) -> Result<Fit> {
         self.fit_pixels_telling(photo, image, &mut |_| ())
     }
@@ -302,32 +306,55 @@ impl Fitter {
         image: &Image,
         told: &mut dyn FnMut(f64),
     ) -> Result<Fit> {
-        image.check_size([photo.width, photo.height])?;
-        let (known, others) = self.known(photo)?;
-        let fit = self.fit_knowing(known, photo, image, told)?;
+        let each = || photo.others.iter().filter_map(|o| Some((o, o.image?)));
+        for (photo, image) in std::iter::once((photo, *image)).chain(each()) {
+            image.check_size([photo.width, photo.height])?;
+        }
+        let (mut of_all, others) = self.told(photo)?;
+        let count = 1 + each().count();
+        let mut done = 0;
+        let mut part = |part: f64, done: usize| told((done as f64 + part) / count as f64);
+        for (i, other) in photo.others.iter().enumerate() {
+            let Some(image) = other.image else { continue };
+            let rest = of_all.iter().enumerate().filter(|(j, _)| *j != i + 1);
+            let known = Known::all(rest.filter_map(|(_, told)| told.as_ref()));
+            let own = self.fit_knowing(known, other, &image, true, &mut |p| part(p, done));
+            done += 1;
+            // Where its pixels tell nothing its points still do.
+            if let Ok((_, Some(own))) = own {
+                of_all[i + 1] = Some(own);
+            }
+        }
+        let known = Known::all(of_all.iter().skip(1).flatten());
+        let (fit, _) = self.fit_knowing(known, photo, image, false, &mut |p| part(p, done))?;
         Ok(Fit { others, ..fit })
     }
 
+    /// What a photo's points and pixels tell with what is known, and, if that is asked, what they tell others.
     fn fit_knowing(
         &self,
         known: Option<Known>,
         photo: &Photo,
         image: &Image,
+        asked: bool,
         told: &mut dyn FnMut(f64),
-    ) -> Result<Fit> {
+    ) -> Result<(Fit, Option<Known>)> {
         let seen = checked(photo)?;
         let observed = self.observed(&self.points, &seen);
+        let of_all = known;
+        let known = (of_all.as_ref()).and_then(|known| known.of_first(self.points.basis.ncols()));
         let (state, terms) = self.solve(photo, Some(image), &observed, known)?;
         let fit = self.finish(&observed, state.clone(), &self.points.basis, None);
         let fit = fit.ok_or_else(nobody)?;
         // Points that are no face's have no pixels that are.
         if fit.quality.refusal().is_some() {
-            return Ok(fit);
+            return Ok((fit, None));
         }
         let observed = self.observed(&self.whole, &seen);
         let first = self.points.basis.ncols();
         let terms = Terms {
             coefficients: self.whole.basis.ncols(),
+            known: of_all,
             ..terms
         };
         let mut start = state;
@@ -341,9 +368,11 @@ impl Fitter {
             basis: &self.whole.basis,
             expressions: self.expressions.as_ref().map_or(&[], |e| e.list()),
         };
-        let Some(mut refined) = comparison.refine(image, &start, told) else {
-            return Ok(fit);
+        let Some(mut refined) = comparison.refine(image, &start, asked, told) else {
+            return Ok((fit, None));
         };
+        let tells = (refined.told.as_ref())
+            .and_then(|pixels| solver::told(&observed, &terms, &refined.state, Some(pixels)));
         let coefficients = refined.state.unknowns[..terms.coefficients].iter_mut();
         for (pixels, &points) in coefficients.zip(&start.unknowns) {
             *pixels = points + BELIEVED * (*pixels - points);
@@ -359,9 +388,10 @@ impl Fitter {
             Some(appearance),
         );
         // A face that nobody has is worse than the points' own, and so is one that is not before the camera.
-        Ok(better
-            .filter(|better| better.quality.refusal().is_none())
-            .unwrap_or(fit))
+        Ok(match better {
+            Some(better) if better.quality.refusal().is_none() => (better, tells),
+            _ => (fit, None),
+        })
     }
 
     /// Prepares what fits with pixels need, which the first of them would do otherwise.
@@ -389,10 +419,10 @@ impl Fitter {
         Some((jaw, teeth::shut(image, seen)))
     }
 
-    /// What the points of a photo's others tell of the face, and how those were taken.
-    fn known(&self, photo: &Photo) -> Result<(Option<Known>, Vec<Shot>)> {
+    /// What the points of a photo tell of the face and then those of its others, and how those were taken.
+    fn told(&self, photo: &Photo) -> Result<(Vec<Option<Known>>, Vec<Shot>)> {
         if photo.others.is_empty() {
-            return Ok((None, Vec::new()));
+            return Ok((Vec::new(), Vec::new()));
         }
         let photos: Vec<&Photo> = std::iter::once(photo).chain(photo.others).collect();
         let seen: Vec<Vec<DVec2>> = (photos.iter().map(|p| checked(p))).collect::<Result<_>>()?;
@@ -405,7 +435,7 @@ impl Fitter {
                 let observed = self.observed(&self.points, &seen[i]);
                 let known = Known::all(told.iter().flatten());
                 let (state, terms) = self.solve(photos[i], None, &observed, known)?;
-                told[i] = solver::told(&observed, &terms, &state);
+                told[i] = solver::told(&observed, &terms, &state, None);
                 shots.push(Shot {
                     camera: state.pose.camera(),
                     expression: state.unknowns[terms.coefficients..].to_vec(),
@@ -413,7 +443,7 @@ impl Fitter {
             }
         }
         let others = shots.split_off(1);
-        Ok((Known::all(told[1..].iter().flatten()), others))
+        Ok((told, others))
     }
 
     /// What the points tell, with what is known, and the teeth if there is an image.
@@ -607,6 +637,7 @@ mod tests {
             noise: None,
             jaw: None,
             others: &[],
+            image: None,
         };
         let seen = checked(&photo).unwrap();
         let observed = fitter.observed(&fitter.points, &seen);

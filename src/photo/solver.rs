@@ -59,8 +59,8 @@ pub(super) struct Observed<'a> {
     pub seen: &'a [DVec2],
 }
 
-/// What other photos tell of the same face, whatever was its pose there and its expression: half the curvature of their
-/// energy along the first coefficients, and half the slope where these are 0. To second order about where they put it.
+/// What other photos tell of the same face, whatever was its pose there, its expression and its light: half the curvature of
+/// their energy along the first coefficients, and half the slope where these are 0. To second order about where they put it.
 #[derive(Debug, Clone)]
 pub(super) struct Known {
     curvature: DMatrix<f64>,
@@ -70,9 +70,36 @@ pub(super) struct Known {
 impl Known {
     /// What several photos tell, each of which knows nothing of the others; `None` of none.
     pub fn all<'a>(each: impl Iterator<Item = &'a Self>) -> Option<Self> {
-        each.cloned().reduce(|a, b| Self {
-            curvature: a.curvature + b.curvature,
-            slope: a.slope + b.slope,
+        each.cloned().reduce(|a, b| {
+            // Points tell of the first coefficients, pixels of all.
+            let (mut sum, less) = match a.slope.len() < b.slope.len() {
+                true => (b, a),
+                false => (a, b),
+            };
+            let count = less.slope.len();
+            let mut curvature = sum.curvature.view_mut((0, 0), (count, count));
+            curvature += less.curvature;
+            let mut slope = sum.slope.rows_mut(0, count);
+            slope += less.slope;
+            sum
+        })
+    }
+
+    /// What that is of the first coefficients, `count` of them, when the rest is as it is in people; `None` when it is nothing.
+    pub fn of_first(&self, count: usize) -> Option<Self> {
+        let rest = self.slope.len().saturating_sub(count);
+        if rest == 0 {
+            return Some(self.clone());
+        }
+        let own = self.curvature.view((count, count), (rest, rest));
+        let factor = (own + DMatrix::identity(rest, rest)).cholesky()?;
+        let mut across = self.curvature.view((count, 0), (rest, count)).into_owned();
+        let mut slope = self.slope.rows(count, rest).into_owned();
+        factor.l_dirty().solve_lower_triangular_mut(&mut across);
+        factor.l_dirty().solve_lower_triangular_mut(&mut slope);
+        Some(Self {
+            curvature: self.curvature.view((0, 0), (count, count)) - across.tr_mul(&across),
+            slope: self.slope.rows(0, count) - across.tr_mul(&slope),
         })
     }
 
@@ -234,6 +261,11 @@ impl Terms {
         }
     }
 
+    /// Half the curvature of an expression's energy that a step takes.
+    fn curvature(&self, expression: usize) -> f64 {
+        self.tightness(expression) * EXPRESSION_WIDTH.powi(-2)
+    }
+
     /// The energy besides the points, with `determined` for n_eff.
     fn prior(&self, state: &State, determined: f64) -> f64 {
         let (z, e) = state.unknowns.split_at(self.coefficients);
@@ -268,6 +300,31 @@ fn weight([x, y]: [f64; 2]) -> f64 {
 pub(super) struct Normal {
     pub curvature: DMatrix<f64>,
     pub gradient: DVector<f64>,
+}
+
+impl Normal {
+    fn add(&mut self, other: &Self) {
+        self.curvature += &other.curvature;
+        self.gradient += &other.gradient;
+    }
+
+    /// What is known of expressions and the focal length before they are seen.
+    fn add_usual(&mut self, terms: &Terms, state: &State) {
+        let first = terms.coefficients;
+        for (i, &weight) in state.unknowns.iter().enumerate().skip(first) {
+            self.curvature[(i, i)] += terms.curvature(i - first);
+            self.gradient[i] += terms.tightness(i - first) * expressed(weight).1;
+        }
+        let focal = terms.count() + POSE - 1;
+        self.curvature[(focal, focal)] += terms.focal.1.powi(-2);
+        self.gradient[focal] += (state.pose.log_focal - terms.focal.0) / terms.focal.1.powi(2);
+    }
+
+    /// The marginal distribution's share in the size of the head's image, with `determined` for n_eff.
+    fn add_size(&mut self, terms: &Terms, determined: f64) {
+        self.gradient[terms.count() + 5] -= determined;
+        self.gradient[terms.count() + 6] += determined;
+    }
 }
 
 /// What stays as it is while a step is looked for: which points are compared, and how far each is
@@ -482,17 +539,22 @@ fn moved(state: &State, step: &DVector<f64>, part: f64, terms: &Terms) -> State 
     there
 }
 
-/// What the points tell of the coefficients, where the solver has ended: to second order, whatever pose and expression
-/// are. `None` when they tell nothing.
-pub(super) fn told(observed: &Observed, terms: &Terms, state: &State) -> Option<Known> {
+/// What the points tell of the coefficients, and something besides, where the solver has ended: to second order, whatever
+/// pose and expression are. `None` when they tell nothing.
+pub(super) fn told(
+    observed: &Observed,
+    terms: &Terms,
+    state: &State,
+    besides: Option<&Normal>,
+) -> Option<Known> {
     let held = Held::new(observed, terms, state)?;
     let mut normal = held.normal(state)?;
-    let (first, count) = (terms.coefficients, terms.count());
-    for i in first..count {
-        normal.curvature[(i, i)] += terms.tightness(i - first) * EXPRESSION_WIDTH.powi(-2);
+    if let Some(other) = besides {
+        normal.add(other);
     }
-    let focal = count + POSE - 1;
-    normal.curvature[(focal, focal)] += terms.focal.1.powi(-2);
+    normal.add_usual(terms, state);
+    normal.add_size(terms, state.determined);
+    let (first, count) = (terms.coefficients, terms.count());
     let others: Vec<usize> = (first..count)
         .filter(|&i| state.unknowns[i] > 0.0)
         .chain(count..count + POSE)
@@ -500,15 +562,20 @@ pub(super) fn told(observed: &Observed, terms: &Terms, state: &State) -> Option<
     let rows = normal.curvature.select_rows(&others);
     let factor = rows.select_columns(&others).cholesky()?;
     let mut across = rows.columns(0, first).into_owned();
+    let mut pull = normal.gradient.select_rows(&others);
     factor.l_dirty().solve_lower_triangular_mut(&mut across);
+    factor.l_dirty().solve_lower_triangular_mut(&mut pull);
     let curvature = normal.curvature.view((0, 0), (first, first)) - across.tr_mul(&across);
-    // Where all of the energy is least its gradient is 0: what the points pull with is the opposite of the rest.
-    let z = &state.unknowns[..first];
-    let mut pull = -DVector::from_column_slice(z);
-    if let Some(known) = &terms.known {
-        pull -= known.gradient(z);
-    }
-    let slope = pull - &curvature * DVector::from_column_slice(z);
+    let z = DVector::from_column_slice(&state.unknowns[..first]);
+    let gradient = match besides {
+        Some(_) => normal.gradient.rows(0, first) - across.tr_mul(&pull),
+        // The points' own steps end where all of the energy is least, next to which its gradient is 0: what they pull with
+        // is the opposite of the rest. Told so, photos that are fitted in turn settle, also where steps end early.
+        None => {
+            -(terms.known.as_ref()).map_or_else(|| z.clone(), |k| &z + k.gradient(z.as_slice()))
+        }
+    };
+    let slope = gradient - &curvature * z;
     Some(Known { curvature, slope })
 }
 
@@ -523,8 +590,7 @@ fn step(
     let count = terms.count();
     let mut normal = points;
     if let Some(other) = besides {
-        normal.curvature += &other.curvature;
-        normal.gradient += &other.gradient;
+        normal.add(other);
     }
     if let Some(known) = &terms.known {
         let k = known.slope.len();
@@ -533,20 +599,11 @@ fn step(
         let mut own = normal.gradient.rows_mut(0, k);
         own += known.gradient(&state.unknowns);
     }
-    let tight = |i: usize| match i < terms.coefficients {
-        true => 1.0,
-        false => terms.tightness(i - terms.coefficients) * EXPRESSION_WIDTH.powi(-2),
-    };
-    for i in 0..count {
-        normal.curvature[(i, i)] += tight(i);
-        normal.gradient[i] += match i < terms.coefficients {
-            true => state.unknowns[i],
-            false => terms.tightness(i - terms.coefficients) * expressed(state.unknowns[i]).1,
-        };
+    for i in 0..terms.coefficients {
+        normal.curvature[(i, i)] += 1.0;
+        normal.gradient[i] += state.unknowns[i];
     }
-    let focal = count + POSE - 1;
-    normal.curvature[(focal, focal)] += terms.focal.1.powi(-2);
-    normal.gradient[focal] += (state.pose.log_focal - terms.focal.0) / terms.focal.1.powi(2);
+    normal.add_usual(terms, state);
     // Weights that are 0 have no freedom.
     let free: Vec<usize> = (0..count)
         .filter(|&i| i < terms.coefficients || state.unknowns[i] > 0.0)
@@ -554,6 +611,10 @@ fn step(
     let own = normal.curvature.select_rows(&free).select_columns(&free);
     let factor = own.cholesky()?;
     let inverse = inverse_diagonal(factor.l_dirty(), free.len());
+    let tight = |i: usize| match i < terms.coefficients {
+        true => 1.0,
+        false => terms.curvature(i - terms.coefficients),
+    };
     let left: f64 = free.iter().zip(inverse).map(|(&i, d)| tight(i) * d).sum();
     let known = terms.known.as_ref().map_or(0.0, |known| {
         // The trace of the inverse times what is known.
@@ -564,8 +625,7 @@ fn step(
         (0..k).map(|i| columns[(i, i)]).sum()
     });
     let determined = free.len() as f64 - left - known;
-    normal.gradient[count + 5] -= determined;
-    normal.gradient[count + 6] += determined;
+    normal.add_size(terms, determined);
     let bounds: Vec<[f64; 2]> = state.unknowns[terms.coefficients..]
         .iter()
         .map(|weight| [-weight, 1.0 - weight])

@@ -8,7 +8,7 @@ mod edit;
 
 use std::collections::BTreeMap;
 
-use js_sys::Function;
+use js_sys::{Function, Uint8Array};
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
@@ -111,6 +111,7 @@ fn view<'a>(numbers: &'a [f64], others: &'a [Photo<'a>]) -> Option<Photo<'a>> {
         noise: known(*noise),
         jaw: known(*jaw),
         others,
+        image: None,
     })
 }
 
@@ -145,19 +146,24 @@ impl Fitter {
     /// What a photo's points tell, and its pixels (sRGB and alpha) if they are given, which tell more of the shape, and
     /// the light; as a plain object. `photo` is its width and height, the focal length, the noise of the points and of the
     /// jaw's (px; NaN where they are not known), then the points, pairs of x and y, px; so are each of `others`, one after
-    /// another, which are photos of the same person. `told` is called
-    /// with the part of the steps that are done; what it throws is dropped.
+    /// another, which are photos of the same person, with `images` for their pixels, empty where they are not given. `told`
+    /// is called with the part of the steps that are done; what it throws is dropped.
     pub fn fit(
         &self,
         photo: &[f64],
         others: &[f64],
         rgba: Option<Vec<u8>>,
+        images: Vec<Uint8Array>,
         told: Option<Function>,
     ) -> Result<JsValue, JsError> {
         let none = || error("a photo is a width, a height, a focal length, two noises and points");
         let (others, _) = others.as_chunks::<OTHER>();
         let others: Option<Vec<Photo>> = others.iter().map(|other| view(other, &[])).collect();
-        let others = others.ok_or_else(none)?;
+        let mut others = others.ok_or_else(none)?;
+        let images: Vec<Vec<u8>> = images.iter().map(Uint8Array::to_vec).collect();
+        for (other, rgba) in others.iter_mut().zip(&images).filter(|o| !o.1.is_empty()) {
+            other.image = Some(Image::new(other.width, other.height, rgba).map_err(error)?);
+        }
         let photo = view(photo, &others).ok_or_else(none)?;
         let image = rgba
             .as_deref()

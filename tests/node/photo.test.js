@@ -16,17 +16,44 @@ const CAMERA = { focal: 900, yaw: 0.3, translation: [10, -15, 700] };
 function seen(face, { yaw } = CAMERA) {
   const { positions, model } = face;
   const points = [];
-  const [cos, sin] = [Math.cos(yaw), Math.sin(yaw)];
   for (let i = 0; i < 68; i++) {
     const name = `ibug_${String(i).padStart(2, '0')}`;
     const { stencil } = model.landmarks.find((l) => l.name === name);
     const at = [0, 1, 2].map((axis) => stencil.reduce((s, [v, w]) => s + w * positions[3 * v + axis], 0));
-    // Yaw about y, then from y up and z towards the viewer to y down and z ahead.
-    const camera = [cos * at[0] + sin * at[2], -at[1], sin * at[0] - cos * at[2]];
-    const [x, y, z] = camera.map((c, axis) => c + CAMERA.translation[axis]);
-    points.push(SIZE.width / 2 + (CAMERA.focal * x) / z, SIZE.height / 2 + (CAMERA.focal * y) / z);
+    points.push(...project(at, yaw).slice(0, 2));
   }
   return points;
+}
+
+/** Where a place of the head is in the image, px, and how far from the camera, mm. */
+function project(at, yaw) {
+  const [x, y, z] = turned(at, yaw).map((c, axis) => c + CAMERA.translation[axis]);
+  return [SIZE.width / 2 + (CAMERA.focal * x) / z, SIZE.height / 2 + (CAMERA.focal * y) / z, z];
+}
+/** Yaw about y, then from y up and z towards the viewer to y down and z ahead. */
+function turned([x, y, z], yaw) {
+  const [cos, sin] = [Math.cos(yaw), Math.sin(yaw)];
+  return [cos * x + sin * z, -y, sin * x - cos * z];
+}
+
+/** A face of one colour under one lamp: a spot a vertex, the nearest last. */
+function lit(face, { yaw, lamp }) {
+  const { positions, normals, model } = face;
+  const { width, height } = SIZE;
+  const rgba = new Uint8Array(4 * width * height).fill(60);
+  const spots = Array.from({ length: face.positions.length / 3 }, (_, v) => {
+    const [at, normal] = [positions, normals].map((all) => Array.from(all.subarray(3 * v, 3 * v + 3)));
+    const shade = 0.3 + 0.6 * Math.max(0, turned(normal, yaw).reduce((sum, n, axis) => sum + n * lamp[axis], 0));
+    return [...project(at, yaw), Math.round(255 * Math.min(1, shade) ** (1 / 2.2))];
+  }).sort((a, b) => b[2] - a[2]);
+  for (const [x, y, , byte] of spots) {
+    for (let row = Math.round(y) - 3; row <= Math.round(y) + 3; row++) {
+      const from = 4 * (row * width + Math.round(x) - 3);
+      rgba.fill(byte, from, from + 28);
+    }
+  }
+  for (let i = 3; i < rgba.length; i += 4) rgba[i] = 255;
+  return rgba;
 }
 
 describe('a photo', () => {
@@ -90,9 +117,24 @@ describe('a photo', () => {
       const [one, two] = await Promise.all([[], [{ ...side, noise }]].map((others) => model.fitPhoto({ ...SIZE, points, noise, others })));
       assert.ok(two.quality.determined > one.quality.determined + 1, `${two.quality.determined}, ${one.quality.determined}`);
     }
+    // Its pixels tell more than its points, where the photo has its own and they are of a face.
+    const rgba = lit(face, { yaw: CAMERA.yaw, lamp: [-0.6, -0.5, -0.6] });
+    const beside = lit(face, { yaw: -0.5, lamp: [0.5, -0.3, -0.8] });
+    const together = (more) => model.fitPhoto({ ...SIZE, points, rgba, others: [{ ...side, ...more }] });
+    const [few, all, flat] = [await together({}), await together({ rgba: beside }), await together({ rgba: beside.map(() => 90) })];
+    assert.ok(few.appearance, 'the photo is one of a face');
+    assert.ok(all.quality.determined > few.quality.determined + 3, `${all.quality.determined}, ${few.quality.determined}`);
+    assert.deepEqual(flat, few);
+    assert.deepEqual(await model.fitPhoto({ ...SIZE, points, others: [{ ...side, rgba: beside }] }), await model.fitPhoto({ ...SIZE, points, others: [side] }));
+    // They are copied at once.
+    const given = beside.slice();
+    const later = together({ rgba: given });
+    given.fill(0);
+    assert.deepEqual(await later, all);
     face.free();
     for (const [others, what] of [
       [side, /others must be an array of photos/],
+      [[{ ...side, rgba: [1] }], /another photo's rgba must be a Uint8Array/],
       [[5], /a photo must be an object/],
       [[{ ...side, points: side.points.slice(2) }], /67 points were given of another photo, a face has 68/],
       [[{ ...side, focal: 0 }], /the focal length must be above 0 px, not 0/],
@@ -102,6 +144,7 @@ describe('a photo', () => {
     ]) {
       await assert.rejects(model.fitPhoto({ ...SIZE, points, others }), what);
     }
+    await assert.rejects(together({ rgba: beside.subarray(4) }), /bytes are no photo of 640 x 480/);
   });
 
   test('of the same person from both sides gives the head their colours', async () => {

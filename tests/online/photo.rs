@@ -55,6 +55,7 @@ fn photo(points: &[[f64; 2]]) -> Photo<'_> {
         noise: None,
         jaw: None,
         others: &[],
+        image: None,
     }
 }
 
@@ -422,6 +423,7 @@ fn whatever_is_given_the_answer_is_finite() {
             noise: (case % 7 == 0).then(|| 10_f64.powf(12.0 * random.uniform() - 6.0)),
             jaw: (case % 3 == 0).then(|| 10_f64.powf(12.0 * random.uniform() - 6.0)),
             others: &[],
+            image: None,
         };
         let Ok(fit) = FITTER.fit(&given) else {
             errors += 1;
@@ -810,12 +812,18 @@ mod light {
 
     /// A person under lamps and their noisy points.
     fn sitting(seed: u64) -> (Face, Vec<[f64; 2]>, Vec<u8>) {
-        let lamps = Lamps::new(&mut Random::new(seed));
-        let camera = near(0.15 * seed as f64 - 0.5);
         let face = person(seed);
-        let points = noisy(&seen(face.positions(), &camera), 1.5, seed);
-        let pixels = taken(&face, &camera, &lamps, false, seed);
+        let (points, pixels) = shot(&face, seed, 0.15 * seed as f64 - 0.5, seed);
         (face, points, pixels)
+    }
+
+    /// The noisy points and the pixels of a person of a seed who looks aside, under lamps of another. Stains are the
+    /// person's.
+    fn shot(face: &Face, seed: u64, yaw: f64, lamps: u64) -> (Vec<[f64; 2]>, Vec<u8>) {
+        let camera = near(yaw);
+        let points = noisy(&seen(face.positions(), &camera), 1.5, lamps);
+        let lamps = Lamps::new(&mut Random::new(lamps));
+        (points, taken(face, &camera, &lamps, false, seed))
     }
 
     fn with_pixels(points: &[[f64; 2]], pixels: &[u8]) -> Fit {
@@ -867,6 +875,60 @@ mod light {
         for covered in covered {
             assert!(covered < 1.1 * points_alone, "{covered} {points_alone}");
         }
+    }
+
+    #[test]
+    fn pixels_of_another_photo_tell_the_shape_too() {
+        let (mut by_points, mut by_pixels) = (0.0, 0.0);
+        for seed in 1..9 {
+            let (face, points, pixels) = sitting(seed);
+            let (aside, beside) = shot(&face, seed, 0.5 - 0.13 * seed as f64, 100 + seed);
+            let image = Image::new(SIZE[0], SIZE[1], &pixels).unwrap();
+            let with = |rgba: Option<&[u8]>| {
+                let image_of_other = rgba.map(|rgba| Image::new(SIZE[0], SIZE[1], rgba).unwrap());
+                let others = [Photo {
+                    image: image_of_other,
+                    ..photo(&aside)
+                }];
+                let photo = Photo {
+                    others: &others,
+                    ..photo(&points)
+                };
+                let mut parts = vec![0.0];
+                let fit = FITTER.fit_pixels_telling(&photo, &image, &mut |part| parts.push(part));
+                assert!(parts.is_sorted() && parts.ends_with(&[1.0]), "{parts:?}");
+                assert_eq!(
+                    FITTER.fit(&photo).unwrap().appearance,
+                    None,
+                    "points alone are asked for"
+                );
+                fit.unwrap()
+            };
+            let (few, all) = (with(None), with(Some(&beside)));
+            assert!(all.quality.determined > few.quality.determined + 3.0);
+            by_points += off(&few, &face);
+            by_pixels += off(&all, &face);
+            // What tells nothing changes nothing.
+            if seed == 1 {
+                assert_eq!(with(Some(&vec![90; beside.len()])), few);
+            }
+        }
+        println!("{by_points:.3} {by_pixels:.3}");
+        assert!(by_pixels < 0.95 * by_points, "{by_pixels} {by_points}");
+        let (_, points, pixels) = sitting(1);
+        let image = Image::new(SIZE[0], SIZE[1], &pixels).unwrap();
+        let others = [Photo {
+            image: Image::new(SIZE[1], SIZE[0], &pixels).ok(),
+            ..photo(&points)
+        }];
+        let photo = Photo {
+            others: &others,
+            ..photo(&points)
+        };
+        assert_eq!(
+            FITTER.fit_pixels(&photo, &image).unwrap_err().to_string(),
+            "the photo is 640 x 480 pixels, its image 480 x 640"
+        );
     }
 
     #[test]

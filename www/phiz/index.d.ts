@@ -107,13 +107,19 @@ export interface PhotoView {
   jawNoise?: number | undefined;
 }
 
+/** What is known of another photo of the same person. */
+export interface PhotoBeside extends PhotoView {
+  /** Its pixels, as `PhotoPoints.rgba` is those of the photo. */
+  rgba?: Uint8Array | Uint8ClampedArray | undefined;
+}
+
 /** What is known of a photo. */
 export interface PhotoPoints extends PhotoView {
   /**
    * Other photos of the same person, from another side or with another expression: what their points tell of the face
-   * counts, too.
+   * counts, too, and what their pixels tell, where the photo has its own. Each with pixels takes a fit's time.
    */
-  others?: readonly PhotoView[] | undefined;
+  others?: readonly PhotoBeside[] | undefined;
   /**
    * The pixels, as `ImageData.data` has them: sRGB and alpha, row by row from the upper left corner.
    * With them the shape is told better, and the light too. Where alpha is below 128 the pixel is taken for

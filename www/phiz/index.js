@@ -514,16 +514,23 @@ export class FaceModel {
     const view = Float64Array.from(viewOf(own));
     if (!Array.isArray(others)) wrong('others', 'an array of photos', others);
     const besides = others.flatMap((other) => {
-      const numbers = viewOf(other);
-      if (other.points.length !== 136) throw new Error(`${other.points.length / 2} points were given of another photo, a face has 68`);
+      if (typeof other !== 'object' || !other) return viewOf(other);
+      const { rgba: _, ...view } = other;
+      const numbers = viewOf(view);
+      if (view.points.length !== 136) throw new Error(`${view.points.length / 2} points were given of another photo, a face has 68`);
       return numbers;
     });
     // What the caller does with them while the module comes is nobody's face.
     const image = rgba && rgbaOf('rgba', rgba).slice();
+    // Without its own nobody asks for theirs, and what is not given has no bytes.
+    const images = others.map(({ rgba }) => {
+      const pixels = rgba && rgbaOf("another photo's rgba", rgba);
+      return image && pixels ? pixels.slice() : new Uint8Array(0);
+    });
     const fitter = await this.#photoFitter();
     // It may have been freed while the module came.
     this.#live;
-    return fitter.fit(view, Float64Array.from(besides), image, progress);
+    return fitter.fit(view, Float64Array.from(besides), image, images, progress);
   }
 
   /** @param {{ width: number, height: number, fit: import('phiz').PhotoFit, rgba?: Uint8Array | Uint8ClampedArray, others?: readonly import('phiz').PhotoOther[] }} photo */

@@ -7,7 +7,8 @@ export class Fitter {
   fit(
     photo: Float64Array,
     others: Float64Array,
-    rgba?: Uint8Array | Uint8ClampedArray,
+    rgba: Uint8Array | Uint8ClampedArray | undefined,
+    images: (Uint8Array | Uint8ClampedArray)[],
     told?: (part: number) => void,
   ): import('phiz').PhotoFit;
   free(): void;

@@ -45,7 +45,7 @@ pub struct PhotographArgs {
     /// Photograph people with one to three of the expressions.
     #[arg(long, requires = "expressions")]
     moods: bool,
-    /// Fit the points of so many other photos of each person with those of the first.
+    /// Fit the points, and pixels, of so many other photos of each person with those of the first.
     #[arg(long, value_name = "COUNT", default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=20))]
     others: u64,
     /// As JSON.
@@ -244,6 +244,7 @@ fn photo<'a>(photograph: &'a Photograph, others: &'a [Photo<'a>]) -> Photo<'a> {
         noise: None,
         jaw: None,
         others,
+        image: None,
     }
 }
 
@@ -344,7 +345,18 @@ fn compare(
         let portrait = Portrait::take(&photograph, ict, colour);
         let image = Image::new(SIZE, SIZE, &portrait.rgba)?;
         let others = others(args, photographer, seed, setting);
-        let others: Vec<Photo> = others.iter().map(|other| photo(other, &[])).collect();
+        let portraits: Vec<Portrait> = others
+            .iter()
+            .map(|other| Portrait::take(other, ict, colour))
+            .collect();
+        let others: Vec<Photo> = (others.iter().zip(&portraits))
+            .map(|(other, portrait)| {
+                Ok(Photo {
+                    image: Some(Image::new(SIZE, SIZE, &portrait.rgba)?),
+                    ..photo(other, &[])
+                })
+            })
+            .collect::<FitResult<_>>()?;
         let photo = photo(&photograph, &others);
         let first = fitter.fit(&photo)?;
         let started = Instant::now();

@@ -80,6 +80,8 @@ const JAW: usize = 17;
 pub struct Photograph {
     /// The person's seed.
     pub seed: u64,
+    /// Which of the person's photos it is.
+    pub time: u64,
     /// The camera, in ICT's frame.
     pub camera: Camera,
     /// ICT's vertices as they are photographed, expression and all, mm.
@@ -219,6 +221,7 @@ impl<'a> Photographer<'a> {
             *point += DVec2::from_array([0; 2].map(|_| random.normal())) * setting.noise;
         }
         Photograph {
+            time,
             seed,
             camera,
             points: points.into_iter().map(|p| p.to_array()).collect(),

@@ -103,14 +103,20 @@ pub struct Portrait {
 }
 
 impl Portrait {
-    /// Of the person and the camera of a photo; everything else follows from the person's seed.
+    /// Of the person and the camera of a photo; the albedo follows from the person's seed, light and noise from which of
+    /// their photos it is, too.
     pub fn take(photo: &Photograph, ict: &Ict, colour: bool) -> Self {
         let person = &photo.person;
         let facing = normals(person, &ict.triangles);
         // Streams up to 8 are the scans' and the points'.
         let mut random = Random::stream(photo.seed, 9);
-        let lamps = Lamps::random(&mut random);
+        let mut lamps = Lamps::random(&mut random);
         let albedo = stains(&ict.neutral, &mut random);
+        // Another photo of the person has another light, and noise of its own.
+        if photo.time > 0 {
+            random = Random::stream(photo.seed, 9 + 100 * photo.time);
+            lamps = Lamps::random(&mut random);
+        }
         let size = SIZE as usize;
         let raster = Raster::new(&photo.camera, [size; 2], person, &ict.triangles);
         let eye = photo.camera.position();

@@ -550,7 +550,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       say(text.photo.fitting);
       show('busy');
       const [found] = await Promise.all([
-        fitter.fit({ ...pixels, others: others.map(({ view }) => view) }, (part) => here === visit && controls.progress(part)),
+        fitter.fit({ ...pixels, others: others.map(({ view, seen }) => ({ ...view, rgba: seen.rgba })) }, (part) => here === visit && controls.progress(part)),
         expressions.any ? expressions.load() : undefined,
       ]);
       if (here !== visit) return;

@@ -2,7 +2,7 @@
 // of its own.
 import { load } from 'phiz';
 
-/** @typedef {{ width: number, height: number, points: Float64Array, focal?: number, noise?: number, jawNoise?: number, others: import('phiz').PhotoView[], rgba: Uint8ClampedArray<ArrayBuffer> }} Pixels */
+/** @typedef {{ width: number, height: number, points: Float64Array, focal?: number, noise?: number, jawNoise?: number, others: import('phiz').PhotoBeside[], rgba: Uint8ClampedArray<ArrayBuffer> }} Pixels */
 /** @typedef {{ code: string, expression: Record<string, number> }} State */
 
 /** @type {Promise<import('phiz').FaceModel> | null} */
