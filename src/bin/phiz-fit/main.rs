@@ -336,7 +336,7 @@ fn check_varies(path: &Path, model: &FaceModel) -> FitResult<()> {
 /// count twice, and be held out from themselves.
 fn read_faces(folder: &Path, template: &Template) -> FitResult<(Vec<String>, Vec<Vec<DVec3>>)> {
     let read = step("reading faces", || {
-        ply::read_faces(folder, template.positions.len(), &template.triangles())
+        ply::read_faces(folder, &template.positions, &template.triangles())
     })?;
     Ok(once(read, |face| face).into_iter().unzip())
 }
