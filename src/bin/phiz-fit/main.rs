@@ -383,7 +383,8 @@ fn explained<T>(result: FitResult<T>, notes: &[String]) -> FitResult<T> {
     result.inspect_err(|_| notes.iter().for_each(|note| eprintln!("{note}")))
 }
 
-/// Refuses to write over a face, or what is told of the faces, that is to be read from a folder.
+/// Refuses to write over a face, or what is told of the faces, that is to be read from a folder; and to write what would
+/// be read there as told of them.
 fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
     // A folder that cannot be read is told of where its faces are; and one face may be given in place of a folder.
     let files = match faces.is_file() {
@@ -402,7 +403,36 @@ fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
     };
     let read = files.iter().filter(is_read);
     let read = read.map(|path| ("one of the files of the faces", path.as_path()));
-    check_apart(written, &read.collect::<Vec<_>>())
+    check_apart(written, &read.collect::<Vec<_>>())?;
+    let folder = if faces.is_file() {
+        folder_of(faces)
+    } else {
+        faces
+    };
+    let is_told = |path: &&&Path| {
+        let name = path.file_name().unwrap_or_default();
+        let mut told = Told::FILES.into_iter().chain([about::FILE]);
+        let there = [folder_of(path), folder].map(|folder| folder.canonicalize().ok());
+        told.any(|told| name.eq_ignore_ascii_case(told))
+            && there[0].is_some()
+            && there[0] == there[1]
+    };
+    match written.iter().find(is_told) {
+        Some(path) => {
+            let cause =
+                "would be read as what is told of the faces there: it is written to another file";
+            Err(FitError::file(path, cause))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The folder that a file is in.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
 }
 
 /// Does one step of a verb and says so while it lasts, where a person watches.
