@@ -594,7 +594,7 @@ fn cross_talk(table: &Table) -> String {
     }
     text.push('\n');
     for (i, row) in table.moved[0].1.iter().enumerate() {
-        let cells: String = row.iter().map(|x| format!("{:4.0}", 100.0 * x)).collect();
+        let cells: String = row.iter().map(|x| format!(" {:4.0}", 100.0 * x)).collect();
         let (name, length, sigma) = (&table.controls[i], table.lengths[i], table.sigmas[i]);
         text += &format!("  {name:27}{cells}  {sigma:.2} mm, unusual by {length:.1}\n");
     }
@@ -620,4 +620,29 @@ fn draw(args: &PicturesArgs) -> FitResult<()> {
         return pictures::of_expressions(&model, &expressions, &args.output);
     }
     pictures::of_template(&template?, &args.output)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where a control changes another measure by more than its own, too.
+    #[test]
+    fn numbers_of_a_table_stand_apart() {
+        let rows = vec![vec![1.0, -1.15], vec![-123.456, 1.0]];
+        let table = Table {
+            method: Method::Regression,
+            controls: vec!["nose width".into(), "nose height".into()],
+            moved: vec![(1.0, rows)],
+            sigmas: vec![2.0, 3.0],
+            lengths: vec![1.0, 2.0],
+            tied: vec![Vec::new(), Vec::new()],
+        };
+        let text = cross_talk(&table);
+        let rows = text.lines().skip(1).map(|line| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            words[2..4].join(" ")
+        });
+        assert_eq!(rows.collect::<Vec<_>>(), ["100 -115", "-12346 100"]);
+    }
 }
