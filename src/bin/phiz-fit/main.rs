@@ -26,7 +26,7 @@ use glam::DVec3;
 use indicatif::ProgressBar;
 
 use phiz::blob::{Blob, Kind, pack, unpack};
-use phiz::fit::format::files::{check_apart, check_writable, files_of, write_atomically};
+use phiz::fit::format::files::{check_apart, check_writable, files_of, folder, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::head::expression;
 use phiz::fit::head::generic_head;
@@ -387,9 +387,9 @@ fn explained<T>(result: FitResult<T>, notes: &[String]) -> FitResult<T> {
 /// be read there as told of them.
 fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
     // A folder that cannot be read is told of where its faces are; and one face may be given in place of a folder.
-    let files = match faces.is_file() {
-        true => vec![faces.to_owned()],
-        false => files_of(faces).unwrap_or_default(),
+    let (own, files) = match faces.is_file() {
+        true => (folder(faces), vec![faces.to_owned()]),
+        false => (faces, files_of(faces).unwrap_or_default()),
     };
     let told = ["ply", "json"];
     let is_read = |path: &&PathBuf| {
@@ -404,15 +404,10 @@ fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
     let read = files.iter().filter(is_read);
     let read = read.map(|path| ("one of the files of the faces", path.as_path()));
     check_apart(written, &read.collect::<Vec<_>>())?;
-    let folder = if faces.is_file() {
-        folder_of(faces)
-    } else {
-        faces
-    };
     let is_told = |path: &&&Path| {
         let name = path.file_name().unwrap_or_default();
         let mut told = Told::FILES.into_iter().chain([about::FILE]);
-        let there = [folder_of(path), folder].map(|folder| folder.canonicalize().ok());
+        let there = [folder(path), own].map(|folder| folder.canonicalize().ok());
         told.any(|told| name.eq_ignore_ascii_case(told))
             && there[0].is_some()
             && there[0] == there[1]
@@ -424,14 +419,6 @@ fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
             Err(FitError::file(path, cause))
         }
         None => Ok(()),
-    }
-}
-
-/// The folder that a file is in.
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
     }
 }
 
