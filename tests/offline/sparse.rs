@@ -263,6 +263,10 @@ fn weights_of_a_face_are_found_again_and_sigmas_are_unit() {
         let variance = column.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / 24.0;
         assert!((variance - 1.0).abs() < 1e-12);
     }
+    let mut none = basis.clone();
+    none.components.clear();
+    let said = none.projection(0.0).unwrap_err().to_string();
+    assert_eq!(said, "a basis without components");
     let one = basis.reconstruct(&basis.weights[3]);
     let other = scaled.reconstruct(&scaled.weights[3]);
     assert!(one.iter().zip(&other).all(|(a, b)| a.distance(*b) < 1e-12));
