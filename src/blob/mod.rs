@@ -30,7 +30,7 @@
 //! what [`Blob::parse`] reads, and a blob that is not packed is as good.
 //!
 //! What the sections of a model mean is documented in [`crate::model`] beside the code that reads
-//! them; those of expressions in [`crate::expression`], those of a template in `fit::template`.
+//! them; those of expressions in [`crate::expression`], those of a template in `fit::head::template`.
 //!
 //! The reader trusts nothing. It never allocates more than a small multiple of the bytes that it
 //! was given, and every offset, length and number is checked before it is used.

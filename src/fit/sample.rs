@@ -7,12 +7,15 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 use npyz::WriterBuilder;
 use rayon::prelude::*;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use crate::fit::format::files::{files_of, write_atomically, write_through};
 use crate::fit::format::glb;
 use crate::fit::format::obj;
 use crate::fit::format::ply;
 use crate::fit::{FitError, FitResult};
+use crate::model::About;
 use crate::{Face, FaceModel, Randomize};
 
 /// Faces that are computed before they are written to a common file.
@@ -113,6 +116,26 @@ fn check_folder(target: &Target, own: &BTreeSet<String>, ending: &str) -> FitRes
     }
 }
 
+/// What [`write`] says of faces beside them.
+#[derive(Deserialize)]
+struct Beside {
+    #[serde(rename = "model")]
+    _model: About,
+    #[serde(rename = "faces")]
+    _faces: Vec<IgnoredAny>,
+}
+
+/// Refuses to write what is said of the faces over another file of that name, such as the landmarks of a registered face.
+fn check_beside(path: &Path) -> FitResult<()> {
+    match std::fs::read(path) {
+        Ok(bytes) if serde_json::from_slice::<Beside>(&bytes).is_err() => {
+            let cause = "is of no former run, and would be lost: faces go by another name, or to a folder of their own";
+            Err(FitError::file(path, cause))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Coordinates as the bits of little-endian f32.
 fn little_endian(positions: &[Vec3]) -> Vec<u32> {
     let numbers: &[f32] = bytemuck::cast_slice(positions);
@@ -126,8 +149,8 @@ fn little_endian(positions: &[Vec3]) -> Vec<u32> {
 /// The same seed is the same face that [`Face::randomize`] draws, on one thread or many.
 ///
 /// # Errors
-/// When the model has no such attribute or region, or cannot draw what is asked, when other faces of that name are there, and
-/// when a file cannot be written.
+/// When the model has no such attribute or region, or cannot draw what is asked, when other faces of that name are there, or
+/// another JSON, and when a file cannot be written.
 pub fn write(
     model: &FaceModel,
     count: u32,
@@ -136,6 +159,8 @@ pub fn write(
     target: &Target,
     done: impl Fn(u64) + Sync,
 ) -> FitResult<()> {
+    let beside = target.folder.join(format!("{}.json", target.stem));
+    check_beside(&beside)?;
     std::fs::create_dir_all(&target.folder).map_err(|e| FitError::file(&target.folder, e))?;
     let digits = count.to_string().len().max(DIGITS);
     let name = |i: u32| format!("{}_{:0digits$}", target.stem, i + 1);
@@ -219,7 +244,6 @@ pub fn write(
         })
         .collect();
     let about = serde_json::json!({ "model": model.parts().about, "faces": list });
-    let path = target.folder.join(format!("{}.json", target.stem));
-    let text = serde_json::to_vec_pretty(&about).map_err(|e| FitError::file(&path, e))?;
-    write_atomically(&path, &text)
+    let text = serde_json::to_vec_pretty(&about).map_err(|e| FitError::file(&beside, e))?;
+    write_atomically(&beside, &text)
 }

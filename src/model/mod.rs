@@ -250,7 +250,8 @@ impl ModelParts {
     ///
     /// # Errors
     /// When the mean has a coordinate that is no number, a vertex, corner or region is named that is not there, there
-    /// are not as many numbers as there are vertices or coefficients, or it is more than a reader takes.
+    /// are not as many numbers as there are vertices or coefficients, the topology is not what [`Topology`] says of it, or it
+    /// is more than a reader takes.
     pub fn write(&self) -> Result<Vec<u8>> {
         self.write_as(None)
     }
@@ -420,11 +421,12 @@ impl ModelParts {
             regions,
             mirror,
             region_names,
+            colours,
             ..
         } = &self.topology;
         let (n, total) = (self.mean.len(), self.population());
         let below = |numbers: &[u32], end: usize| numbers.iter().all(|&i| (i as usize) < end);
-        if [regions.len(), mirror.len()] != [n; 2]
+        if [regions.len(), mirror.len(), colours.len()] != [n; 3]
             || uv_vertices.len() != uvs.len()
             || uvs.len() < n
         {
@@ -433,7 +435,11 @@ impl ModelParts {
         if !below(uv_vertices, n) || !below(uv_triangles.as_flattened(), uvs.len()) {
             return bad("a triangle has a corner that is not there".into());
         }
-        if !below(mirror, n) {
+        let in_order = |numbers: &mut dyn Iterator<Item = u32>| numbers.eq(0..n as u32);
+        if !in_order(&mut uv_vertices[..n].iter().copied()) {
+            return bad("the corners of vertices are not in their order".into());
+        }
+        if !below(mirror, n) || !in_order(&mut mirror.iter().map(|&m| mirror[m as usize])) {
             return bad("its mirror map is not an involution".into());
         }
         if let Some(v) = self.mean.iter().position(|p| !p.is_finite()) {

@@ -222,6 +222,18 @@ fn what_is_no_face_of_the_model_is_refused() {
             .unwrap()
             .contains("is the model")
     );
+    // In centimetres, metres and micrometres, as another program may write it; and nothing but a point.
+    for unit in [0.1, 0.001, 1000.0, 0.0] {
+        let other: Vec<DVec3> = wide(&drawn(1)).iter().map(|&p| unit * p).collect();
+        write(folder.path(), "a.ply", &other);
+        let error = said(folder.path(), &out);
+        let cause = error.strip_prefix(&format!("phiz-fit: {}: ", face.display()));
+        assert!(
+            cause.is_some_and(|cause| cause.ends_with("registered faces are in millimetres\n")),
+            "{error}"
+        );
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
     ply::write_mesh(&face, &[DVec3::ZERO; 3], &[[0, 1, 2]]).unwrap();
     let error = said(folder.path(), &out);
     assert!(

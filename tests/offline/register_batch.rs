@@ -488,11 +488,19 @@ fn a_folder_tells_of_each_scan_what_was_guessed_or_found() {
         let file = scans.join(format!("{name}.json"));
         landmarks::write(&file, &points, &[], 1.0, template).expect("writes");
     }
+    let deeper = scans.join("P001");
+    fs::create_dir(&deeper).expect("makes");
+    fs::write(deeper.join("a.obj"), "").expect("writes");
     let file = template_file(root.path(), template);
     let paths = ["--scans".as_ref(), &*scans, "-o".as_ref(), &*faces];
     let done = register(&file, &paths);
     let out = said(&done.stdout);
     assert_eq!(done.status.code(), Some(0), "{}", said(&done.stderr));
+    let alone = format!(
+        "{}: is a folder with scans, which is left out: ",
+        deeper.display()
+    );
+    assert!(out.contains(&alone), "{out}");
     let line = |start: &str| {
         let found = out.lines().find(|line| line.starts_with(start));
         found.unwrap_or_else(|| panic!("{out}"))

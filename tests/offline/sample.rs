@@ -126,6 +126,17 @@ fn no_face_of_a_former_run_stays() {
     std::fs::write(folder.path().join("a_me.ply"), "").unwrap();
     again("a.ply", 4).unwrap();
     assert_eq!(files(), 4 + 2 + 1 + 2);
+    // Nor is written over what is of no run: the landmarks of a registered face, or what nobody can read.
+    let landmarks = folder.path().join("face.json");
+    for text in [r#"{"nasion": [0, 1, 2]}"#, "{"] {
+        std::fs::write(&landmarks, text).unwrap();
+        for name in ["face.npy", "face.ply", ""] {
+            let error = again(name, 1).unwrap_err().to_string();
+            assert!(error.contains("face.json: is of no former run"), "{error}");
+        }
+        assert_eq!(std::fs::read_to_string(&landmarks).unwrap(), text);
+        assert_eq!(files(), 4 + 2 + 1 + 2 + 1);
+    }
 }
 
 #[test]

@@ -3,8 +3,10 @@
 use glam::DVec3;
 use phiz::Random;
 use phiz::fit::mesh::geodesic::Geodesic;
-use phiz::fit::sparse::compare::error;
+use phiz::fit::sparse::compare::{Trial, compare, error};
 use phiz::fit::sparse::{Kind, Region, Settings, SparseBasis, learn, principal};
+
+use crate::heads;
 
 /// Vertices a side of the sheet, 2 mm apart.
 const SIDE: u32 = 21;
@@ -261,6 +263,10 @@ fn weights_of_a_face_are_found_again_and_sigmas_are_unit() {
         let variance = column.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / 24.0;
         assert!((variance - 1.0).abs() < 1e-12);
     }
+    let mut none = basis.clone();
+    none.components.clear();
+    let said = none.projection(0.0).unwrap_err().to_string();
+    assert_eq!(said, "a basis without components");
     let one = basis.reconstruct(&basis.weights[3]);
     let other = scaled.reconstruct(&scaled.weights[3]);
     assert!(one.iter().zip(&other).all(|(a, b)| a.distance(*b) < 1e-12));
@@ -328,4 +334,24 @@ fn what_cannot_be_learned_from_is_refused() {
     };
     assert!(refusal(&good, all, &backwards).contains("larger"));
     assert!(principal(&good, all, 5).is_err());
+}
+
+#[test]
+fn a_split_of_more_faces_than_there_are_is_refused() {
+    let Some(template) = heads::plain() else {
+        return;
+    };
+    let faces = vec![template.positions.clone(); 4];
+    for test in [0, 2, usize::MAX] {
+        let trial = Trial {
+            train: 3,
+            test,
+            seed: 1,
+            components: vec![1],
+        };
+        let kinds = [Kind::REGIONS, Kind::DISTANCE];
+        let done = compare(template, &faces, &trial, &Settings::default(), kinds, || ());
+        let said = format!("4 faces are too few to learn from 3 and to test on {test} others");
+        assert_eq!(done.unwrap_err().to_string(), said);
+    }
 }

@@ -1,6 +1,7 @@
 //! What the program refuses before it begins: with what is wrong, and the code 2 where that is how it was
 //! called.
 
+use std::path::Path;
 use std::process::Command;
 
 /// The exit code of the program, and what it says of an error.
@@ -9,6 +10,15 @@ fn called(arguments: &str) -> (Option<i32>, String) {
     let done = command.args(arguments.split(' ')).output().expect("runs");
     let said = String::from_utf8_lossy(&done.stderr).into_owned();
     (done.status.code(), said)
+}
+
+fn folder_name(folder: &tempfile::TempDir) -> std::path::Display<'_> {
+    folder
+        .path()
+        .file_name()
+        .map(Path::new)
+        .expect("a name")
+        .display()
 }
 
 #[test]
@@ -169,6 +179,22 @@ fn what_is_read_is_not_written_over() {
             let (code, error) = called(&format!("{verb} --faces {faces} -o {faces}/{name}"));
             assert_eq!(code, Some(1), "{verb} {name}: {error}");
             assert!(error.contains(said), "{verb} {name}: {error}");
+        }
+    }
+    // Nor does a table become what is told of them.
+    for name in ["labels.csv", "about.json"] {
+        for (given, out) in [
+            (faces.to_string(), format!("{faces}/{name}")),
+            (
+                format!("{faces}/."),
+                format!("{faces}/../{}/{name}", folder_name(&folder)),
+            ),
+            (format!("{faces}/anna.ply"), format!("{faces}/{name}")),
+        ] {
+            let (code, error) = called(&format!("measure m --faces {given} -o {out}"));
+            assert_eq!(code, Some(1), "{out}: {error}");
+            let said = format!("phiz-fit: {out}: would be read as what is told of the faces there");
+            assert!(error.starts_with(&said), "{error}");
         }
     }
     // A model with more in it may take its place.

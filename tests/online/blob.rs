@@ -545,13 +545,13 @@ fn numbers_that_are_none_are_refused_in_every_float_section() {
     }
 }
 
-/// Parts that are changed by hand and must not survive being written and read.
 /// Gives the first block modes of another step.
 fn stepped(parts: &mut ModelParts, step: f32) {
     let modes = &mut parts.blocks[0].modes;
     *modes = Modes::new(step, modes.count(), &modes.by_vertex());
 }
 
+/// Parts that are changed by hand and must not survive being written and read.
 #[test]
 fn inconsistent_parts_are_refused() {
     let check = |what: &str, change: &dyn Fn(&mut phiz::model::ModelParts)| {
@@ -667,6 +667,31 @@ fn inconsistent_parts_are_refused() {
         p.blocks[0].modes = Modes::new(FINEST_STEP, 0, &[]);
         p.blocks[0].sigmas.clear();
     });
+}
+
+/// Of what a file does not say, as it follows from the rest, there is nothing else.
+#[test]
+fn what_would_be_read_otherwise_is_not_written() {
+    let refused = |change: &dyn Fn(&mut phiz::mesh::Topology)| {
+        let mut parts = sheet();
+        change(&mut parts.topology);
+        parts.write().unwrap_err().to_string()
+    };
+    let said = refused(&|t| {
+        let image = (1..t.mirror.len()).find(|&v| t.mirror[v] < v as u32);
+        let image = t.mirror[image.expect("the sheet has two sides")];
+        t.mirror[image as usize] = image;
+    });
+    assert!(said.ends_with("mirror map is not an involution"), "{said}");
+    let said = refused(&|t| t.uv_vertices.swap(0, 1));
+    assert!(
+        said.ends_with("corners of vertices are not in their order"),
+        "{said}"
+    );
+    let said = refused(&|t| {
+        t.colours.pop();
+    });
+    assert!(said.ends_with("of another number of vertices"), "{said}");
 }
 
 #[test]

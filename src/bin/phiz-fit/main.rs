@@ -26,7 +26,7 @@ use glam::DVec3;
 use indicatif::ProgressBar;
 
 use phiz::blob::{Blob, Kind, pack, unpack};
-use phiz::fit::format::files::{check_apart, check_writable, files_of, write_atomically};
+use phiz::fit::format::files::{check_apart, check_writable, files_of, folder, write_atomically};
 use phiz::fit::format::ply;
 use phiz::fit::head::expression;
 use phiz::fit::head::generic_head;
@@ -336,7 +336,7 @@ fn check_varies(path: &Path, model: &FaceModel) -> FitResult<()> {
 /// count twice, and be held out from themselves.
 fn read_faces(folder: &Path, template: &Template) -> FitResult<(Vec<String>, Vec<Vec<DVec3>>)> {
     let read = step("reading faces", || {
-        ply::read_faces(folder, template.positions.len(), &template.triangles())
+        ply::read_faces(folder, &template.positions, &template.triangles())
     })?;
     Ok(once(read, |face| face).into_iter().unzip())
 }
@@ -383,12 +383,13 @@ fn explained<T>(result: FitResult<T>, notes: &[String]) -> FitResult<T> {
     result.inspect_err(|_| notes.iter().for_each(|note| eprintln!("{note}")))
 }
 
-/// Refuses to write over a face, or what is told of the faces, that is to be read from a folder.
+/// Refuses to write over a face, or what is told of the faces, that is to be read from a folder; and to write what would
+/// be read there as told of them.
 fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
     // A folder that cannot be read is told of where its faces are; and one face may be given in place of a folder.
-    let files = match faces.is_file() {
-        true => vec![faces.to_owned()],
-        false => files_of(faces).unwrap_or_default(),
+    let (own, files) = match faces.is_file() {
+        true => (folder(faces), vec![faces.to_owned()]),
+        false => (faces, files_of(faces).unwrap_or_default()),
     };
     let told = ["ply", "json"];
     let is_read = |path: &&PathBuf| {
@@ -402,7 +403,23 @@ fn check_apart_from(faces: &Path, written: &[&Path]) -> FitResult<()> {
     };
     let read = files.iter().filter(is_read);
     let read = read.map(|path| ("one of the files of the faces", path.as_path()));
-    check_apart(written, &read.collect::<Vec<_>>())
+    check_apart(written, &read.collect::<Vec<_>>())?;
+    let is_told = |path: &&&Path| {
+        let name = path.file_name().unwrap_or_default();
+        let mut told = Told::FILES.into_iter().chain([about::FILE]);
+        let there = [folder(path), own].map(|folder| folder.canonicalize().ok());
+        told.any(|told| name.eq_ignore_ascii_case(told))
+            && there[0].is_some()
+            && there[0] == there[1]
+    };
+    match written.iter().find(is_told) {
+        Some(path) => {
+            let cause =
+                "would be read as what is told of the faces there: it is written to another file";
+            Err(FitError::file(path, cause))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Does one step of a verb and says so while it lasts, where a person watches.
@@ -564,7 +581,7 @@ fn cross_talk(table: &Table) -> String {
     }
     text.push('\n');
     for (i, row) in table.moved[0].1.iter().enumerate() {
-        let cells: String = row.iter().map(|x| format!("{:4.0}", 100.0 * x)).collect();
+        let cells: String = row.iter().map(|x| format!(" {:4.0}", 100.0 * x)).collect();
         let (name, length, sigma) = (&table.controls[i], table.lengths[i], table.sigmas[i]);
         text += &format!("  {name:27}{cells}  {sigma:.2} mm, unusual by {length:.1}\n");
     }
@@ -590,4 +607,29 @@ fn draw(args: &PicturesArgs) -> FitResult<()> {
         return pictures::of_expressions(&model, &expressions, &args.output);
     }
     pictures::of_template(&template?, &args.output)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where a control changes another measure by more than its own, too.
+    #[test]
+    fn numbers_of_a_table_stand_apart() {
+        let rows = vec![vec![1.0, -1.15], vec![-123.456, 1.0]];
+        let table = Table {
+            method: Method::Regression,
+            controls: vec!["nose width".into(), "nose height".into()],
+            moved: vec![(1.0, rows)],
+            sigmas: vec![2.0, 3.0],
+            lengths: vec![1.0, 2.0],
+            tied: vec![Vec::new(), Vec::new()],
+        };
+        let text = cross_talk(&table);
+        let rows = text.lines().skip(1).map(|line| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            words[2..4].join(" ")
+        });
+        assert_eq!(rows.collect::<Vec<_>>(), ["100 -115", "-12346 100"]);
+    }
 }

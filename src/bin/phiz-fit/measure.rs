@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use glam::DVec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use phiz::fit::format::files::{check_apart, check_writable};
@@ -43,9 +44,10 @@ pub fn run(args: &MeasureArgs) -> FitResult<()> {
     let model = super::read_model(&args.model)?;
     super::check_varies(&args.model, &model)?;
     let parts = model.parts();
-    let (vertices, triangles) = (parts.mean.len(), parts.topology.triangles());
+    let mean: Vec<DVec3> = parts.mean.iter().map(|p| p.as_dvec3()).collect();
+    let triangles = parts.topology.triangles();
     let faces = super::step("reading faces", || {
-        ply::read_faces(&args.faces, vertices, &triangles)
+        ply::read_faces(&args.faces, &mean, &triangles)
     })?;
     let style = ProgressStyle::with_template("{bar:30} {pos} of {len} faces, {eta} left");
     let bar = ProgressBar::new(faces.len() as u64);

@@ -194,7 +194,7 @@ fn many(
     if let Some(line) = labels.as_ref().and_then(Told::in_words) {
         println!("{line}");
     }
-    let told = ["about.json"].into_iter().chain(Told::FILES);
+    let told = [about::FILE].into_iter().chain(Told::FILES);
     let told = told.filter(|name| folder.join(name).is_file());
     let told = told.map(|name| Ok((name, super::read(&folder.join(name))?)));
     let told = told.collect::<FitResult<Vec<_>>>()?;
@@ -225,11 +225,17 @@ fn many(
     for path in unclaimed {
         println!("{}: belongs to no scan there", path.display());
     }
-    if let [first, ..] = &deeper[..] {
+    if let [first, others @ ..] = &deeper[..] {
+        let those = match others.len() {
+            0 => "is a folder with scans, which is left out".into(),
+            _ => format!(
+                "it and others, {} in all, are folders with scans, which are left out",
+                deeper.len()
+            ),
+        };
         println!(
-            "{}: it and others, {} in all, are folders with scans, which are left out: scans are to lie in one folder",
-            first.display(),
-            deeper.len()
+            "{}: {those}: scans are to lie in one folder",
+            first.display()
         );
     }
     let (mut there, mut bare_before) = (0, 0);

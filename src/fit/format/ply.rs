@@ -321,20 +321,32 @@ fn image(comment: &str) -> Option<String> {
         .then(|| name.trim().to_owned())
 }
 
-/// Reads every `.ply` of a folder, or one file, as a face registered to a template with so many vertices and these
-/// triangles, sorted by name. The name is the file's without its ending.
+/// Heads are of sizes well between this many times the template's and a part of as many; units lie farther apart.
+const OTHER_UNIT: f64 = 3.0;
+
+/// The root mean square distance of vertices from their middle.
+fn size(positions: &[DVec3]) -> f64 {
+    let count = positions.len().max(1) as f64;
+    let middle = positions.iter().sum::<DVec3>() / count;
+    let squares = positions.iter().map(|p| p.distance_squared(middle));
+    (squares.sum::<f64>() / count).sqrt()
+}
+
+/// Reads every `.ply` of a folder, or one file, as a face registered to a template that has its vertices at `rest` (mm)
+/// and these triangles, sorted by name. The name is the file's without its ending.
 ///
 /// Which triangles come first, and which corner of each, does not matter. A file without any, of vertices alone, is
 /// taken for one of the template's.
 ///
 /// # Errors
 /// When a file cannot be read, has another number of vertices or other triangles, whose vertices then are in another
-/// order, and when there are no faces.
+/// order, or is so large or small that it is not in millimetres, and when there are no faces.
 pub fn read_faces(
     dir: &Path,
-    vertices: usize,
+    rest: &[DVec3],
     triangles: &[[u32; 3]],
 ) -> FitResult<Vec<(String, Vec<DVec3>)>> {
+    let (vertices, usual) = (rest.len(), size(rest));
     let ends = records(triangles);
     let wanted = in_order(triangles.iter().copied());
     let mut paths = match dir.is_file() {
@@ -368,6 +380,14 @@ pub fn read_faces(
                                  registered to this template, or changed by another program";
                     return Err(FitError::file(path, cause));
                 }
+            }
+            let own = size(&positions);
+            if !(usual / OTHER_UNIT..=usual * OTHER_UNIT).contains(&own) {
+                let cause = format!(
+                    "its vertices are {own:.3e} RMS from their middle, where the template's are {usual:.1} mm: registered \
+                     faces are in millimetres"
+                );
+                return Err(FitError::file(path, cause));
             }
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             Ok((name.into_owned(), positions))
@@ -543,7 +563,7 @@ mod tests {
         let write = |triangles: &[[u32; 3]]| {
             let path = folder.path().join("anna.ply");
             write_mesh(&path, &positions, triangles).unwrap();
-            read_faces(folder.path(), 4, &own)
+            read_faces(folder.path(), &positions, &own)
         };
         // In any order, from any corner, or none.
         let same: [&[[u32; 3]]; 3] = [&own, &[[2, 3, 0], [1, 2, 0]], &[]];

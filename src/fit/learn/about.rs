@@ -11,12 +11,15 @@ use crate::model::About;
 /// The program and its version, as what it makes names it.
 pub const PROGRAM: &str = concat!("phiz-fit ", env!("CARGO_PKG_VERSION"));
 
+/// The file that says it.
+pub const FILE: &str = "about.json";
+
 /// What `about.json` in a folder says of its faces. All of it may be missing, or any part.
 ///
 /// # Errors
 /// When it is there and no JSON, or a part of it is no text where text is meant: with the file.
 pub fn read(faces: &Path) -> FitResult<About> {
-    let path = faces.join("about.json");
+    let path = faces.join(FILE);
     let fail = |e: serde_json::Error| FitError::file(&path, e);
     let said: Map<String, Value> = match path.exists() {
         true => json(&path)?,

@@ -764,7 +764,7 @@ pub fn read_registered(
     dir: &Path,
     template: &Template,
 ) -> FitResult<Vec<(String, RegisteredFace)>> {
-    ply::read_faces(dir, template.positions.len(), &template.triangles())?
+    ply::read_faces(dir, &template.positions, &template.triangles())?
         .into_iter()
         .map(|(name, positions)| {
             let path = dir.join(format!("{name}.json"));

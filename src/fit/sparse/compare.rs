@@ -88,7 +88,7 @@ pub fn compare(
     kinds: [Kind; 2],
     done: impl Fn(),
 ) -> FitResult<Vec<Curve>> {
-    if trial.train + trial.test > faces.len() || trial.test < 1 {
+    if trial.train.saturating_add(trial.test) > faces.len() || trial.test < 1 {
         return Err(FitError::Input(format!(
             "{} faces are too few to learn from {} and to test on {} others",
             faces.len(),

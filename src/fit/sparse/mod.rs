@@ -764,6 +764,9 @@ impl SparseBasis {
             )));
         }
         let (n, count) = (self.vertices.len(), self.components.len());
+        if count == 0 {
+            return Err(FitError::Input("a basis without components".into()));
+        }
         let mut components = Mat::<f64>::zeros(3 * n, count);
         for (k, component) in self.components.iter().enumerate() {
             for (v, d) in component.support.iter().zip(&component.displacements) {

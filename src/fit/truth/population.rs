@@ -772,8 +772,8 @@ mod tests {
         let population = sample(head, &base_mesh_dir().unwrap(), 2, 3).unwrap();
         let dir = tempfile::tempdir().unwrap();
         write(&population, head, dir.path()).unwrap();
-        let (n, triangles) = (head.positions.len(), head.triangles());
-        let faces = read_faces(dir.path(), n, &triangles).unwrap();
+        let triangles = head.triangles();
+        let faces = read_faces(dir.path(), &head.positions, &triangles).unwrap();
         assert_eq!(faces[1].0, "face_0001");
         for (a, b) in faces[1].1.iter().zip(&population.faces[1]) {
             // f32 at 200 mm.
@@ -823,7 +823,7 @@ mod tests {
             "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty float y\nproperty int z\nend_header\n1 2 3\n",
         )
         .unwrap();
-        let error = read_faces(dir.path(), n, &triangles)
+        let error = read_faces(dir.path(), &head.positions, &triangles)
             .unwrap_err()
             .to_string();
         assert!(
