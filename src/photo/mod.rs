@@ -182,6 +182,24 @@ pub struct Shot {
     pub expression: Vec<f64>,
 }
 
+impl Shot {
+    fn of(state: &State, terms: &Terms) -> Self {
+        Self {
+            camera: state.pose.camera(),
+            expression: state.unknowns[terms.coefficients..].to_vec(),
+        }
+    }
+}
+
+/// What is found with pixels where something is known.
+struct Knowing {
+    fit: Fit,
+    /// The face's independent coefficients: those that points are told by, or all.
+    coefficients: Vec<f64>,
+    /// What the photo tells others, if that was asked and its pixels tell any.
+    tells: Option<Known>,
+}
+
 /// What a photo's pixels told of a face's shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Appearance {
@@ -310,7 +328,7 @@ impl Fitter {
         for (photo, image) in std::iter::once((photo, *image)).chain(each()) {
             image.check_size([photo.width, photo.height])?;
         }
-        let (mut of_all, others) = self.told(photo)?;
+        let (mut of_all, mut others) = self.told(photo)?;
         let count = 1 + each().count();
         let mut done = 0;
         let mut part = |part: f64, done: usize| told((done as f64 + part) / count as f64);
@@ -321,13 +339,29 @@ impl Fitter {
             let own = self.fit_knowing(known, other, &image, true, &mut |p| part(p, done));
             done += 1;
             // Where its pixels tell nothing its points still do.
-            if let Ok((_, Some(own))) = own {
-                of_all[i + 1] = Some(own);
+            if let Ok(Knowing { tells, .. }) = own
+                && tells.is_some()
+            {
+                of_all[i + 1] = tells;
             }
         }
         let known = Known::all(of_all.iter().skip(1).flatten());
-        let (fit, _) = self.fit_knowing(known, photo, image, false, &mut |p| part(p, done))?;
-        Ok(Fit { others, ..fit })
+        let found = self.fit_knowing(known, photo, image, false, &mut |p| part(p, done))?;
+        for (other, shot) in photo.others.iter().zip(&mut others) {
+            // Of a face that is another than their points alone told.
+            let seen = checked(other)?;
+            let observed = self.observed(&self.whole, &seen);
+            let known = Known::exactly(&found.coefficients);
+            if let Ok((state, terms)) =
+                self.solve(other, other.image.as_ref(), &observed, Some(known))
+            {
+                *shot = Shot::of(&state, &terms);
+            }
+        }
+        Ok(Fit {
+            others,
+            ..found.fit
+        })
     }
 
     /// What a photo's points and pixels tell with what is known, and, if that is asked, what they tell others.
@@ -338,7 +372,7 @@ impl Fitter {
         image: &Image,
         asked: bool,
         told: &mut dyn FnMut(f64),
-    ) -> Result<(Fit, Option<Known>)> {
+    ) -> Result<Knowing> {
         let seen = checked(photo)?;
         let observed = self.observed(&self.points, &seen);
         let of_all = known;
@@ -346,9 +380,14 @@ impl Fitter {
         let (state, terms) = self.solve(photo, Some(image), &observed, known)?;
         let fit = self.finish(&observed, state.clone(), &self.points.basis, None);
         let fit = fit.ok_or_else(nobody)?;
+        let by_points = Knowing {
+            fit,
+            coefficients: state.unknowns[..terms.coefficients].to_vec(),
+            tells: None,
+        };
         // Points that are no face's have no pixels that are.
-        if fit.quality.refusal().is_some() {
-            return Ok((fit, None));
+        if by_points.fit.quality.refusal().is_some() {
+            return Ok(by_points);
         }
         let observed = self.observed(&self.whole, &seen);
         let first = self.points.basis.ncols();
@@ -369,7 +408,7 @@ impl Fitter {
             expressions: self.expressions.as_ref().map_or(&[], |e| e.list()),
         };
         let Some(mut refined) = comparison.refine(image, &start, asked, told) else {
-            return Ok((fit, None));
+            return Ok(by_points);
         };
         let tells = (refined.told.as_ref())
             .and_then(|pixels| solver::told(&observed, &terms, &refined.state, Some(pixels)));
@@ -381,6 +420,7 @@ impl Fitter {
             rms: refined.rms,
             patches: refined.patches,
         };
+        let coefficients = refined.state.unknowns[..terms.coefficients].to_vec();
         let better = self.finish(
             &observed,
             refined.state,
@@ -389,8 +429,12 @@ impl Fitter {
         );
         // A face that nobody has is worse than the points' own, and so is one that is not before the camera.
         Ok(match better {
-            Some(better) if better.quality.refusal().is_none() => (better, tells),
-            _ => (fit, None),
+            Some(fit) if fit.quality.refusal().is_none() => Knowing {
+                fit,
+                coefficients,
+                tells,
+            },
+            _ => by_points,
         })
     }
 
@@ -436,10 +480,7 @@ impl Fitter {
                 let known = Known::all(told.iter().flatten());
                 let (state, terms) = self.solve(photos[i], None, &observed, known)?;
                 told[i] = solver::told(&observed, &terms, &state, None);
-                shots.push(Shot {
-                    camera: state.pose.camera(),
-                    expression: state.unknowns[terms.coefficients..].to_vec(),
-                });
+                shots.push(Shot::of(&state, &terms));
             }
         }
         let others = shots.split_off(1);
@@ -464,7 +505,7 @@ impl Fitter {
         let on_a_line = || Error::Mismatch("the points lie on a line: they are no face's".into());
         let (rotation, scale) = start::orthographic(inner, &seen[JAW..]).ok_or_else(on_a_line)?;
         let terms = Terms {
-            coefficients: self.points.basis.ncols(),
+            coefficients: observed.points.basis.ncols(),
             expressions: self.expressions.as_ref().map_or(0, |e| e.list().len()),
             focal,
             noise: photo.noise,

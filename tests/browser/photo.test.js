@@ -914,8 +914,20 @@ describe('a face in a photo', () => {
       return done(page);
     };
     const add = (/** @type {Buffer} */ buffer) => pick('Add a photo of this person', buffer);
+    // The fit is asked for with the pixels of both: what these tell is tried without a page (tests/node/photo.test.js).
+    const asked = await page.evaluateHandle(() => {
+      /** @type {boolean[][]} */
+      const all = [];
+      const post = Worker.prototype.postMessage;
+      Worker.prototype.postMessage = function (/** @type {any} */ message, /** @type {any} */ ...more) {
+        if (message.task === 'fit') all.push([message.photo, ...message.photo.others].map(({ width, height, rgba }) => rgba.length === 4 * width * height));
+        return post.call(this, message, ...more);
+      };
+      return all;
+    });
     const both = await add(turned);
     assert.equal(both.mode, 'ready');
+    assert.deepEqual(await asked.jsonValue(), [[true, true]]);
     assert.ok((await note()).some((words) => words.startsWith('The shape is what 2 photos of this person tell.')));
     // That more is determined by two than by one is tried without pixels (tests/node/photo.test.js), which are believed as far as they fit.
     assert.notEqual(both.fit.code, first.fit.code);
