@@ -435,11 +435,10 @@ impl ModelParts {
         if !below(uv_vertices, n) || !below(uv_triangles.as_flattened(), uvs.len()) {
             return bad("a triangle has a corner that is not there".into());
         }
-        let in_order = |numbers: &mut dyn Iterator<Item = u32>| numbers.eq(0..n as u32);
-        if !in_order(&mut uv_vertices[..n].iter().copied()) {
+        if !(0..n).all(|v| uv_vertices[v] as usize == v) {
             return bad("the corners of vertices are not in their order".into());
         }
-        if !below(mirror, n) || !in_order(&mut mirror.iter().map(|&m| mirror[m as usize])) {
+        if !below(mirror, n) || !(0..n).all(|v| mirror[mirror[v] as usize] as usize == v) {
             return bad("its mirror map is not an involution".into());
         }
         if let Some(v) = self.mean.iter().position(|p| !p.is_finite()) {
