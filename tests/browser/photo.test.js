@@ -364,6 +364,8 @@ describe('a face in a photo', () => {
     assert.ok(await page.locator('.photo-canvas').isVisible());
     await page.getByText('3D head', { exact: true }).click();
     assert.ok(await page.locator('.photo-canvas').isHidden());
+    // It gives way to what is said, and is over the head otherwise.
+    await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
     const head = async () => {
       await settled(page);
       return decodePng(await page.locator('.view').screenshot());
