@@ -114,6 +114,15 @@ const BESIDE_STRAND: f64 = 1.5;
 const BEHIND_HAIRLINE: f64 = 15.0;
 /// Less contrast than this logarithm is no strand's.
 const FAINT: f64 = 0.03;
+/// Contrast is told over so many mm.
+const ACROSS_STRANDS: f64 = 2.0;
+/// A scalp with less, in the median, shines. Those of bald heads that the page drew have up to 0.022, hair that is brighter
+/// than the skin 0.11 and more.
+const SMOOTH: f64 = 0.05;
+/// Nor does it shine everywhere: of those heads two thirds did at most.
+const MOST_SHINY: f64 = 0.75;
+/// With fewer px a mm strands are not seen.
+const STRANDS_SEEN: f64 = 1.0;
 /// An iris's radius, mm; people differ by a tenth.
 const IRIS: f64 = 5.9;
 /// In a photo that is darker by this factor than usual noise is as strong as the light of an iris.
@@ -199,6 +208,11 @@ fn logarithm(light: DVec3) -> DVec3 {
     light.max(DVec3::splat(BLACK)).map(f64::ln)
 }
 
+fn middle(mut numbers: Vec<f64>) -> Option<f64> {
+    numbers.sort_unstable_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied()
+}
+
 /// The logarithms of red and blue over green.
 fn hue(logarithm: DVec3) -> DVec2 {
     DVec2::new(logarithm.x - logarithm.y, logarithm.z - logarithm.y)
@@ -226,6 +240,20 @@ impl Head<'_> {
             .image
             .mean(self.camera.project(p), self.scale(p))?;
         Some(light * self.skin.exposure)
+    }
+
+    /// By how much the logarithm of the light at a vertex differs from the mean of that on two sides of it, along the
+    /// direction in which that is more: by strands, and not by shading, which changes evenly.
+    fn contrast(&self, v: usize) -> Option<f64> {
+        let place = self.places[v];
+        let (across, along) = self.skin.normals[v].as_dvec3().any_orthonormal_pair();
+        let brightness = |p: DVec3| Some(self.light(p)?.dot(BRIGHTNESS).max(BLACK).ln());
+        let own = brightness(place)?;
+        let off = |way: DVec3| {
+            let [a, b] = [1.0, -1.0].map(|side| brightness(place + way * side * ACROSS_STRANDS));
+            Some((own - (a? + b?) / 2.0).abs())
+        };
+        Some(off(across)?.max(off(along)?))
     }
 
     /// The shading of a vertex over the usual one, where that is believed.
@@ -374,6 +402,7 @@ impl Head<'_> {
         let inside =
             |p: Vec3| (p.y - tragion.y as f32) / tall - hairline(p.x.atan2(p.z - axis).abs());
         let mut samples = Vec::new();
+        let (mut bright, mut contrasts) = (Vec::new(), Vec::new());
         let mut bare = 0;
         for v in topology.part_vertices("skin") {
             let v = v as usize;
@@ -391,10 +420,24 @@ impl Head<'_> {
             let tone = logarithm(light);
             let darker = skin.dot(BRIGHTNESS) - tone.dot(BRIGHTNESS);
             let hue = (hue(tone) - hue(skin)).length();
+            let sample = (light, light / self.shade(v));
             match darker > DARKER || hue > OTHER_HUE {
-                true => samples.push((light, light / self.shade(v))),
+                true if darker < 0.0 => {
+                    bright.push(sample);
+                    contrasts.extend(self.contrast(v));
+                }
+                true => samples.push(sample),
                 false => bare += 1,
             }
+        }
+        // What is brighter than skin and of another hue is fair or grey hair, or a bald head that shines.
+        let is_seen = self.scale(self.point("trichion")?[0]) > STRANDS_SEEN;
+        let is_smooth = middle(contrasts).is_some_and(|contrast| contrast < SMOOTH);
+        let all = samples.len() + bright.len() + bare;
+        let some = samples.len() + bright.len();
+        match is_seen && is_smooth && (some as f64) < MOST_SHINY * all as f64 {
+            true => bare += bright.len(),
+            false => samples.extend(bright),
         }
         let count = samples.len() + bare;
         let cover = samples.len() as f64 / count.max(1) as f64;

@@ -827,6 +827,37 @@ fn hair_has_its_colour_and_ends_where_it_ends() {
     }
 }
 
+/// Brighter than skin and of less hue is a head without hair that shines, and grey hair, whose strands are seen.
+#[test]
+fn a_bald_head_that_shines_has_no_hair() {
+    let dark = DVec3::new(0.16, 0.06, 0.03);
+    let pale = dark * 0.8 + 0.12;
+    let head = |scalp: bool| {
+        let mut face = Portrait::new(6);
+        face.albedo.fill(dark);
+        if scalp {
+            let trichion = face.at("trichion").0;
+            face.paint(pale, |p| p.y > trichion.y);
+        }
+        face
+    };
+    assert_eq!(head(false).looks().hair, None);
+    assert_eq!(head(true).looks().hair, None, "it shines");
+    // Where nothing is as skin is it does not.
+    let mut shorn = head(false);
+    shorn.paint_scalp(pale);
+    assert!(shorn.hair().cover > 0.9);
+    // Strands of 3 mm, every other one of them in the shadow of its neighbours.
+    let mut grey = head(true);
+    let (hairline, period) = (grey.at("trichion").1, 6.0 * grey.scale());
+    let between =
+        move |p: DVec2| p.y < hairline.y && ((p.x - 0.3 * p.y) / period).rem_euclid(1.0) < 0.5;
+    let light = grey.light.shade(DVec3::Z);
+    grey.over.push((Box::new(between), pale * light * 0.7));
+    let hair = grey.looks().hair.expect("has strands");
+    assert!(hair.cover > 0.3, "{}", hair.cover);
+}
+
 #[test]
 fn a_fringe_covers_the_forehead() {
     let fair = DVec3::new(0.3, 0.2, 0.09);
