@@ -9,10 +9,10 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::median;
 use super::sight::Sight;
 use super::skin::Skin;
 use super::{Camera, Image, Light};
+use super::{median, middle};
 use crate::srgb::BRIGHTNESS;
 use crate::{FaceModel, Result};
 
@@ -206,11 +206,6 @@ impl Tones {
 
 fn logarithm(light: DVec3) -> DVec3 {
     light.max(DVec3::splat(BLACK)).map(f64::ln)
-}
-
-fn middle(mut numbers: Vec<f64>) -> Option<f64> {
-    numbers.sort_unstable_by(f64::total_cmp);
-    numbers.get(numbers.len() / 2).copied()
 }
 
 /// The logarithms of red and blue over green.

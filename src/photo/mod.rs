@@ -640,11 +640,15 @@ fn checked(photo: &Photo) -> Result<Vec<DVec2>> {
 /// The median of each channel; 0 of none.
 fn median(tones: impl Iterator<Item = DVec3>) -> DVec3 {
     let tones: Vec<DVec3> = tones.collect();
-    DVec3::from_array([0, 1, 2].map(|channel| {
-        let mut all: Vec<f64> = tones.iter().map(|t| t[channel]).collect();
-        all.sort_unstable_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(0.0)
-    }))
+    DVec3::from_array(
+        [0, 1, 2].map(|channel| middle(tones.iter().map(|t| t[channel]).collect()).unwrap_or(0.0)),
+    )
+}
+
+/// The median; `None` of none.
+fn middle(mut numbers: Vec<f64>) -> Option<f64> {
+    numbers.sort_unstable_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied()
 }
 
 /// Whether so many positions and normals are a mesh's.
