@@ -660,7 +660,7 @@ describe('a face in a photo', () => {
     const stay = (/** @type {string} */ way) => `The points stay where you put them: “${way}” goes on from there.`;
     assert.equal(await sentence(page), stay('Correct the points'));
     await moveFace(page);
-    assert.ok((await stateOf(page)).changed);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
 
     // Who leaves points that were moved finds them as they were left, and may take that back.
@@ -704,7 +704,7 @@ describe('a face in a photo', () => {
     await pressed('Fit again', 'Cancel', 'Leave');
     assert.equal((await done(page)).mode, 'ready');
     await moveFace(page);
-    assert.ok((await stateOf(page)).changed);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
 
     // A photo whose face is not fitted for once can be tried again.
