@@ -180,15 +180,35 @@ pub struct Shot {
     pub camera: Camera,
     /// The weight of each expression there, 0..=1.
     pub expression: Vec<f64>,
+    /// As [`Fit::residuals`], of the points of that photo.
+    pub residuals: Vec<DVec2>,
+    /// As [`Quality::rms_px`].
+    pub rms_px: f64,
+    /// As [`Quality::rms_mm`].
+    pub rms_mm: f64,
 }
 
 impl Shot {
-    fn of(state: &State, terms: &Terms) -> Self {
-        Self {
+    /// `None` when a part of the face is behind the camera.
+    fn of(observed: &Observed, state: &State, terms: &Terms) -> Option<Self> {
+        let residuals = observed.residuals(state)?;
+        let [rms_px, rms_mm] = inner_rms(&residuals, state);
+        Some(Self {
             camera: state.pose.camera(),
             expression: state.unknowns[terms.coefficients..].to_vec(),
-        }
+            residuals,
+            rms_px,
+            rms_mm,
+        })
     }
+}
+
+/// How far the points inside of the outline are off, px and mm at the face.
+fn inner_rms(residuals: &[DVec2], state: &State) -> [f64; 2] {
+    let inner = &residuals[JAW..];
+    let square: f64 = inner.iter().map(|r| r.length_squared()).sum();
+    let px = (square / inner.len() as f64).sqrt();
+    [px, px * (state.pose.log_depth - state.pose.log_focal).exp()]
 }
 
 /// What is found with pixels where something is known.
@@ -352,10 +372,12 @@ impl Fitter {
             let seen = checked(other)?;
             let observed = self.observed(&self.whole, &seen);
             let known = Known::exactly(&found.coefficients);
-            if let Ok((state, terms)) =
-                self.solve(other, other.image.as_ref(), &observed, Some(known))
-            {
-                *shot = Shot::of(&state, &terms);
+            let solved = self.solve(other, other.image.as_ref(), &observed, Some(known));
+            let of_it = solved
+                .ok()
+                .and_then(|(state, terms)| Shot::of(&observed, &state, &terms));
+            if let Some(of_it) = of_it {
+                *shot = of_it;
             }
         }
         Ok(Fit {
@@ -480,7 +502,7 @@ impl Fitter {
                 let known = Known::all(told.iter().flatten());
                 let (state, terms) = self.solve(photos[i], None, &observed, known)?;
                 told[i] = solver::told(&observed, &terms, &state, None);
-                shots.push(Shot::of(&state, &terms));
+                shots.push(Shot::of(&observed, &state, &terms).ok_or_else(nobody)?);
             }
         }
         let others = shots.split_off(1);
@@ -547,12 +569,10 @@ impl Fitter {
             *point = crate::quantise::grid(value.clamp(-farthest, farthest) as f32);
         }
         let residuals = observed.residuals(&state)?;
-        let inner = &residuals[JAW..];
+        let [rms_px, rms_mm] = inner_rms(&residuals, &state);
         let camera = state.pose.camera();
         let towards = camera.position() - self.pivot;
         let determined = state.determined + state.known;
-        let square: f64 = inner.iter().map(|r| r.length_squared()).sum();
-        let rms_px = (square / inner.len() as f64).sqrt();
         Some(Fit {
             code: crate::face::code::of_state(&self.model, &grid),
             coefficients: grid.into_iter().map(crate::quantise::sigmas).collect(),
@@ -563,7 +583,7 @@ impl Fitter {
             others: Vec::new(),
             quality: Quality {
                 rms_px,
-                rms_mm: rms_px * (state.pose.log_depth - state.pose.log_focal).exp(),
+                rms_mm,
                 unusual: (z.norm_squared() / determined.max(1.0)).sqrt(),
                 determined,
                 away: towards.angle_between(DVec3::Z),

@@ -8,11 +8,12 @@ mod edit;
 
 use std::collections::BTreeMap;
 
+use glam::DVec2;
 use js_sys::{Function, Uint8Array};
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
-use crate::photo::{Camera, Fit, Image, Light, POINTS, Photo};
+use crate::photo::{Camera, Image, Light, POINTS, Photo};
 use crate::{Expressions, FaceModel};
 
 fn error(why: impl std::fmt::Display) -> JsError {
@@ -83,9 +84,14 @@ struct FitInfo<'a> {
 
 /// As `PhotoShot` of `index.d.ts`.
 #[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
 struct ShotInfo<'a> {
     camera: CameraInfo,
     expression: BTreeMap<&'a str, f64>,
+    residuals: Vec<[f64; 2]>,
+    rms_px: f64,
+    rms_mm: f64,
+    light: Option<LightInfo>,
 }
 
 /// As `PhotoAppearance` of `index.d.ts`.
@@ -185,8 +191,9 @@ impl Fitter {
         // Points that are no face's have no light, nor has a face of which no pixel is the person's: what the
         // points tell stands without it.
         let image = image.filter(|_| refusal.is_none());
+        let coefficients = &fit.coefficients;
         let light = match &image {
-            Some(image) => self.light(&fit, image)?,
+            Some(image) => self.light(coefficients, &fit.expression, &fit.camera, image)?,
             None => None,
         };
         let list = self.expressions.as_ref().map_or(&[][..], |e| e.list());
@@ -196,16 +203,28 @@ impl Fitter {
                 .map(|(e, &weight)| (e.name.as_str(), weight))
                 .collect()
         };
-        let shots = fit.others.iter().map(|shot| ShotInfo {
-            camera: shot.camera.into(),
-            expression: named(&shot.expression),
-        });
+        let pairs = |residuals: &[DVec2]| residuals.iter().map(|r| r.to_array()).collect();
+        let mut shots = Vec::with_capacity(fit.others.len());
+        for (shot, other) in fit.others.iter().zip(&others) {
+            let light = match other.image.as_ref().filter(|_| refusal.is_none()) {
+                Some(image) => self.light(coefficients, &shot.expression, &shot.camera, image)?,
+                None => None,
+            };
+            shots.push(ShotInfo {
+                camera: shot.camera.into(),
+                expression: named(&shot.expression),
+                residuals: pairs(&shot.residuals),
+                rms_px: shot.rms_px,
+                rms_mm: shot.rms_mm,
+                light: light.map(Into::into),
+            });
+        }
         let info = FitInfo {
             code: fit.code,
             camera: fit.camera.into(),
             expression: named(&fit.expression),
-            others: shots.collect(),
-            residuals: fit.residuals.iter().map(|r| r.to_array()).collect(),
+            others: shots,
+            residuals: pairs(&fit.residuals),
             quality: QualityInfo {
                 rms_px: quality.rms_px,
                 rms_mm: quality.rms_mm,
@@ -226,13 +245,17 @@ impl Fitter {
 
 impl Fitter {
     /// The light on a fitted face; none where the photo does not show it.
-    fn light(&self, fit: &Fit, image: &Image) -> Result<Option<Light>, JsError> {
+    fn light(
+        &self,
+        coefficients: &[f32],
+        expression: &[f64],
+        camera: &Camera,
+        image: &Image,
+    ) -> Result<Option<Light>, JsError> {
         let model = self.fitter.model();
         let mut worn = edit::Worn::new(model.face(), self.expressions.as_ref());
-        worn.face
-            .set_coefficients(&fit.coefficients)
-            .map_err(error)?;
-        worn.express(&fit.expression).map_err(error)?;
-        Ok(Light::on(model, worn.mesh(), &fit.camera, image).ok())
+        worn.face.set_coefficients(coefficients).map_err(error)?;
+        worn.express(expression).map_err(error)?;
+        Ok(Light::on(model, worn.mesh(), camera, image).ok())
     }
 }

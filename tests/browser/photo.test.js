@@ -942,8 +942,63 @@ describe('a face in a photo', () => {
     const back = await done(page);
     assert.deepEqual(back.fit.code, both.fit.code);
     assert.equal((await add(PORTRAIT)).mode, 'ready');
-    assert.ok((await note()).some((words) => words.startsWith('The shape is what 3 photos of this person tell.')));
+    const of = (/** @type {number} */ n) => `The shape is what ${n} photos of this person tell.`;
+    const says = async (/** @type {number} */ n) => (await note()).some((words) => words.startsWith(of(n)));
+    assert.ok(await says(3));
+
+    // Each of them can be on the stage, with the face as it is by then.
+    await page.evaluate(AXE);
+    const row = page.getByRole('group', { name: 'Photos of this person' });
+    const places = () => row.locator('.photo-of-album').evaluateAll((all) => all.map((one) => one.getAttribute('aria-pressed') === 'true'));
+    assert.deepEqual(await places(), [false, false, true]);
+    assert.deepEqual(await faults(page), []);
+    const three = await stateOf(page);
+    const codes = () => page.evaluate(() => [window.designer.face.code, window.designer.photo.fit.code]);
+    const own = await codes();
+    await row.getByRole('button', { name: 'Photo 2 of 3', exact: true }).press('Enter');
+    const second = await done(page);
+    assert.deepEqual([await places(), await codes(), second.points], [[false, true, false], own, both.points]);
+    assert.equal(second.changed, false, 'nobody changed the face');
+    assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('aria-label')), 'Photo 2 of 3');
+    // It is bent as it was drawn: by 15 degrees, to its left.
+    assert.ok(Math.abs(second.fit.camera.angles[2] - three.fit.camera.angles[2] + Math.PI / 12) < 0.03, `${second.fit.camera.angles} and ${three.fit.camera.angles}`);
+    const off = second.points.map((value, i) => Math.abs(value - second.fitted[i])).reduce((sum, by) => sum + by) / second.points.length;
+    assert.ok(off < 4, `its fitted points are ${off} px off`);
+    await moveFace(page);
+    await page.waitForFunction(() => window.designer.photo.field !== null);
+    const wide = await codes();
+    await row.getByRole('button', { name: 'Photo 1 of 3', exact: true }).click();
+    const front = await done(page);
+    assert.deepEqual([front.changed, await codes(), front.points, await says(3)], [true, wide, first.points, true]);
+    assert.ok(await page.evaluate(() => window.designer.photo.worn));
+    // What a fit of all of them says of each is what it said when that was on the stage.
+    await row.getByRole('button', { name: 'Photo 3 of 3', exact: true }).click();
+    assert.deepEqual((await done(page)).fit, three.fit);
+
+    // One that is taken away does not count any more, unless somebody stops that.
+    await page.evaluate(() => {
+      /** @type {HTMLElement} */ (document.querySelector('.photo-album [aria-label="Take photo 3 away"]')).click();
+      return new Promise((next) => {
+        const look = () => (window.designer.photo.mode === 'busy' ? next(0) : setTimeout(look));
+        look();
+      });
+    });
+    await page.getByRole('button', { name: 'Cancel' }).click();
+    assert.deepEqual([(await done(page)).mode, await places()], ['ready', [false, false, true]]);
+    assert.deepEqual((await stateOf(page)).fit, three.fit);
+    await row.getByRole('button', { name: 'Take photo 3 away' }).click();
+    await page.waitForFunction(() => document.querySelectorAll('.photo-of-album').length === 2);
+    const two = await done(page);
+    assert.deepEqual([two.mode, two.points, await places(), await says(2)], ['ready', both.points, [false, true], true]);
+    assert.equal(two.fit.code, both.fit.code);
+    await row.getByRole('button', { name: 'Take photo 2 away' }).click();
+    await row.waitFor({ state: 'hidden' });
+    const one = await done(page);
+    assert.deepEqual([one.mode, one.points, one.fit.code], ['ready', first.points, first.fit.code]);
+
     // Another person's is not of this one.
+    assert.equal((await add(turned)).mode, 'ready');
+    assert.ok(await says(2));
     const alone = await pick('Choose a photo', PORTRAIT);
     assert.equal(alone.fit.code, first.fit.code);
     assert.deepEqual(complaints, []);

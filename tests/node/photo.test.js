@@ -125,6 +125,19 @@ describe('a photo', () => {
     assert.ok(few.appearance, 'the photo is one of a face');
     assert.ok(all.quality.determined > few.quality.determined + 3, `${all.quality.determined}, ${few.quality.determined}`);
     assert.deepEqual(flat, few);
+    // How that was taken is told as of the photo itself: it can be changed, too, and so can the photo be where it is the other.
+    const [shot] = all.others;
+    assert.deepEqual([few.others[0].light, shot.residuals.length], [null, 68]);
+    const inner = shot.residuals.slice(17).map(([x, y]) => x ** 2 + y ** 2);
+    assert.ok(Math.abs(Math.sqrt(inner.reduce((sum, square) => sum + square, 0) / 51) / shot.rmsPx - 1) < 1e-9 && shot.rmsPx < 1.5, `${shot.rmsPx} px`);
+    assert.ok(shot.rmsMm > 0.2 * shot.rmsPx && shot.rmsMm < 2 * shot.rmsPx, `${shot.rmsMm} mm`);
+    const lamp = (light, [x, y, z]) => light.coefficients[1][0] + x * light.coefficients[1][1] + y * light.coefficients[1][2] + z * light.coefficients[1][3];
+    const aside = (light) => lamp(light, [0.5, 0, 0]) / lamp(light, [-0.5, 0, 0]);
+    assert.ok(aside(all.light) < 0.8 && aside(shot.light) > 1.25, `from its left ${aside(all.light)} and ${aside(shot.light)} times as bright as from its right`);
+    const edit = await model.editPhoto({ ...SIZE, fit: { ...all, ...shot }, rgba: beside, others: [{ ...SIZE, shot: all, rgba }] });
+    assert.equal(edit.field({ code: all.code, expression: shot.expression }), null);
+    assert.ok(edit.field({ code: model.face().code, expression: shot.expression }).motion.some((by) => Math.abs(by) > 1));
+    edit.free();
     assert.deepEqual(await model.fitPhoto({ ...SIZE, points, others: [{ ...side, rgba: beside }] }), await model.fitPhoto({ ...SIZE, points, others: [side] }));
     // They are copied at once.
     const given = beside.slice();

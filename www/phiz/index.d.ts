@@ -298,11 +298,22 @@ export interface PhotoFit {
   readonly others: readonly PhotoShot[];
 }
 
-/** How another photo of a fitted face was taken. */
+/**
+ * How another photo of a fitted face was taken: `{ ...fit, ...fit.others[0] }` is the fit as that photo has it, and makes
+ * that photo one whose face can be changed.
+ */
 export interface PhotoShot {
   readonly camera: PhotoCamera;
   /** What is shown of each expression there. */
   readonly expression: Readonly<Record<string, number>>;
+  /** As `PhotoFit.residuals`, of the points of that photo. */
+  readonly residuals: readonly (readonly [number, number])[];
+  /** As `PhotoQuality.rmsPx`, of that photo. */
+  readonly rmsPx: number;
+  /** As `PhotoQuality.rmsMm`, of that photo. */
+  readonly rmsMm: number;
+  /** As `PhotoFit.light`; null when none of its pixels were given, too. */
+  readonly light: PhotoLight | null;
 }
 
 /** Another photo of a person, for the colours of the head. */

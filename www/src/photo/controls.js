@@ -1,6 +1,7 @@
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
 import { text } from '../text.js';
+import { MOST_PHOTOS } from './album.js';
 
 /** What is being done: one block of the panel for each. @typedef {'empty' | 'busy' | 'choose' | 'none' | 'place' | 'ready' | 'adjust'} Mode */
 
@@ -28,7 +29,8 @@ import { text } from '../text.js';
  *   last: () => void,
  *   change: HTMLElement[],
  *   colours: HTMLElement,
- * }} parts what each button does; `change` and `colours` stand among the controls of a photo that can be changed
+ *   album: HTMLElement,
+ * }} parts what each button does; `change`, `colours` and `album` stand among the controls of a photo that can be changed
  */
 export function createControls(panel, parts) {
   const button = (/** @type {string} */ words, /** @type {() => void} */ onclick, kind = '') =>
@@ -66,6 +68,7 @@ export function createControls(panel, parts) {
   const size = element('p', { class: 'note' });
   const retry = button(text.tryAgain, parts.retry);
   const another = button(text.photo.another, parts.another);
+  const more = button(text.photo.more, () => pick(parts.more));
 
   /** @type {Partial<Record<Mode, HTMLElement>>} */
   const blocks = {
@@ -84,8 +87,9 @@ export function createControls(panel, parts) {
       {},
       quality,
       row(button(text.photo.correct, parts.correct), another, button(text.photo.close, parts.close)),
-      row(button(text.photo.more, () => pick(parts.more))),
-      element('p', { class: 'note' }, text.photo.moreAbout),
+      parts.album,
+      row(more),
+      element('p', { class: 'note' }, text.photo.moreAbout(MOST_PHOTOS)),
       element(
         'section',
         { class: 'part', 'aria-label': text.photo.change },
@@ -145,14 +149,15 @@ export function createControls(panel, parts) {
     },
     /**
      * @param {Mode} mode
-     * @param {{ photo: boolean, detected: boolean, several: boolean, last: boolean }} there whether there is a photo, points that
-     *   were found in it, several faces, and a photo before it
+     * @param {{ photo: boolean, detected: boolean, several: boolean, last: boolean, full: boolean }} there whether there is a photo,
+     *   points that were found in it, several faces, a photo before it, and as many of the person as may be
      */
     show(mode, there) {
       for (const [name, block] of Object.entries(blocks)) block.hidden = name !== mode;
       first.hidden = there.photo;
       asDetected.hidden = !there.detected;
       another.hidden = !there.several;
+      more.disabled = there.full;
       toLast.hidden = !there.last || mode === 'busy' || mode === 'ready';
     },
     /** Goes to what can be done first. @param {Mode} mode */

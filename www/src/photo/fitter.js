@@ -153,10 +153,9 @@ export function createFitter({ modelUrl, expressionsUrl }, lost) {
     /**
      * From then on this photo is edited, until another is.
      * @param {{ width: number, height: number, rgba: Uint8ClampedArray }} photo of `pixels` @param {import('phiz').PhotoFit} fit
-     * @param {Omit<import('phiz').PhotoOther, 'shot'>[]} others of the same person, that the fit is of, too
+     * @param {import('phiz').PhotoOther[]} others of the same person, that the fit is of, too
      */
-    edit: ({ width, height, rgba }, fit, others) =>
-      ask('edit', { ...urls, photo: { width, height, rgba }, fit, others: others.map((other, i) => ({ ...other, shot: fit.others[i] })) }),
+    edit: ({ width, height, rgba }, fit, others) => ask('edit', { ...urls, photo: { width, height, rgba }, fit, others }),
     /**
      * The head's colours as the photo has them.
      * @param {number} size texels a side

@@ -2,6 +2,7 @@ import { Failure } from '../frame/failure.js';
 import { stepOf } from '../frame/keys.js';
 import { sameWeights } from '../editing/history.js';
 import { text } from '../text.js';
+import { MOST_PHOTOS, besides, createAlbum, fitOn, inWholePerCents, seenIn, shotOf } from './album.js';
 import { createChoice } from './choose.js';
 import { createColours } from './colours.js';
 import { createComparison } from './compare.js';
@@ -57,16 +58,22 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let person;
   /** The 68 points that were found, px of the photo. @type {ReturnType<typeof marksOf> | null} */
   let detected = null;
-  /** What was fitted, to which points. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, pixels: ReturnType<typeof fitter.pixels>, scale: number, colouring: import('../head/colouring.js').Colouring } | null} */
+  /** What was fitted, to which points, as the photo has it. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, pixels: ReturnType<typeof fitter.pixels>, scale: number } | null} */
   let fitted = null;
+  /** The looks that the head has as it is in the photo. @type {import('../head/colouring.js').Colouring} */
+  let colouring = {};
   /** The number of the person in the photo, by which the history knows whose face it is. */
   let number = 0;
   /** How many there were: none has the number of another. */
   let people = 0;
   /** The person's own face, as the fit had it. @type {{ code: string, expression: Record<string, number> } | null} */
   let own = null;
-  /** What is known of other photos of this person, and their pixels. @type {{ view: import('phiz').PhotoView, seen: Omit<import('phiz').PhotoOther, 'shot'> }[]} */
+  /** Other photos of this person. @type {import('./album.js').Portrait[]} */
   let others = [];
+  /** Where among them the one on the stage stands. */
+  let place = 0;
+  /** Pictures that are to be closed once nobody has them. @type {Set<ImageBitmap>} */
+  let held = new Set();
   /** px of the stage's picture for one of the photo. */
   let shown = 1;
   /** What the face that is shown changes. @type {import('./warp.js').Field | null} */
@@ -122,12 +129,14 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     fitter,
     detail: () => photo && fitted && fitter.detail(photo, fitted.points),
     tone,
-    colouring: () => fitted?.colouring ?? {},
+    colouring: () => colouring,
     // Who draws somebody else has somebody else's skin.
     allowed: () => (editable || last !== null) && editor.photo === number,
     wear,
     complain: (sentence) => say(sentence, true),
   });
+
+  const album = createAlbum({ choose: (i) => void bringForward(i), takeAway: (i) => void takeAway(i) });
 
   const controls = createControls(panel, {
     open: (file) => void open(file, file.name),
@@ -167,6 +176,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     last: () => void bringBack(text.photo.ready),
     change: [comparison.strengthSlider, comparison.button],
     colours: colours.root,
+    album: album.root,
   });
   const { say } = controls;
 
@@ -179,7 +189,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     }
     mode = next;
     const focused = document.activeElement;
-    controls.show(mode, { photo: photo !== null, detected: detected !== null, several: faces.length > 1, last: last !== null });
+    controls.show(mode, { photo: photo !== null, detected: detected !== null, several: faces.length > 1, last: last !== null, full: others.length + 1 >= MOST_PHOTOS });
+    if (mode === 'ready' && photo && fitted) album.show(amongOthers({ photo, points: fitted.points }), place);
     sides.root.hidden = photo === null;
     choice.show(mode === 'choose');
     placing.show(mode === 'place');
@@ -297,61 +308,56 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     say(text.photo.cancelled);
     show(photo ? 'none' : 'empty');
   }
-  const present = () => ({ photo, onStage, faces, person, detected, fitted, number, own, others, shown, moved: byHand ? correction.points : null, sentence: controls.quality.textContent });
+  const present = () => ({ photo, onStage, faces, person, detected, fitted, colouring, number, own, others, place, shown, moved: byHand ? correction.points : null });
   function keepLast() {
     if (fitted) last = present();
+  }
+  /** Closes pictures that nobody has any more. */
+  function settle() {
+    const now = new Set(
+      [{ photo, onStage, person, others }, ...(last ? [last] : [])].flatMap((of) =>
+        [of.onStage, ...[of, ...of.others].flatMap((one) => [one.photo?.bitmap, one.person?.mask])].flatMap((picture) => picture ?? []),
+      ),
+    );
+    for (const picture of held) if (!now.has(picture)) picture.close();
+    held = now;
   }
   /** There is no photo any more; the face stays. */
   function close() {
     stop();
     editable = dressed = false;
-    forgetLast();
-    forgetPerson();
-    forgetPhoto();
     warp.clear();
-    photo = onStage = detected = fitted = own = field = null;
+    photo = onStage = person = detected = fitted = own = field = last = null;
     faces = [];
     others = [];
     number = 0;
+    settle();
     colours.forget();
     say('');
     show('empty');
     controls.focus('empty');
   }
-  /** Another was fitted. */
-  function forgetLast() {
-    if (last?.person !== person) last?.person?.mask.close();
-    if (last?.photo !== photo) {
-      last?.photo?.bitmap.close();
-      last?.onStage?.close();
-    }
-    last = null;
-  }
-  /** What the stage has of a photo that is not the last. */
-  function forgetPhoto() {
-    if (photo === last?.photo) return;
-    photo?.bitmap.close();
-    onStage?.close();
-  }
   /** The last photo is there again as it was. @param {string} sentence why @param {boolean} [wrong] */
   async function bringBack(sentence, wrong = false) {
     if (!last) return;
-    const here = (visit += 1);
     stopFinding();
-    forgetPerson();
-    forgetPhoto();
-    ({ photo, onStage, faces, person, detected, fitted, number, own, others, shown } = last);
-    controls.quality.textContent = last.sentence;
     const { moved } = last;
+    ({ photo, onStage, faces, person, detected, fitted, colouring, number, own, others, place, shown } = last);
     last = null;
+    settle();
+    await stand(moved, sentence, wrong);
+  }
+  /** The photo is one that was fitted: the stage shows it, and it can be changed. @param {Float64Array | null} moved points @param {string} sentence @param {boolean} [wrong] */
+  async function stand(moved, sentence, wrong = false) {
     if (!photo || !onStage || !fitted) return;
+    const here = (visit += 1);
     dressed = true;
+    editable = false;
     field = null;
-    controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
+    tellQuality();
+    layPhoto();
     layPoints(fitted.points);
     if (moved) correction.replace(moved);
-    warp.setPhoto(onStage, photo.colorSpace);
-    view.open(photo.width, photo.height);
     view.closeTo(around(fitted.points, 1));
     say(sentence, wrong);
     controls.progress(null);
@@ -360,7 +366,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     unedited = true;
     try {
       // Whoever stopped a fit has stopped what edits, too.
-      await fitter.edit(fitted.pixels, fitted.fit, besides());
+      await fitter.edit(fitted.pixels, fitted.fit, seenIn(others));
       unedited = false;
     } catch (error) {
       if (here === visit && !(error instanceof Cancelled)) say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
@@ -380,15 +386,78 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     show(next);
   }
 
-  /** What of the present photo counts in another of the same person, and of those before. @returns {typeof others} */
-  function views() {
+  /** @template T @param {T} here of the photo on the stage */
+  const amongOthers = (here) => [...others.slice(0, place), here, ...others.slice(place)];
+  /** All of this person that are fitted, in their order. @returns {import('./album.js').Portrait[]} */
+  function inRow() {
     if (!photo || !fitted) return others;
-    const { width, height, points, focal, noise, jawNoise, rgba } = fitted.pixels;
-    const detail = fitter.detail(photo, fitted.points) ?? undefined;
-    return [...others, { view: { width, height, points, focal, noise, jawNoise }, seen: { width, height, rgba, detail } }];
+    const { fit, points, pixels } = fitted;
+    const detail = fitter.detail(photo, points) ?? undefined;
+    const here = { photo, faces, person: person ?? null, detected, moved: byHand ? correction.points : null, points, pixels, detail, shot: shotOf(fit) };
+    return amongOthers(here);
   }
-  /** The pixels of the others. */
-  const besides = () => others.map(({ seen }) => seen);
+  /** One of them is that of the stage. @param {import('./album.js').Portrait[]} row @param {number} i @returns {Promise<import('./album.js').Portrait | null>} null when something else came in between */
+  async function takeOn(row, i) {
+    const here = (visit += 1);
+    const next = row[i];
+    const picture = await pictureOf(next.photo);
+    if (here !== visit) {
+      picture.close();
+      return null;
+    }
+    editable = false;
+    field = null;
+    others = row.filter((of) => of !== next);
+    place = i;
+    ({ photo, faces, person, detected } = next);
+    onStage = picture;
+    shown = shownOf(photo);
+    sides.turnTo('photo');
+    return next;
+  }
+  /** Another photo of this person is changed. The face is the same, with what was made of it. @param {number} i in the row */
+  async function bringForward(i) {
+    if (mode !== 'ready' || i === place || !fitted || !own) return;
+    const { fit } = fitted;
+    try {
+      const next = await takeOn(inRow(), i);
+      if (!next) return;
+      const { points, pixels, moved } = next;
+      fitted = { fit: fitOn(fit, next, others), points, pixels, scale: pixels.scale };
+      const { expression } = fitted.fit;
+      const isOwn = sameWeights(face.expression, own.expression);
+      own = { ...own, expression };
+      settle();
+      // What the person does in a photo is not what somebody wished to see in another.
+      if (isOwn && !sameWeights(face.expression, expression)) editor.take({ code: face.code, expression }, number);
+      await stand(moved, text.photo.ready);
+      album.focus();
+    } catch (error) {
+      say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
+    }
+  }
+  /** The shape is what the others tell. @param {number} i in the row */
+  async function takeAway(i) {
+    if (mode !== 'ready') return;
+    const former = present();
+    const row = inRow();
+    const stays = row.filter((_, k) => k !== i);
+    try {
+      const next = await takeOn(stays, Math.min(i < place ? place - 1 : place, stays.length - 1));
+      if (!next) return;
+      // Who stops the fit has all of them.
+      last = former;
+      fitted = own = null;
+      settle();
+      layPhoto();
+      layPoints(next.points);
+      view.closeTo(around(next.points, 1));
+      await fit(next.points);
+    } catch (error) {
+      say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
+    }
+  }
+
   /**
    * @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name
    * @param {boolean} [same] whether it shows the same person as the photo before
@@ -436,20 +505,20 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     show('busy');
     moving = null;
     keepLast();
-    others = same ? views() : [];
-    forgetPerson();
-    forgetPhoto();
+    others = same ? inRow() : [];
+    place = others.length;
+    dressed = dressed && same;
     onStage = picture;
     photo = next;
     shown = shownOf(photo);
     faces = [];
+    person = undefined;
     detected = fitted = own = field = null;
-    editable = dressed = byHand = false;
+    editable = byHand = false;
+    settle();
     comparison.reset();
-    controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
-    warp.setPhoto(picture, photo.colorSpace);
     sides.turnTo('photo');
-    view.open(photo.width, photo.height);
+    layPhoto();
     draw();
     await search(here);
   }
@@ -487,17 +556,20 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     choice.focus();
   }
 
-  function forgetPerson() {
-    if (person !== last?.person) person?.mask.close();
+  /** Somebody in the photo is to be fitted, who may be another. */
+  function forgetFit() {
+    editable = false;
+    // One whom other photos show has their looks.
+    dressed = dressed && others.length > 0;
     person = undefined;
+    fitted = own = field = null;
+    settle();
   }
 
   /** One of the faces. @param {number} i */
   async function take(i) {
     keepLast();
-    dressed = editable = false;
-    fitted = own = field = null;
-    forgetPerson();
+    forgetFit();
     detected = marksOf(faces[i]);
     layPoints(detected.points);
     await fit(detected.points);
@@ -541,6 +613,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
         const found = await lookForPerson(photo, points);
         if (here !== visit) return found?.mask.close();
         person = found;
+        settle();
       }
       // What somebody placed is believed more: a jaw as other points are, and these as far as a face has them.
       const [jaw, inner] = [[0, 2 * INNER_FROM], [2 * INNER_FROM]].map(([from, to]) => !points.subarray(from, to).some((value, k) => value !== detected?.points[from + k]));
@@ -550,7 +623,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       say(text.photo.fitting);
       show('busy');
       const [found] = await Promise.all([
-        fitter.fit({ ...pixels, others: others.map(({ view, seen }) => ({ ...view, rgba: seen.rgba })) }, (part) => here === visit && controls.progress(part)),
+        fitter.fit({ ...pixels, others: besides(others) }, (part) => here === visit && controls.progress(part)),
         expressions.any ? expressions.load() : undefined,
       ]);
       if (here !== visit) return;
@@ -560,14 +633,12 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
         before = fitted ? 'ready' : 'none';
         return show(from === 'none' ? 'adjust' : from);
       }
-      // The page keeps expressions in whole per cents; what the photo shows is the same then.
-      const expression = Object.fromEntries(
-        Object.entries(found.expression).flatMap(([name, weight]) => (weight >= 0.005 ? [[name, Math.round(100 * weight) / 100]] : [])),
-      );
-      const base = { ...found, expression };
+      const base = inWholePerCents(found);
+      const { expression } = base;
+      const beside = others.map((other, i) => ({ ...other, shot: base.others[i] }));
       unedited = true;
-      await fitter.edit(pixels, base, besides());
-      // Who corrects points has seen the looks, and may have changed them. Without a light nobody knows them.
+      await fitter.edit(pixels, base, seenIn(beside));
+      // Who corrects points, or adds a photo, has seen the looks, and may have changed them. Without a light nobody knows them.
       const looks = dressed
         ? null
         : await fitter.looks().catch((error) => {
@@ -578,19 +649,18 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       if (!fitted) number = people += 1;
       editor.take({ code: found.code, expression, ...(looks && { colouring: colouringOf(looks, tone) }) }, number);
       own = { code: face.code, expression: face.expression };
-      const colouring = looks || !fitted ? editor.colouring : fitted.colouring;
-      fitted = { fit: { ...base, ...own }, points: points.slice(), pixels, scale: pixels.scale, colouring };
+      if (!dressed) colouring = editor.colouring;
+      others = beside;
+      fitted = { fit: { ...base, ...own }, points: points.slice(), pixels, scale: pixels.scale };
       unedited = byHand = false;
-      forgetLast();
+      last = null;
+      settle();
       dressed = true;
       editable = true;
       colours.forget();
       field = null;
       view.closeTo(around(points, 1));
-      const sentences = [text.photo.quality(found.quality.rmsPx * pixels.scale, found.quality.rmsMm)];
-      if (others.length > 0) sentences.unshift(text.photo.together(others.length + 1));
-      if (!person) sentences.push(text.photo.noPerson);
-      controls.quality.textContent = sentences.join(' ');
+      tellQuality();
       say(unread || text.photo.ready, unread !== '');
       show('ready');
       await follow();
@@ -603,6 +673,16 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       controls.again.disabled = false;
       complain(new Error(text.photo.notFitted(error instanceof Error ? error.message : String(error))), from === 'none' ? 'adjust' : from);
     }
+  }
+
+  /** How well the photo on the stage fits. */
+  function tellQuality() {
+    if (!fitted) return;
+    const { rmsPx, rmsMm } = fitted.fit.quality;
+    const sentences = [text.photo.quality(rmsPx * fitted.scale, rmsMm)];
+    if (others.length > 0) sentences.unshift(text.photo.together(others.length + 1));
+    if (!person) sentences.push(text.photo.noPerson);
+    controls.quality.textContent = sentences.join(' ');
   }
 
   function startAdjusting() {
@@ -630,6 +710,13 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     show('ready');
     void follow();
   }
+  /** The photo lies on the stage. */
+  function layPhoto() {
+    if (!photo || !onStage) return;
+    controls.size.textContent = text.photo.size(photo.width, photo.height, photo.reduced);
+    warp.setPhoto(onStage, photo.colorSpace);
+    view.open(photo.width, photo.height);
+  }
   /** Points that nobody moved. @param {Float64Array} points px of the photo */
   function layPoints(points) {
     byHand = false;
@@ -638,9 +725,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   function startPlacing() {
     if (!photo) return;
     keepLast();
-    dressed = editable = false;
-    fitted = own = field = null;
-    forgetPerson();
+    forgetFit();
     const { width, height } = photo;
     if (byHand && mode === 'none') placing.take(correction.points);
     else {
