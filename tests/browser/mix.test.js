@@ -428,6 +428,58 @@ describe('comparing', () => {
     assert.match((await page.locator('.colour-bar').textContent()) ?? '', /The start.*0.*≥ [\d.]+ mm/);
     await pictureOfPage(page, 'compare');
 
+    // The start's contours over this face: in the picture where heads end and features do, and in its file with whose they are.
+    await page.getByLabel('Distance as colour').uncheck();
+    const bare = await picture(page, 'compare-bare');
+    const outline = page.getByLabel('The other’s outline over this face');
+    await outline.check();
+    await page.waitForFunction(() => performance.getEntriesByType('resource').some(({ name }) => /outline-[^/]*\.js$/.test(name)));
+    await settled(page);
+    const lined = await picture(page, 'compare-outline');
+    assert.match((await page.locator('.outline-key').textContent()) ?? '', /The start/);
+    const inked = (/** @type {{ width: number, height: number, rgb: Uint8Array }} */ { width, height, rgb }, /** @type {number[]} */ [left, top, right, bottom]) => {
+      let count = 0;
+      for (let y = Math.round(top * height); y < bottom * height; y++) {
+        for (let x = Math.round(left * width); x < right * width; x++) {
+          const [r, g, b] = rgb.subarray(3 * (y * width + x));
+          if (b > r + 50 && b > g + 10) count++;
+        }
+      }
+      return count;
+    };
+    const all = [0.1, 0.1, 0.9, 0.85];
+    assert.equal(inked(bare, all), 0);
+    const ink = inked(lined, all);
+    assert.ok(ink > 200, `the line has ${ink} pixels`);
+    // Nothing is drawn on the cheeks, and nothing changes there.
+    assert.equal(differing(bare, lined, [0.38, 0.6, 0.44, 0.66]), 0);
+    // It goes with the view, and stays the start's while the face changes.
+    await page.getByRole('button', { name: 'Profile' }).click();
+    await settled(page);
+    const aside = await picture(page, 'compare-outline-profile');
+    assert.ok(inked(aside, all) > 200);
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+    await settled(page);
+    const changed = await picture(page, 'compare-outline-changed');
+    const off = [aside, changed].map((of) => inked(of, [0, 0, 1, 0.35]));
+    assert.equal(off[0], off[1], 'where nothing else changes');
+    assert.ok(differing(aside, changed) > 100);
+    await page.getByRole('button', { name: 'Redo', exact: true }).click();
+    const png = await taken();
+    assert.ok(inked(png, [0, 0, 1, 0.9]) > 50, 'a picture of it has it');
+    assert.ok(inked(png, [0, 0.9, 0.5, 1]) > 5, 'and says whose it is, with a stroke of its colour');
+    await page.getByRole('button', { name: 'Take the outline off' }).click();
+    assert.equal(await outline.isChecked(), false);
+    assert.equal(inked(await picture(page, 'compare-outline-off'), all), 0);
+    await page.getByRole('button', { name: 'Front' }).click();
+    await page.getByLabel('Distance as colour').check();
+
+    // Angles are of the face at rest, as lengths are.
+    const angles = page.getByRole('table', { name: 'Angles in the profile, degrees' });
+    const nasal = angles.getByRole('row').filter({ hasText: /^nasolabial/ });
+    const [degrees, median_] = await nasal.locator('td').allTextContents();
+    assert.ok(Number(degrees) > 70 && Number(degrees) < 150 && degrees !== median_, `${degrees} and ${median_}`);
+
     const row = page.locator('.lengths tr').filter({ hasText: /^nose width/ });
     const [here, there, apart] = await row.locator('td').allTextContents();
     assert.equal(here, width.toFixed(1));

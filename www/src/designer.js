@@ -197,7 +197,7 @@ export async function createDesigner(model, stage, chosen) {
   const ownSkin = createOwnSkin({ colouring: () => editor.colouring, wear: (colours) => wear('own', colours), say: toast.say });
   const colouring = createColours(editor, head.pigments, ownSkin.root);
   const meanings = createMeanings(editor, { distributions, limits });
-  const compare = createCompare(editor, { library, display, stage: stage.root, wears: () => head.wears, reveal: () => photo.reveal() });
+  const compare = createCompare(editor, { library, display, stage: stage.root, wears: () => head.wears, reveal: () => photo.reveal(), say: toast.say });
   const saved = createSaved(editor, { library, portraits, display, canvas, expressions: file, say: toast.say });
   const photo = createPhotoTab(editor, {
     stage: stage.root,

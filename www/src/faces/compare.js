@@ -1,4 +1,5 @@
 import { element } from '../frame/element.js';
+import { createAngles } from './angles.js';
 import { createFaceList } from './facelist.js';
 import { gradient } from '../stage/heat.js';
 import { createHold } from '../frame/hold.js';
@@ -15,13 +16,17 @@ import { decimal, meant, spoken, text } from '../text.js';
  *   stage: HTMLElement,
  *   wears: () => boolean,
  *   reveal: () => void,
+ *   say: (sentence: string) => void,
  * }} parts `wears` tells whether the face wears a photo; `reveal` brings the head to the stage, where a photo may be
  */
-export function createCompare(editor, { library, display, stage, wears, reveal }) {
+export function createCompare(editor, { library, display, stage, wears, reveal, say }) {
   const { model, face } = editor;
   const reference = model.face();
   const average = model.face();
+  const angles = createAngles(model.landmarks, average.positions);
   average.coefficients = new Float32Array(average.coefficients.length);
+  /** Angles are of faces at rest, as lengths are. */
+  const rested = model.face();
   /** The face that was there first, or that was made the start. */
   const present = () => ({ code: face.code, looks: { colours: editor.colouring, worn: wears() } });
   let start = present();
@@ -62,6 +67,7 @@ export function createCompare(editor, { library, display, stage, wears, reveal }
   });
 
   const split = element('input', { type: 'checkbox', id: 'compare-split', onchange: () => asked(split, applySplit) });
+  const outline = element('input', { type: 'checkbox', id: 'compare-outline', onchange: () => asked(outline, () => void applyOutline()) });
   const heat = element('input', { type: 'checkbox', id: 'compare-heat', onchange: () => asked(heat, applyHeat) });
   /** @param {HTMLInputElement} what @param {() => void} apply */
   function asked(what, apply) {
@@ -152,47 +158,73 @@ export function createCompare(editor, { library, display, stage, wears, reveal }
       icon('close'),
     ),
   );
+  const outlineName = element('figcaption', {});
+  const key = element(
+    'figure',
+    { class: 'outline-key', hidden: true },
+    element('span', { class: 'stroke' }),
+    outlineName,
+    element(
+      'button',
+      {
+        type: 'button',
+        class: 'tool small',
+        'aria-label': text.closeOutline,
+        title: text.closeOutline,
+        onclick: () => {
+          outline.checked = false;
+          void applyOutline();
+          stage.querySelector('canvas')?.focus();
+        },
+      },
+      icon('close'),
+    ),
+  );
   // How much room the names have beside the line.
   new ResizeObserver(() => divider.style.setProperty('--wide', `${stage.clientWidth}px`)).observe(stage);
   // Under the buttons that stand on the stage.
-  stage.querySelector('canvas')?.after(divider, endSplit, bar);
+  stage.querySelector('canvas')?.after(divider, endSplit, bar, key);
 
-  const body = element('tbody', {});
-  const table = element(
-    'table',
-    { class: 'lengths' },
-    element('caption', {}, text.lengths),
-    element(
-      'thead',
-      {},
-      element(
-        'tr',
-        {},
-        element('th', { scope: 'col' }, text.measure),
-        element('th', { scope: 'col' }, text.thisShort),
-        element('th', { scope: 'col' }, text.otherShort),
-        element('th', { scope: 'col' }, text.difference),
+  /** @param {string} caption @param {readonly { name: string, description: string }[]} measures */
+  function createTable(caption, measures) {
+    const rows = measures.map(({ name, description }) => {
+      const cells = [0, 1, 2].map(() => element('td', {}));
+      return { row: element('tr', { title: description }, element('th', { scope: 'row' }, spoken(name)), ...cells), cells };
+    });
+    const columns = [text.measure, text.thisShort, text.otherShort, text.difference].map((words) => element('th', { scope: 'col' }, words));
+    return {
+      root: element(
+        'table',
+        { class: 'lengths', hidden: rows.length === 0 },
+        element('caption', {}, caption),
+        element('thead', {}, element('tr', {}, ...columns)),
+        element('tbody', {}, ...rows.map(({ row }) => row)),
       ),
-    ),
-    body,
-  );
-  const rows = model.measures.map((measure) => {
-    const { name } = measure;
-    const cells = [0, 1, 2].map(() => element('td', {}));
-    body.append(element('tr', { title: meant(measure) }, element('th', { scope: 'row' }, spoken(name)), ...cells));
-    return { name, cells };
-  });
+      /** @param {readonly number[]} here @param {readonly number[]} there */
+      fill(here, there) {
+        for (const [i, { cells }] of rows.entries()) {
+          cells[0].textContent = decimal(here[i]);
+          cells[1].textContent = decimal(there[i]);
+          const apart = here[i] - there[i];
+          cells[2].textContent = Math.abs(apart) < 0.05 ? '0.0' : text.change(apart);
+          cells[2].classList.toggle('differs', Math.abs(apart) >= 0.05);
+        }
+      },
+    };
+  }
+  const lengths = createTable(text.lengths, model.measures.map((measure) => ({ name: measure.name, description: meant(measure) })));
+  const degrees = createTable(text.angles, angles.names.map((name) => ({ name, description: text.anglesAre[name] ?? '' })));
 
+  /** @param {import('phiz').Face} of */
+  function anglesIn(of) {
+    rested.code = of.code;
+    return angles.of(rested.positions);
+  }
   function refresh() {
     if (!visible) return;
-    for (const { name, cells } of rows) {
-      const [here, there] = [face.measure(name), reference.measure(name)];
-      cells[0].textContent = decimal(here);
-      cells[1].textContent = decimal(there);
-      const apart = here - there;
-      cells[2].textContent = Math.abs(apart) < 0.05 ? '0.0' : text.change(apart);
-      cells[2].classList.toggle('differs', Math.abs(apart) >= 0.05);
-    }
+    const of = (/** @type {import('phiz').Face} */ one) => model.measures.map(({ name }) => one.measure(name));
+    lengths.fill(of(face), of(reference));
+    degrees.fill(anglesIn(face), anglesIn(reference));
   }
   function nameOf() {
     return list.select.selectedOptions[0]?.textContent ?? '';
@@ -219,9 +251,21 @@ export function createCompare(editor, { library, display, stage, wears, reveal }
     name();
     display.heat(heat.checked ? reference : null);
   }
+  async function applyOutline() {
+    key.hidden = !outline.checked;
+    name();
+    try {
+      await display.outline(outline.checked ? reference : null);
+    } catch (error) {
+      outline.checked = false;
+      key.hidden = true;
+      say(error instanceof Error ? error.message : String(error));
+    }
+  }
   function changed() {
     load();
     if (split.checked) applySplit();
+    if (outline.checked) void applyOutline();
     if (heat.checked) applyHeat();
     refresh();
   }
@@ -229,9 +273,12 @@ export function createCompare(editor, { library, display, stage, wears, reveal }
   editor.onShape(refresh);
   function name() {
     leftName.textContent = nameOf();
+    outlineName.textContent = nameOf();
     bar.firstElementChild?.replaceChildren(text.distanceFrom(nameOf()));
   }
   library.onChange(name);
+
+  const isBeside = () => split.checked || outline.checked || heat.checked;
 
   const root = element(
     'div',
@@ -243,26 +290,29 @@ export function createCompare(editor, { library, display, stage, wears, reveal }
       element('p', { class: 'note' }, startNow),
       hold,
       element('label', { class: 'check' }, split, text.split),
+      element('label', { class: 'check' }, outline, text.outline),
       element('label', { class: 'check' }, heat, text.heat),
       element('p', { class: 'note' }, text.heatAbout),
-      table,
+      lengths.root,
+      degrees.root,
     ),
   );
   return {
     root,
     /** What a picture of the stage has to say, as the stage does; null when it shows this face alone. @returns {import('../keep/legend.js').Legend | null} */
     get legend() {
-      if (!split.checked && !heat.checked) return null;
+      if (!isBeside()) return null;
       const other = nameOf();
       return {
         other,
+        outline: outline.checked ? other : null,
         split: split.checked ? { aside: ((line - 0.5) * stage.clientWidth) / stage.clientHeight, left: other, right: text.thisFace } : null,
         heat: heat.checked ? { title: text.distanceFrom(other), least: '0', most: scaleEnd.textContent ?? '' } : null,
       };
     },
     /** Who is on the stage beside this face, or as a distance from it; null when it is there alone. */
     get other() {
-      if (!split.checked && !heat.checked) return null;
+      if (!isBeside()) return null;
       return { name: nameOf(), lengthOf: (/** @type {string} */ measure) => reference.measure(measure) };
     },
     /** @param {number} millimetres */

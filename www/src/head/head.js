@@ -462,6 +462,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   return {
     group,
     skin: mesh,
+    /** Below this height the neck is hardly seen, mm. */
+    neckEnd: (fadeEnd + fadeStart) / 2,
     /** What the skin's shader, the eyes' and the teeth are made of, for pictures and files of them. */
     look: { material: skin.material, uniforms: skin.uniforms },
     eyeLook: eyes.look,

@@ -8,15 +8,18 @@ import { text } from '../text.js';
  * @typedef {{
  *   other: string,
  *   split: { aside: number, left: string, right: string } | null,
+ *   outline: string | null,
  *   heat: { title: string, least: string, most: string } | null,
  * }} Legend what the other face is called; how far right of the middle the line between two is, in heights, and whose sides are whose;
- *   what the colours are
+ *   whose the outline is; what the colours are
  */
 
 /** Letters are such a part of the shorter side: as large as on a page. */
 const LETTER = 1 / 42;
 const PAPER = 'rgb(255 255 255 / 92%)';
 const INK = '#1e2124';
+/** As the line is drawn: see `stage/outline.js`, which is not loaded for this. */
+const OUTLINE_INK = '#0a5c8a';
 const STEPS = 32;
 
 /**
@@ -34,7 +37,7 @@ export function fitting(context, words, room) {
  * @param {Blob} picture @param {Legend} legend
  * @returns {Promise<Blob>} a PNG
  */
-export async function withLegend(picture, { split, heat }) {
+export async function withLegend(picture, { split, outline, heat }) {
   const image = await createImageBitmap(picture);
   const { width, height } = image;
   const canvas = element('canvas', { width, height });
@@ -75,6 +78,16 @@ export async function withLegend(picture, { split, heat }) {
       sheet(left, gap, wide, 1.7 * letter);
       context.fillText(words, left + gap, gap + 0.9 * letter);
     }
+  }
+  if (outline) {
+    const stroke = 1.6 * letter;
+    const words = fitting(context, outline, 0.5 * width);
+    const [wide, high] = [context.measureText(words).width + stroke + 3 * gap, 1.7 * letter];
+    const top = height - high - gap;
+    sheet(gap, top, wide, high);
+    context.fillText(words, stroke + 3 * gap, top + 0.9 * letter);
+    context.fillStyle = OUTLINE_INK;
+    context.fillRect(2 * gap, top + high / 2 - letter / 16, stroke, letter / 8);
   }
   if (heat) {
     const title = fitting(context, heat.title, 0.6 * width);

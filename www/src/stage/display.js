@@ -1,5 +1,6 @@
 import { distances, heatColours, scaleEnd } from './heat.js';
 import { sameWeights } from '../editing/history.js';
+import { part } from '../frame/download.js';
 import { text } from '../text.js';
 
 /**
@@ -24,6 +25,10 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
   let split = null;
   /** The face that distances are from. @type {import('phiz').Face | null} */
   let reference = null;
+  /** The face whose contours are drawn over the head. @type {import('phiz').Face | null} */
+  let outlined = null;
+  /** What draws them, once somebody wanted it, and of what it has them. @type {{ lines: ReturnType<typeof import('./outline.js').createOutline>, code: string, expression: object } | null} */
+  let outline = null;
   /** Who follows what is shown instead. @type {(() => void)[]} */
   const followers = [];
   /** Where its vertices were when they were asked for last. @type {{ code: string, expression: object, positions: Float32Array } | null} */
@@ -63,8 +68,19 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
     head.paintHeat(colours);
     onScale(end);
   }
+  /** The other's contours are as its expression is, which is this one's. */
+  function trace() {
+    if (!outlined || !outline) return;
+    const other = alike(outlined);
+    const { code, expression } = other;
+    if (outline.code === code && outline.expression === expression) return;
+    outline = { ...outline, code, expression };
+    outline.lines.set(other.positions, other.normals);
+  }
   /** @param {readonly [number, number]} [range] */
   function refresh(range) {
+    // First what may be evaluated, and move the module's memory.
+    trace();
     // Two that are side by side take their turns as they are drawn.
     if (!split) head.update(shown(), range);
     heat();
@@ -158,6 +174,20 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
     heat(other) {
       reference = other;
       refresh();
+    },
+    /**
+     * Draws a face's contours over the head, as they are seen from where that is looked at from; null takes them away.
+     * @param {import('phiz').Face | null} other
+     * @throws Failure when what draws them does not come
+     */
+    async outline(other) {
+      outlined = other;
+      if (other && !outline) {
+        const { createOutline } = await part(() => import('./outline.js'));
+        outline ??= { lines: createOutline(face.model, head.neckEnd), code: '', expression: {} };
+      }
+      trace();
+      scene.overlay(outlined && outline && outline.lines.draw);
     },
     /**
      * Takes portraits; the stage is as before afterwards.

@@ -131,6 +131,8 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   let chosen = 'front';
   /** @type {null | { at: number, pose: (side: 'left' | 'right') => void }} */
   let wipe = null;
+  /** What is drawn over the head. @type {null | ((renderer: WebGLRenderer, camera: PerspectiveCamera) => void)} */
+  let over = null;
 
   function invalidate() {
     if (scheduled || asleep) return;
@@ -191,6 +193,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
   function render(width, height) {
     if (wipe) drawWiped(wipe, width, height);
     else renderer.render(scene, camera);
+    over?.(renderer, camera);
   }
 
   /**
@@ -420,6 +423,11 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
      */
     split(sides) {
       wipe = sides;
+      invalidate();
+    },
+    /** Draws something over the head, whenever that is drawn; null ends it. @param {typeof over} drawing */
+    overlay(drawing) {
+      over = drawing;
       invalidate();
     },
     /** @param {boolean} now */
