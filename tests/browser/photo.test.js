@@ -996,6 +996,29 @@ describe('a face in a photo', () => {
     const one = await done(page);
     assert.deepEqual([one.mode, one.points, one.fit.code], ['ready', first.points, first.fit.code]);
 
+    // Several at once are of one person, as far as they are photos of one.
+    const several = async (/** @type {[name: string, buffer: Buffer][]} */ files, /** @type {number} */ count) => {
+      const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.getByRole('button', { name: 'Choose a photo' }).click()]);
+      await chooser.setFiles(files.map(([name, buffer]) => ({ name, mimeType: 'image/png', buffer })));
+      await page.waitForFunction((count) => window.designer.photo.mode === 'ready' && window.designer.photo.fit.others.length === count - 1, count, { timeout: 60_000 });
+      return done(page);
+    };
+    const broken = Buffer.from('no photo');
+    const row3 = await several([['broken.png', broken], ['a.png', PORTRAIT], ['wall.png', greyPng(600, 600)], ['b.png', turned], ['torn.png', broken]], 2);
+    assert.deepEqual([row3.fit.code, await places()], [both.fit.code, [false, true]]);
+    const unread = 'This is not a picture that your browser can show.';
+    await page.waitForFunction((end) => document.querySelector('.photo-status')?.textContent?.endsWith(end), `torn.png: ${unread}`);
+    assert.equal(await sentence(page), `broken.png: ${unread} wall.png: no face was found. torn.png: ${unread}`);
+    // Of a person who is there before nobody else's are taken for theirs, nor when all of these are none.
+    await several([['wall.png', greyPng(600, 600)], ['b.png', PORTRAIT]], 1);
+    assert.equal((await stateOf(page)).fit.code, first.fit.code);
+    assert.deepEqual(await sentence(page), 'wall.png: no face was found.');
+    const nine = [...Array(9)].map((_, i) => /** @type {[string, Buffer]} */ ([`${i}.png`, broken]));
+    const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.getByRole('button', { name: 'Add a photo of this person' }).click()]);
+    await chooser.setFiles(nine.map(([name, buffer]) => ({ name, mimeType: 'image/png', buffer })));
+    await page.waitForFunction((start) => document.querySelector('.photo-status')?.textContent?.startsWith(start), 'No more than 8 photos of a person count: 2 were left out. 0.png: ');
+    assert.deepEqual([(await stateOf(page)).mode, (await stateOf(page)).fit.code], ['ready', first.fit.code]);
+
     // Another person's is not of this one.
     assert.equal((await add(turned)).mode, 'ready');
     assert.ok(await says(2));

@@ -10,7 +10,7 @@ import { MOST_PHOTOS } from './album.js';
  *
  * @param {HTMLElement} panel
  * @param {{
- *   open: (file: File) => void,
+ *   open: (files: File[]) => void,
  *   example: () => void,
  *   cancel: () => void,
  *   retry: () => void,
@@ -22,7 +22,7 @@ import { MOST_PHOTOS } from './album.js';
  *   leave: () => void,
  *   correct: () => void,
  *   another: () => void,
- *   more: (file: File) => void,
+ *   more: (files: File[]) => void,
  *   close: () => void,
  *   own: () => void,
  *   keep: (type: 'image/png' | 'image/jpeg') => void,
@@ -45,16 +45,17 @@ export function createControls(panel, parts) {
   const picker = element('input', {
     type: 'file',
     accept: 'image/*',
+    multiple: true,
     hidden: true,
     'aria-label': text.photo.choose,
     onchange: () => {
-      const file = picker.files?.[0];
-      if (file) picked(file);
+      const files = [...(picker.files ?? [])];
+      if (files.length > 0) picked(files);
       picked = parts.open;
       picker.value = '';
     },
   });
-  /** @param {(file: File) => void} then */
+  /** @param {(files: File[]) => void} then */
   function pick(then) {
     picked = then;
     picker.click();

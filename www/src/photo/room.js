@@ -95,6 +95,12 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let beside = null;
   /** What was wrong with a file that came while a face was fitted, until that is done. */
   let unread = '';
+  /**
+   * Photos of one person that are to be opened, one after another; what was wrong with some of them; and the number of that person, 0
+   * until the first is fitted.
+   * @type {{ files: File[], wrong: string[], of: number }}
+   */
+  let queue = { files: [], wrong: [], of: 0 };
   /** @type {Mode} */
   let mode = 'empty';
   /** Where a step back leads. @type {Mode} */
@@ -139,8 +145,11 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   const album = createAlbum({ choose: (i) => void bringForward(i), takeAway: (i) => void takeAway(i) });
 
   const controls = createControls(panel, {
-    open: (file) => void open(file, file.name),
-    example: () => void open(fetchExample, EXAMPLE),
+    open: (files) => void openAll(files),
+    example: () => {
+      forgetQueue();
+      void open(fetchExample, EXAMPLE);
+    },
     cancel,
     retry: () => void search((visit += 1)),
     place: startPlacing,
@@ -162,7 +171,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     },
     leave: leaveAdjusting,
     correct: startAdjusting,
-    more: (file) => void open(file, file.name, true),
+    more: (files) => void openAll(files, true),
     another: () => {
       // This one is still there for who changes their mind.
       keepLast();
@@ -296,6 +305,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   }
   function cancel() {
     stop();
+    forgetQueue();
     editable = false;
     field = null;
     unedited = true;
@@ -325,6 +335,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   /** There is no photo any more; the face stays. */
   function close() {
     stop();
+    forgetQueue();
     editable = dressed = false;
     warp.clear();
     photo = onStage = person = detected = fitted = own = field = last = null;
@@ -345,6 +356,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     ({ photo, onStage, faces, person, detected, fitted, colouring, number, own, others, place, shown } = last);
     last = null;
     settle();
+    // Nor is anything added to somebody else.
+    if (queue.of !== number) forgetQueue();
     await stand(moved, sentence, wrong);
   }
   /** The photo is one that was fitted: the stage shows it, and it can be changed. @param {Float64Array | null} moved points @param {string} sentence @param {boolean} [wrong] */
@@ -359,7 +372,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     layPoints(fitted.points);
     if (moved) correction.replace(moved);
     view.closeTo(around(fitted.points, 1));
-    say(sentence, wrong);
+    sayOfAll(sentence, wrong);
     controls.progress(null);
     show('busy');
     moving = null;
@@ -377,6 +390,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     await follow();
     if (here !== visit) return;
     show('ready');
+    if (queue.files.length > 0) return openNext();
     void colours.prepare();
   }
 
@@ -458,6 +472,28 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     }
   }
 
+  function forgetQueue() {
+    queue = { files: [], wrong: [], of: 0 };
+  }
+  /** Says what is wrong with one of several once that of all of them can be read. @param {string} sentence @param {boolean} wrong */
+  function sayOfAll(sentence, wrong) {
+    if (wrong) queue.wrong.push(sentence);
+    if (queue.files.length > 0 || queue.wrong.length === 0) say(sentence, wrong);
+    else say(queue.wrong.splice(0).join(' '), true);
+  }
+  /**
+   * Several are of one person: each is added when the one before is fitted.
+   * @param {readonly File[]} files one or more @param {boolean} [same] whether they show the same person as the photo before
+   */
+  async function openAll([file, ...more], same = false) {
+    const room = MOST_PHOTOS - 1 - (same ? others.length + 1 : 0);
+    queue = { files: more.slice(0, room), wrong: more.length > room ? [text.photo.leftOut(MOST_PHOTOS, more.length - room)] : [], of: same ? number : 0 };
+    await open(file, file.name, same);
+  }
+  async function openNext() {
+    const file = queue.files.shift();
+    if (file) await open(file, file.name, queue.of !== 0);
+  }
   /**
    * @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name
    * @param {boolean} [same] whether it shows the same person as the photo before
@@ -490,7 +526,9 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
         return;
       }
       stopFinding();
-      return show(from);
+      show(from);
+      sayOfAll(queue.files.length + queue.wrong.length > 0 ? text.photo.ofFile(name, sentence) : sentence, true);
+      return openNext();
     }
     if (mine !== begun) {
       picture.close();
@@ -542,6 +580,11 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     if (faces.length === 0) {
       stopFinding();
       controls.retry.hidden = true;
+      // Of several the others are gone on with.
+      if (queue.files.length > 0) {
+        sayOfAll(text.photo.ofFile(photo.name, text.photo.noFace), true);
+        return queue.of && last ? bringBack(text.photo.ready) : openNext();
+      }
       say(text.photo.none, true);
       return show('none');
     }
@@ -661,8 +704,10 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       field = null;
       view.closeTo(around(points, 1));
       tellQuality();
-      say(unread || text.photo.ready, unread !== '');
+      queue.of = number;
+      sayOfAll(unread || text.photo.ready, unread !== '');
       show('ready');
+      if (queue.files.length > 0) return openNext();
       await follow();
       // Whoever turns to the head next need not wait.
       if (here === visit) void colours.prepare();
@@ -760,7 +805,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
 
   show('empty');
   return {
-    open,
+    openAll,
     /** What is wanted is on the head. */
     reveal: () => sides.turnTo('head'),
     /** The head has what it is to wear, for who shows it elsewhere than on the stage. */

@@ -32,8 +32,8 @@ export function createPhotoTab(editor, parts) {
     retry.remove();
     return room;
   }
-  /** What is to be opened once the room is there, which may take another try. @type {File | null} */
-  let waiting = null;
+  /** What is to be opened once the room is there, which may take another try. @type {File[]} */
+  let waiting = [];
   async function come() {
     coming ??= make();
     let there;
@@ -45,35 +45,33 @@ export function createPhotoTab(editor, parts) {
       retry.hidden = false;
       return;
     }
-    const file = waiting;
-    waiting = null;
-    if (file) await there.open(file, file.name);
+    const files = waiting;
+    waiting = [];
+    if (files.length > 0) await there.openAll(files);
   }
   /** @param {Iterable<File> | undefined} files */
-  function pictureAmong(files) {
-    return [...(files ?? [])].find(mayBePicture);
-  }
-  /** @param {File} file */
-  async function open(file) {
-    waiting = file;
+  const picturesAmong = (files) => [...(files ?? [])].filter(mayBePicture);
+  /** @param {File[]} files */
+  async function open(files) {
+    waiting = files;
     parts.choose();
     await come();
   }
-  // A photo can be dropped or pasted anywhere on the page.
+  // Photos can be dropped or pasted anywhere on the page: several are of one person.
   window.addEventListener('drop', (event) => {
-    const file = pictureAmong(event.dataTransfer?.files);
-    if (!file) return;
+    const files = picturesAmong(event.dataTransfer?.files);
+    if (files.length === 0) return;
     event.preventDefault();
-    void open(file);
+    void open(files);
   });
   window.addEventListener('paste', (event) => {
-    const file = pictureAmong(event.clipboardData?.files);
-    if (!file) return;
+    const files = picturesAmong(event.clipboardData?.files);
+    if (files.length === 0) return;
     // Tables and letters are copied as a picture, too: where words are typed, words are meant.
     const typed = event.target instanceof Element && event.target.closest('input:is([type=text], [type=number], :not([type])), textarea');
     if (typed && event.clipboardData?.types.includes('text/plain')) return;
     event.preventDefault();
-    void open(file);
+    void open(files);
   });
 
   return {
