@@ -220,6 +220,123 @@ describe('<phiz-designer> in any page', () => {
     assert.doesNotMatch(found.label, /\bH hides|click a feature/);
   });
 
+  test('a picture is of the view that was asked for just now, with all of the hair that was', async () => {
+    const found = await page.evaluate(async () => {
+      const { hidden } = window.all;
+      const frames = async () => {
+        for (let i = 0; i < 4; i++) await new Promise((done) => requestAnimationFrame(() => done(undefined)));
+      };
+      const shot = async () => {
+        const bitmap = await createImageBitmap(await hidden.toPng({ width: 120, transparent: true }));
+        const context = new OffscreenCanvas(120, 120).getContext('2d');
+        context.drawImage(bitmap, 0, 0);
+        return context.getImageData(0, 0, 120, 120).data;
+      };
+      const apart = (/** @type {Uint8ClampedArray} */ a, /** @type {Uint8ClampedArray} */ b) => a.filter((value, i) => Math.abs(value - b[i]) > 6).length;
+      const pictures = [await shot()];
+      hidden.view('profile');
+      for (const colours of [{}, { length: 1, crop: 1, beard: 1, beardLength: 1 }]) {
+        hidden.colours = colours;
+        const atOnce = await shot();
+        await frames();
+        pictures.push(atOnce, await shot());
+      }
+      hidden.view('front');
+      hidden.colours = null;
+      await frames();
+      const [front, profile, later, haired, haired2] = pictures;
+      return { turned: apart(front, profile), view: apart(profile, later), hair: apart(profile, haired), reach: apart(haired, haired2) };
+    });
+    assert.ok(found.turned > 1000 && found.hair > 1000, JSON.stringify(found));
+    assert.deepEqual([found.view, found.reach], [0, 0], 'the same as some frames later');
+  });
+
+  test('a file is of the face at the call, by what it needs; none is written of what is gone', async () => {
+    /** @type {string[]} */
+    const requests = [];
+    const hear = (/** @type {import('playwright-core').Request} */ request) => void requests.push(request.url());
+    page.on('request', hear);
+    const found = await page.evaluate(async () => {
+      const { hidden } = window.all;
+      const { code } = hidden;
+      const same = (/** @type {Uint8Array} */ a, /** @type {Uint8Array} */ b) => a.length === b.length && a.every((byte, i) => byte === b[i]);
+      const before = hidden.toMesh('stl');
+      hidden.randomize({ seed: 3 });
+      const after = hidden.toMesh('stl');
+      hidden.code = code;
+      const files = await Promise.all([before, after, hidden.toMesh('stl')]);
+      return { kept: same(files[0], files[2]), other: same(files[0], files[1]) };
+    });
+    page.off('request', hear);
+    assert.deepEqual(found, { kept: true, other: false });
+    assert.ok(requests.some((url) => /\/export-/.test(url)), 'what writes files comes');
+    assert.deepEqual(requests.filter((url) => /\/appearance-/.test(url)), [], 'STL has no colours');
+
+    const gone = await page.evaluate(async () => {
+      const { hidden } = window.all;
+      const { toBlob } = HTMLCanvasElement.prototype;
+      const canvas = hidden.shadowRoot.querySelector('canvas');
+      const card = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
+      const come = (/** @type {string} */ type) => new Promise((done) => canvas.addEventListener(type, () => setTimeout(done), { once: true }));
+      const said = (/** @type {Promise<unknown>} */ file) => file.then(() => '', (error) => error.message);
+      // A small card, or the skin takes its time.
+      const { getParameter } = WebGL2RenderingContext.prototype;
+      WebGL2RenderingContext.prototype.getParameter = function (name) {
+        return name === this.MAX_TEXTURE_SIZE ? 1024 : getParameter.call(this, name);
+      };
+      // The card goes and is back while the first picture is written, and the second would be black.
+      HTMLCanvasElement.prototype.toBlob = function (done, ...rest) {
+        HTMLCanvasElement.prototype.toBlob = toBlob;
+        const lost = come('webglcontextlost');
+        card.loseContext();
+        void lost.then(async () => {
+          const back = come('webglcontextrestored');
+          card.restoreContext();
+          await back;
+          toBlob.call(this, done, ...rest);
+        });
+      };
+      const black = await said(hidden.toMesh('glb', { targets: false }));
+      WebGL2RenderingContext.prototype.getParameter = getParameter;
+      const file = said(hidden.toMesh('obj'));
+      hidden.remove();
+      const removed = await file;
+      document.querySelector('main').append(hidden);
+      await window.heard('hidden', 'ready');
+      window.errors.hidden.length = 0;
+      return { black, removed };
+    });
+    assert.equal(gone.black, 'the graphics card is not available at the moment');
+    assert.match(gone.removed, /^the element was taken away/);
+  });
+
+  test('what a page does to all of its texts leaves its panel as it is', async () => {
+    const found = await page.evaluate(() => {
+      const { hidden } = window.all;
+      hidden.style.cssText = 'width: 700px; height: 320px';
+      hidden.controls = 'nose';
+      const places = () =>
+        Array.from(hidden.shadowRoot.querySelectorAll('canvas, .panel *'), (part) => {
+          const [at, from] = [part.getBoundingClientRect(), hidden.getBoundingClientRect()];
+          return [at.left - from.left, at.top - from.top, at.width, at.height, getComputedStyle(part).textTransform].join(' ');
+        });
+      const before = places();
+      const box = document.createElement('div');
+      box.dir = 'rtl';
+      box.style.cssText = 'text-align: center; white-space: nowrap; letter-spacing: 5px; word-spacing: 30px; text-transform: uppercase; text-indent: 40px';
+      document.querySelector('main').append(box);
+      box.append(hidden);
+      const after = places();
+      document.querySelector('main').append(hidden);
+      box.remove();
+      hidden.controls = 'none';
+      hidden.style.cssText = 'width: 320px; height: 320px';
+      return { before, after };
+    });
+    assert.ok(found.before.length > 20);
+    assert.deepEqual(found.after, found.before);
+  });
+
   test('one that is put back shows who was there', async () => {
     const found = await page.evaluate(async () => {
       const { hidden } = window.all;

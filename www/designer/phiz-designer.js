@@ -37,6 +37,9 @@ function sheetFor(page) {
 /** What properties of the same name tell and set. */
 const REFLECTED = /** @type {const} */ (['src', 'head', 'controls', 'theme']);
 
+/** What `toMesh` writes. */
+const FORMATS = ['glb', 'obj', 'ply', 'stl'];
+
 /** How many sliders each feature shows when the page does not say. */
 const FIRST = 3;
 /** What a key adds, of the percentile that is shown in whole ones. */
@@ -372,6 +375,9 @@ export class PhizDesigner extends HTMLElement {
     noMore('toPng', others);
     const { head, scene } = this.#need();
     head.finish();
+    // Hair that grew just now is in view as well.
+    scene.reframe();
+    scene.arrive();
     this.#ownBackdrop(scene);
     return portrait(scene, { width, height, transparent });
   }
@@ -380,19 +386,25 @@ export class PhizDesigner extends HTMLElement {
     const { targets = true, ...others } = options ?? {};
     noMore('toMesh', others);
     const { face, head, scene } = this.#need();
-    const [{ toObj, toPly, toStl }, { coloursAsShown, glbAsShown }] = await Promise.all([
-      part(() => import('phiz/export')),
-      part(() => import('../src/appearance/appearance.js')),
-    ]);
-    const coloured = () => ({ colours: coloursAsShown(scene.renderer, head, face) });
-    const writers = {
-      glb: () => glbAsShown(scene.renderer, head, face, { targets }),
-      obj: () => toObj(face, coloured()),
-      ply: () => toPly(face, coloured()),
-      stl: () => toStl(face),
-    };
-    if (!Object.hasOwn(writers, format)) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
-    return writers[format]();
+    if (!FORMATS.includes(format)) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
+    // As they are now: what writes them may have to come first.
+    const { colouring } = head;
+    const asked = face.clone();
+    try {
+      const writing = part(() => import('phiz/export'));
+      // It has no colours.
+      if (format === 'stl') return (await writing).toStl(asked);
+      const looking = part(() => import('../src/appearance/appearance.js'));
+      const [{ toObj, toPly }, { coloursAsShown, glbAsShown }] = await Promise.all([writing, looking]);
+      if (format === 'glb') return await glbAsShown(scene.renderer, head, asked, { targets, colouring });
+      const colours = coloursAsShown(scene.renderer, head, asked, { colouring });
+      return (format === 'obj' ? toObj : toPly)(asked, { colours });
+    } catch (error) {
+      if (scene !== this.#scene) throw new Error('the element was taken away, or given another model, while the file was written', { cause: error });
+      throw error;
+    } finally {
+      asked.free();
+    }
   }
 
   /** Shows the face as it is now and tells the page. */
