@@ -158,6 +158,35 @@ describe('<phiz-designer> in any page', () => {
     assert.deepEqual(widths, [640, 200, 200, 640].map((offsetWidth) => ({ offsetWidth, spills: false })));
   });
 
+  test('a page stretches it, sizes it by a ratio, and displays it as it likes', async () => {
+    const heights = await page.evaluate(() => {
+      const { hidden } = window.all;
+      const main = document.querySelector('main');
+      const within = (/** @type {string} */ css, /** @type {string} */ own) => {
+        const box = document.createElement('div');
+        box.style.cssText = css;
+        hidden.style.cssText = own;
+        main.append(box);
+        box.append(hidden);
+        const heights = [hidden.offsetHeight, hidden.shadowRoot.querySelector('canvas').offsetHeight];
+        main.append(hidden);
+        box.remove();
+        return heights;
+      };
+      const heights = [
+        within('position: relative; width: 700px; height: 700px', 'position: absolute; inset: 0'),
+        within('display: flex; width: 700px; height: 700px', 'flex: 1'),
+        within('display: flex; flex-direction: column; width: 700px; height: 300px', 'flex: 1; min-height: 0'),
+        within('', 'width: 600px; aspect-ratio: 2; min-height: 0'),
+        within('display: flex; width: 700px; align-items: start', 'flex: 1'),
+        ...['block', 'flex', 'inline-block'].map((display) => within('width: 700px', `display: ${display}`)),
+      ];
+      hidden.style.cssText = 'width: 320px; height: 320px';
+      return heights;
+    });
+    assert.deepEqual(heights, [700, 700, 300, 300, 480, 480, 480, 480].map((height) => [height, height]));
+  });
+
   test('all of a head is in view and in the middle from each side, where there is little width', async () => {
     const margins = await page.evaluate(async () => {
       const { hidden } = window.all;
@@ -282,7 +311,7 @@ describe('<phiz-designer> in any page', () => {
       // A small card, or the skin takes its time.
       const { getParameter } = WebGL2RenderingContext.prototype;
       WebGL2RenderingContext.prototype.getParameter = function (name) {
-        return name === this.MAX_TEXTURE_SIZE ? 1024 : getParameter.call(this, name);
+        return name === this.MAX_TEXTURE_SIZE ? 2048 : getParameter.call(this, name);
       };
       // The card goes and is back while the first picture is written, and the second would be black.
       HTMLCanvasElement.prototype.toBlob = function (done, ...rest) {
@@ -583,7 +612,12 @@ describe('<phiz-designer> in any page', () => {
         none,
         changes,
         skin,
-        refused: [await refused(proper.toPng({ size: 300 })), await refused(proper.toMesh('glb', { target: false }))],
+        refused: [
+          await refused(proper.toPng({ size: 300 })),
+          await refused(proper.toMesh('glb', { target: false })),
+          await refused(proper.toPng(300)),
+          await refused(proper.toPng({ width: '300' })),
+        ],
         plain: (await proper.toMesh('stl', null)).length > 84 && (await proper.toPng(null)).type,
         errors: window.errors.proper,
       };
@@ -593,7 +627,8 @@ describe('<phiz-designer> in any page', () => {
     assert.deepEqual(found.at.map((value) => value > 0.89), [true, ...found.nose.slice(1).map(() => false)], 'the one that is there follows');
     assert.deepEqual([found.many, found.none], [18, 0]);
     assert.deepEqual([found.changes, found.skin], [1, 0.2]);
-    assert.deepEqual(found.refused, ['toPng knows no option "size"', 'toMesh knows no option "target"']);
+    assert.deepEqual(found.refused.slice(0, 3), ['toPng knows no option "size"', 'toMesh knows no option "target"', 'what toPng is given must be an object, not 300']);
+    assert.match(found.refused[3], /pixels a side here, not "300"$/);
     assert.equal(found.plain, 'image/png');
     assert.deepEqual(found.errors, []);
   });
@@ -712,6 +747,30 @@ describe('<phiz-designer> in any page', () => {
     // The head is none still.
     assert.equal(astray.later.length, 1);
     assert.deepEqual(complaints.filter((line) => !/Context Lost|404/i.test(line)), []);
+  });
+
+  test('what did not come is named, and comes when it is asked for again', async () => {
+    const other = await visit();
+    await other.route('**/onhead-*.js', (route) => route.abort());
+    await other.route('**/lost.phiz', (route) => route.abort());
+    const found = await other.evaluate(async () => {
+      await window.define();
+      window.add('late', { src: '../lost.phiz', controls: 'none' });
+      await window.heard('late', 'error');
+      window.all.late.src = '../model.phiz';
+      await window.heard('late', 'error');
+      return window.errors.late;
+    });
+    assert.equal(found.length, 2);
+    assert.match(found[0], /lost\.phiz did not come: ./);
+    assert.equal(found[1], 'this needs a connection once');
+    await other.unroute('**/onhead-*.js');
+    await other.evaluate(() => {
+      const ready = window.heard('late', 'ready');
+      window.all.late.src = '../model.phiz';
+      return ready;
+    });
+    await other.context().close();
   });
 
   test('where nothing can be drawn is said once, also of one that has a head', async () => {

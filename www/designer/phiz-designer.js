@@ -52,7 +52,11 @@ const downloads = new Map();
 function download(url) {
   let response = downloads.get(url);
   if (!response) {
-    response = fetch(url).then((response) => {
+    const came = fetch(url).catch((why) => {
+      // Browsers do not say of what.
+      throw new Error(`${url} did not come: ${sentence(why)}`);
+    });
+    response = came.then((response) => {
       if (!response.ok) throw new Error(`${url}: ${response.status} ${response.statusText}`.trim());
       // All of it comes at once, whenever it is read; what is cut off is asked for again by the next one.
       response.clone().arrayBuffer().catch(() => downloads.delete(url));
@@ -83,10 +87,19 @@ function chosenControls(model, asked) {
   return [...new Set(found)];
 }
 
-/** Nobody hears of an option that is misspelled. @param {string} method @param {object} others options that nobody asks for */
-function noMore(method, others) {
-  const [unknown] = Object.keys(others);
+/**
+ * Nobody hears of an option that is misspelled.
+ * @template {object} T
+ * @param {string} method @param {T | undefined} options @param {readonly (keyof T)[]} known
+ * @returns {Partial<T>} them
+ */
+function optionsOf(method, options, known) {
+  // Some pass null for none.
+  const asked = options ?? {};
+  if (typeof asked !== 'object') throw new TypeError(`what ${method} is given must be an object, not ${JSON.stringify(asked)}`);
+  const unknown = Object.keys(asked).find((name) => !known.includes(/** @type {keyof T} */ (name)));
   if (unknown !== undefined) throw new Error(`${method} knows no option "${unknown}"`);
+  return asked;
 }
 
 /** Until the head is on the screen; a page that is hidden paints nothing, and waits no longer. */
@@ -371,8 +384,7 @@ export class PhizDesigner extends HTMLElement {
   }
   /** The view as a PNG. @param {{ width?: number, height?: number, transparent?: boolean }} [options] */
   async toPng(options) {
-    const { width = 1024, height = width, transparent = false, ...others } = options ?? {};
-    noMore('toPng', others);
+    const { width = 1024, height = width, transparent = false } = optionsOf('toPng', options, ['width', 'height', 'transparent']);
     const { head, scene } = this.#need();
     head.finish();
     // Hair that grew just now is in view as well.
@@ -383,8 +395,7 @@ export class PhizDesigner extends HTMLElement {
   }
   /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format @param {{ targets?: boolean }} [options] of a GLB */
   async toMesh(format, options) {
-    const { targets = true, ...others } = options ?? {};
-    noMore('toMesh', others);
+    const { targets = true } = optionsOf('toMesh', options, ['targets']);
     const { face, head, scene } = this.#need();
     if (!FORMATS.includes(format)) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
     // As they are now: what writes them may have to come first.
@@ -514,7 +525,10 @@ export class PhizDesigner extends HTMLElement {
       if (!isStale() && early && early !== model.vertexCount) leaveOut('it is of another model');
       if (!isStale() && !this.#head) await draw(model);
       // The head shows without, and the model takes the line.
-      const [{ growHair }, { layFinework }] = await Promise.all([import('../src/hair/onhead.js'), import('../src/head/finework.js')]);
+      const [{ growHair }, { layFinework }] = await Promise.all([
+        part(() => import('../src/hair/onhead.js')),
+        part(() => import('../src/head/finework.js')),
+      ]);
       if (isStale() || !this.#head || !this.#scene) return model.free();
       const [head, scene] = [this.#head, this.#scene];
       head.adorn(growHair, layFinework, () => {
