@@ -161,6 +161,7 @@ describe('<phiz-designer> in any page', () => {
   test('a page stretches it, sizes it by a ratio, and displays it as it likes', async () => {
     const heights = await page.evaluate(() => {
       const { hidden } = window.all;
+      hidden.controls = 'nose';
       const main = document.querySelector('main');
       const within = (/** @type {string} */ css, /** @type {string} */ own) => {
         const box = document.createElement('div');
@@ -168,7 +169,9 @@ describe('<phiz-designer> in any page', () => {
         hidden.style.cssText = own;
         main.append(box);
         box.append(hidden);
-        const heights = [hidden.offsetHeight, hidden.shadowRoot.querySelector('canvas').offsetHeight];
+        const [canvas, panel] = ['canvas', '.panel'].map((name) => hidden.shadowRoot.querySelector(name));
+        const heights = [hidden.offsetHeight, canvas.offsetHeight + (hidden.offsetWidth > 560 ? 0 : panel.offsetHeight)];
+        if (panel.offsetHeight < 150) throw new Error(`a panel of ${panel.offsetHeight} pixels`);
         main.append(hidden);
         box.remove();
         return heights;
@@ -179,12 +182,14 @@ describe('<phiz-designer> in any page', () => {
         within('display: flex; flex-direction: column; width: 700px; height: 300px', 'flex: 1; min-height: 0'),
         within('', 'width: 600px; aspect-ratio: 2; min-height: 0'),
         within('display: flex; width: 700px; align-items: start', 'flex: 1'),
+        within('width: 360px', ''),
         ...['block', 'flex', 'inline-block'].map((display) => within('width: 700px', `display: ${display}`)),
       ];
       hidden.style.cssText = 'width: 320px; height: 320px';
+      hidden.controls = 'none';
       return heights;
     });
-    assert.deepEqual(heights, [700, 700, 300, 300, 480, 480, 480, 480].map((height) => [height, height]));
+    assert.deepEqual(heights, [700, 700, 300, 300, 480, 480, 480, 480, 480].map((height) => [height, height]));
   });
 
   test('all of a head is in view and in the middle from each side, where there is little width', async () => {

@@ -189,7 +189,7 @@ export class PhizDesigner extends HTMLElement {
     super();
     const root = this.attachShadow({ mode: 'open' });
     root.adoptedStyleSheets = [sheetFor(document)];
-    root.append(this.#frame);
+    root.append(element('div', { class: 'box' }, this.#frame));
   }
 
   /** In a window of its own, such as a picture in picture, it looks as it did. */
