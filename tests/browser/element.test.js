@@ -158,6 +158,40 @@ describe('<phiz-designer> in any page', () => {
     assert.deepEqual(widths, [640, 200, 200, 640].map((offsetWidth) => ({ offsetWidth, spills: false })));
   });
 
+  test('a page stretches it, sizes it by a ratio, and displays it as it likes', async () => {
+    const heights = await page.evaluate(() => {
+      const { hidden } = window.all;
+      hidden.controls = 'nose';
+      const main = document.querySelector('main');
+      const within = (/** @type {string} */ css, /** @type {string} */ own) => {
+        const box = document.createElement('div');
+        box.style.cssText = css;
+        hidden.style.cssText = own;
+        main.append(box);
+        box.append(hidden);
+        const [canvas, panel] = ['canvas', '.panel'].map((name) => hidden.shadowRoot.querySelector(name));
+        const heights = [hidden.offsetHeight, canvas.offsetHeight + (hidden.offsetWidth > 560 ? 0 : panel.offsetHeight)];
+        if (panel.offsetHeight < 150) throw new Error(`a panel of ${panel.offsetHeight} pixels`);
+        main.append(hidden);
+        box.remove();
+        return heights;
+      };
+      const heights = [
+        within('position: relative; width: 700px; height: 700px', 'position: absolute; inset: 0'),
+        within('display: flex; width: 700px; height: 700px', 'flex: 1'),
+        within('display: flex; flex-direction: column; width: 700px; height: 300px', 'flex: 1; min-height: 0'),
+        within('', 'width: 600px; aspect-ratio: 2; min-height: 0'),
+        within('display: flex; width: 700px; align-items: start', 'flex: 1'),
+        within('width: 360px', ''),
+        ...['block', 'flex', 'inline-block'].map((display) => within('width: 700px', `display: ${display}`)),
+      ];
+      hidden.style.cssText = 'width: 320px; height: 320px';
+      hidden.controls = 'none';
+      return heights;
+    });
+    assert.deepEqual(heights, [700, 700, 300, 300, 480, 480, 480, 480, 480].map((height) => [height, height]));
+  });
+
   test('all of a head is in view and in the middle from each side, where there is little width', async () => {
     const margins = await page.evaluate(async () => {
       const { hidden } = window.all;
@@ -218,6 +252,127 @@ describe('<phiz-designer> in any page', () => {
     assert.ok(found.taken && found.left);
     assert.match(found.label, /plus and minus zoom/);
     assert.doesNotMatch(found.label, /\bH hides|click a feature/);
+  });
+
+  test('a picture is of the view that was asked for just now, with all of the hair that was', async () => {
+    const found = await page.evaluate(async () => {
+      const { hidden } = window.all;
+      const frames = async () => {
+        for (let i = 0; i < 4; i++) await new Promise((done) => requestAnimationFrame(() => done(undefined)));
+      };
+      const shot = async () => {
+        const bitmap = await createImageBitmap(await hidden.toPng({ width: 120, transparent: true }));
+        const context = new OffscreenCanvas(120, 120).getContext('2d');
+        context.drawImage(bitmap, 0, 0);
+        return context.getImageData(0, 0, 120, 120).data;
+      };
+      const apart = (/** @type {Uint8ClampedArray} */ a, /** @type {Uint8ClampedArray} */ b) => a.filter((value, i) => Math.abs(value - b[i]) > 6).length;
+      const pictures = [await shot()];
+      hidden.view('profile');
+      for (const colours of [{}, { length: 1, crop: 1, beard: 1, beardLength: 1 }]) {
+        hidden.colours = colours;
+        const atOnce = await shot();
+        await frames();
+        pictures.push(atOnce, await shot());
+      }
+      hidden.view('front');
+      hidden.colours = null;
+      await frames();
+      const [front, profile, later, haired, haired2] = pictures;
+      return { turned: apart(front, profile), view: apart(profile, later), hair: apart(profile, haired), reach: apart(haired, haired2) };
+    });
+    assert.ok(found.turned > 1000 && found.hair > 1000, JSON.stringify(found));
+    assert.deepEqual([found.view, found.reach], [0, 0], 'the same as some frames later');
+  });
+
+  test('a file is of the face at the call, by what it needs; none is written of what is gone', async () => {
+    /** @type {string[]} */
+    const requests = [];
+    const hear = (/** @type {import('playwright-core').Request} */ request) => void requests.push(request.url());
+    page.on('request', hear);
+    const found = await page.evaluate(async () => {
+      const { hidden } = window.all;
+      const { code } = hidden;
+      const same = (/** @type {Uint8Array} */ a, /** @type {Uint8Array} */ b) => a.length === b.length && a.every((byte, i) => byte === b[i]);
+      const before = hidden.toMesh('stl');
+      hidden.randomize({ seed: 3 });
+      const after = hidden.toMesh('stl');
+      hidden.code = code;
+      const files = await Promise.all([before, after, hidden.toMesh('stl')]);
+      return { kept: same(files[0], files[2]), other: same(files[0], files[1]) };
+    });
+    page.off('request', hear);
+    assert.deepEqual(found, { kept: true, other: false });
+    assert.ok(requests.some((url) => /\/export-/.test(url)), 'what writes files comes');
+    assert.deepEqual(requests.filter((url) => /\/appearance-/.test(url)), [], 'STL has no colours');
+
+    const gone = await page.evaluate(async () => {
+      const { hidden } = window.all;
+      const { toBlob } = HTMLCanvasElement.prototype;
+      const canvas = hidden.shadowRoot.querySelector('canvas');
+      const card = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
+      const come = (/** @type {string} */ type) => new Promise((done) => canvas.addEventListener(type, () => setTimeout(done), { once: true }));
+      const said = (/** @type {Promise<unknown>} */ file) => file.then(() => '', (error) => error.message);
+      const loseCard = async () => {
+        const lost = come('webglcontextlost');
+        card.loseContext();
+        await lost;
+        const back = come('webglcontextrestored');
+        card.restoreContext();
+        await back;
+      };
+      // One that is back is a small one, or the skin takes its time.
+      const { getParameter } = WebGL2RenderingContext.prototype;
+      WebGL2RenderingContext.prototype.getParameter = function (name) {
+        return name === this.MAX_TEXTURE_SIZE ? 2048 : getParameter.call(this, name);
+      };
+      await loseCard();
+      const whole = await hidden.toMesh('glb', { targets: false });
+      // It goes and is back while the first picture is written, and the second would be black.
+      HTMLCanvasElement.prototype.toBlob = function (done, ...rest) {
+        HTMLCanvasElement.prototype.toBlob = toBlob;
+        void loseCard().then(() => toBlob.call(this, done, ...rest));
+      };
+      const again = await hidden.toMesh('glb', { targets: false });
+      const same = whole.length === again.length && whole.every((byte, i) => byte === again[i]);
+      WebGL2RenderingContext.prototype.getParameter = getParameter;
+      const file = said(hidden.toMesh('obj'));
+      hidden.remove();
+      const removed = await file;
+      document.querySelector('main').append(hidden);
+      await window.heard('hidden', 'ready');
+      window.errors.hidden.length = 0;
+      return { same, removed };
+    });
+    assert.ok(gone.same, 'the pictures are made again');
+    assert.match(gone.removed, /^the element was taken away/);
+  });
+
+  test('what a page does to all of its texts leaves its panel as it is', async () => {
+    const found = await page.evaluate(() => {
+      const { hidden } = window.all;
+      hidden.style.cssText = 'width: 700px; height: 320px';
+      hidden.controls = 'nose';
+      const places = () =>
+        Array.from(hidden.shadowRoot.querySelectorAll('canvas, .panel *'), (part) => {
+          const [at, from] = [part.getBoundingClientRect(), hidden.getBoundingClientRect()];
+          return [at.left - from.left, at.top - from.top, at.width, at.height, getComputedStyle(part).textTransform].join(' ');
+        });
+      const before = places();
+      const box = document.createElement('div');
+      box.dir = 'rtl';
+      box.style.cssText = 'text-align: center; white-space: nowrap; letter-spacing: 5px; word-spacing: 30px; text-transform: uppercase; text-indent: 40px';
+      document.querySelector('main').append(box);
+      box.append(hidden);
+      const after = places();
+      document.querySelector('main').append(hidden);
+      box.remove();
+      hidden.controls = 'none';
+      hidden.style.cssText = 'width: 320px; height: 320px';
+      return { before, after };
+    });
+    assert.ok(found.before.length > 20);
+    assert.deepEqual(found.after, found.before);
   });
 
   test('one that is put back shows who was there', async () => {
@@ -466,7 +621,12 @@ describe('<phiz-designer> in any page', () => {
         none,
         changes,
         skin,
-        refused: [await refused(proper.toPng({ size: 300 })), await refused(proper.toMesh('glb', { target: false }))],
+        refused: [
+          await refused(proper.toPng({ size: 300 })),
+          await refused(proper.toMesh('glb', { target: false })),
+          await refused(proper.toPng(300)),
+          await refused(proper.toPng({ width: '300' })),
+        ],
         plain: (await proper.toMesh('stl', null)).length > 84 && (await proper.toPng(null)).type,
         errors: window.errors.proper,
       };
@@ -476,7 +636,8 @@ describe('<phiz-designer> in any page', () => {
     assert.deepEqual(found.at.map((value) => value > 0.89), [true, ...found.nose.slice(1).map(() => false)], 'the one that is there follows');
     assert.deepEqual([found.many, found.none], [18, 0]);
     assert.deepEqual([found.changes, found.skin], [1, 0.2]);
-    assert.deepEqual(found.refused, ['toPng knows no option "size"', 'toMesh knows no option "target"']);
+    assert.deepEqual(found.refused.slice(0, 3), ['toPng knows no option "size"', 'toMesh knows no option "target"', 'what toPng is given must be an object, not 300']);
+    assert.match(found.refused[3], /pixels a side here, not "300"$/);
     assert.equal(found.plain, 'image/png');
     assert.deepEqual(found.errors, []);
   });
@@ -595,6 +756,30 @@ describe('<phiz-designer> in any page', () => {
     // The head is none still.
     assert.equal(astray.later.length, 1);
     assert.deepEqual(complaints.filter((line) => !/Context Lost|404/i.test(line)), []);
+  });
+
+  test('what did not come is named, and comes when it is asked for again', async () => {
+    const other = await visit();
+    await other.route('**/onhead-*.js', (route) => route.abort());
+    await other.route('**/lost.phiz', (route) => route.abort());
+    const found = await other.evaluate(async () => {
+      await window.define();
+      window.add('late', { src: '../lost.phiz', controls: 'none' });
+      await window.heard('late', 'error');
+      window.all.late.src = '../model.phiz';
+      await window.heard('late', 'error');
+      return window.errors.late;
+    });
+    assert.equal(found.length, 2);
+    assert.match(found[0], /lost\.phiz did not come: ./);
+    assert.equal(found[1], 'this needs a connection once');
+    await other.unroute('**/onhead-*.js');
+    await other.evaluate(() => {
+      const ready = window.heard('late', 'ready');
+      window.all.late.src = '../model.phiz';
+      return ready;
+    });
+    await other.context().close();
   });
 
   test('where nothing can be drawn is said once, also of one that has a head', async () => {

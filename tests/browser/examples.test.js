@@ -93,6 +93,8 @@ test('the types beside the element are whole, and true of what a page writes', a
       const designer = document.querySelector('phiz-designer')!;
       designer.addEventListener('change', ({ detail }) => detail.code.slice());
       designer.addEventListener('error', ({ detail }) => detail.message.slice());
+      designer.addEventListener('pointerdown', ({ clientX }) => clientX.toFixed());
+      designer.addEventListener('mine', (event: Event) => event.preventDefault());
       designer.colours = 'skin: 0.8';
       designer.code = null;
       designer.src = '/model.phiz';

@@ -1296,6 +1296,26 @@ describe('one photo after another', () => {
     const back = await done(page);
     assert.deepEqual([back.mode, back.points, back.faces.length], ['ready', one.points, 5]);
 
+    // Who places points and leaves may still choose one; the points stay, and are no fitted one's.
+    await page.getByRole('button', { name: 'Another face' }).click();
+    const byHand = async () => {
+      await page.getByRole('button', { name: 'Place the points by hand' }).click();
+      await page.getByRole('button', { name: 'Point by point' }).click();
+      return (await stateOf(page)).points;
+    };
+    const mean = await byHand();
+    assert.notDeepEqual(mean, one.points);
+    await page.getByRole('button', { name: 'Ridge of the nose, 4 of 4' }).press('Shift+ArrowRight');
+    const nudged = (await stateOf(page)).points;
+    await page.getByRole('button', { name: 'Leave' }).click();
+    assert.deepEqual([(await stateOf(page)).mode, await frames.count()], ['choose', 5]);
+    assert.match((await page.evaluate(() => document.activeElement?.getAttribute('aria-label'))) ?? '', /^Face \d of 5/);
+    assert.match((await sentence(page)) ?? '', /^The points stay where you put them/);
+    const resumed = await byHand();
+    assert.ok(resumed.every((value, i) => Math.abs(value - nudged[i]) < 1), 'they are where they were left');
+    await page.getByRole('button', { name: 'Back to the last photo' }).click();
+    assert.deepEqual((await done(page)).points, one.points);
+
     // One of several that is too small leaves the others to choose from; the photo before has its own.
     const group = await drawn(page, [['fill', '#456', 0, 0, 900, 300], ['draw', 0, 0, 300, 300], ['draw', 350, 100, 200, 200], ['draw', 600, 0, 300, 300]], 900, 300);
     assert.equal((await choose(page, group)).faces.length, 3);

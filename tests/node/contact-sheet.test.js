@@ -1,7 +1,7 @@
 // The Node example, run as a person would who has installed the package beside it.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { cp, mkdir, mkdtemp, readFile, rm, symlink } from 'node:fs/promises';
+import { cp, mkdir, mkdtemp, readFile, rm, symlink, writeFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -14,7 +14,9 @@ const { PNG } = createRequire(here('www/package.json'))('pngjs');
 test('a contact sheet of six people', async () => {
   const folder = await mkdtemp(join(tmpdir(), 'phiz-'));
   try {
-    await cp(here('www/examples/contact-sheet/contact-sheet.js'), join(folder, 'contact-sheet.mjs'));
+    await cp(here('www/examples/contact-sheet/contact-sheet.mjs'), join(folder, 'contact-sheet.mjs'));
+    // As `npm init` leaves it.
+    await writeFile(join(folder, 'package.json'), '{ "type": "commonjs" }');
     await mkdir(join(folder, 'node_modules'));
     await symlink(here('pkg'), join(folder, 'node_modules/phiz'));
     await symlink(here('www/node_modules/pngjs'), join(folder, 'node_modules/pngjs'));

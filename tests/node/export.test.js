@@ -287,6 +287,14 @@ for (const name of ['model', 'synthetic']) {
       }
     });
 
+    test('an option that is misspelled is refused, and null is none', () => {
+      for (const [write, options] of [[toObj, { colors: 1 }], [toPly, { colour: 1 }], [toGlb, { target: false }]]) {
+        assert.throws(() => write(face, options), new RegExp(`^Error: ${write.name} knows no option "${Object.keys(options)}"$`));
+        assert.throws(() => write(face, true), new RegExp(`^TypeError: the options of ${write.name} must be an object$`));
+      }
+      assert.deepEqual(toPly(face, null), toPly(face));
+    });
+
     test('a freed face is refused', () => {
       const gone = model.face();
       gone.free();

@@ -733,6 +733,9 @@ test('the types are true of what a program writes, and strict', async () => {
         const model = await load(file, { build: undefined });
         const face = model.face();
         face.randomize({ seed, regions: undefined });
+        const half: number[] = Array.from(face.coefficients, (value) => value / 2);
+        face.coefficients = half;
+        new Blob([face.coefficients]);
         const fit = await model.fitPhoto({ width: 4, height: 4, points: [], rgba, focal: undefined });
         await model.editPhoto({ width: 4, height: 4, fit, rgba });
         return toGlb(face, { targets });

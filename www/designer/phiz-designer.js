@@ -37,6 +37,9 @@ function sheetFor(page) {
 /** What properties of the same name tell and set. */
 const REFLECTED = /** @type {const} */ (['src', 'head', 'controls', 'theme']);
 
+/** What `toMesh` writes. */
+const FORMATS = ['glb', 'obj', 'ply', 'stl'];
+
 /** How many sliders each feature shows when the page does not say. */
 const FIRST = 3;
 /** What a key adds, of the percentile that is shown in whole ones. */
@@ -49,7 +52,11 @@ const downloads = new Map();
 function download(url) {
   let response = downloads.get(url);
   if (!response) {
-    response = fetch(url).then((response) => {
+    const came = fetch(url).catch((why) => {
+      // Browsers do not say of what.
+      throw new Error(`${url} did not come: ${sentence(why)}`);
+    });
+    response = came.then((response) => {
       if (!response.ok) throw new Error(`${url}: ${response.status} ${response.statusText}`.trim());
       // All of it comes at once, whenever it is read; what is cut off is asked for again by the next one.
       response.clone().arrayBuffer().catch(() => downloads.delete(url));
@@ -80,10 +87,19 @@ function chosenControls(model, asked) {
   return [...new Set(found)];
 }
 
-/** Nobody hears of an option that is misspelled. @param {string} method @param {object} others options that nobody asks for */
-function noMore(method, others) {
-  const [unknown] = Object.keys(others);
+/**
+ * Nobody hears of an option that is misspelled.
+ * @template {object} T
+ * @param {string} method @param {T | undefined} options @param {readonly (keyof T)[]} known
+ * @returns {Partial<T>} them
+ */
+function optionsOf(method, options, known) {
+  // Some pass null for none.
+  const asked = options ?? {};
+  if (typeof asked !== 'object') throw new TypeError(`what ${method} is given must be an object, not ${JSON.stringify(asked)}`);
+  const unknown = Object.keys(asked).find((name) => !known.includes(/** @type {keyof T} */ (name)));
   if (unknown !== undefined) throw new Error(`${method} knows no option "${unknown}"`);
+  return asked;
 }
 
 /** Until the head is on the screen; a page that is hidden paints nothing, and waits no longer. */
@@ -173,7 +189,7 @@ export class PhizDesigner extends HTMLElement {
     super();
     const root = this.attachShadow({ mode: 'open' });
     root.adoptedStyleSheets = [sheetFor(document)];
-    root.append(this.#frame);
+    root.append(element('div', { class: 'box' }, this.#frame));
   }
 
   /** In a window of its own, such as a picture in picture, it looks as it did. */
@@ -368,31 +384,38 @@ export class PhizDesigner extends HTMLElement {
   }
   /** The view as a PNG. @param {{ width?: number, height?: number, transparent?: boolean }} [options] */
   async toPng(options) {
-    const { width = 1024, height = width, transparent = false, ...others } = options ?? {};
-    noMore('toPng', others);
+    const { width = 1024, height = width, transparent = false } = optionsOf('toPng', options, ['width', 'height', 'transparent']);
     const { head, scene } = this.#need();
     head.finish();
+    // Hair that grew just now is in view as well.
+    scene.reframe();
+    scene.arrive();
     this.#ownBackdrop(scene);
     return portrait(scene, { width, height, transparent });
   }
   /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format @param {{ targets?: boolean }} [options] of a GLB */
   async toMesh(format, options) {
-    const { targets = true, ...others } = options ?? {};
-    noMore('toMesh', others);
+    const { targets = true } = optionsOf('toMesh', options, ['targets']);
     const { face, head, scene } = this.#need();
-    const [{ toObj, toPly, toStl }, { coloursAsShown, glbAsShown }] = await Promise.all([
-      part(() => import('phiz/export')),
-      part(() => import('../src/appearance/appearance.js')),
-    ]);
-    const coloured = () => ({ colours: coloursAsShown(scene.renderer, head, face) });
-    const writers = {
-      glb: () => glbAsShown(scene.renderer, head, face, { targets }),
-      obj: () => toObj(face, coloured()),
-      ply: () => toPly(face, coloured()),
-      stl: () => toStl(face),
-    };
-    if (!Object.hasOwn(writers, format)) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
-    return writers[format]();
+    if (!FORMATS.includes(format)) throw new Error(`there is no format "${format}": take glb, obj, ply or stl`);
+    // As they are now: what writes them may have to come first.
+    const { colouring } = head;
+    const asked = face.clone();
+    try {
+      const writing = part(() => import('phiz/export'));
+      // It has no colours.
+      if (format === 'stl') return (await writing).toStl(asked);
+      const looking = part(() => import('../src/appearance/appearance.js'));
+      const [{ toObj, toPly }, { coloursAsShown, glbAsShown }] = await Promise.all([writing, looking]);
+      if (format === 'glb') return await glbAsShown(scene.renderer, head, asked, { targets, colouring });
+      const colours = coloursAsShown(scene.renderer, head, asked, { colouring });
+      return (format === 'obj' ? toObj : toPly)(asked, { colours });
+    } catch (error) {
+      if (scene !== this.#scene) throw new Error('the element was taken away, or given another model, while the file was written', { cause: error });
+      throw error;
+    } finally {
+      asked.free();
+    }
   }
 
   /** Shows the face as it is now and tells the page. */
@@ -502,7 +525,10 @@ export class PhizDesigner extends HTMLElement {
       if (!isStale() && early && early !== model.vertexCount) leaveOut('it is of another model');
       if (!isStale() && !this.#head) await draw(model);
       // The head shows without, and the model takes the line.
-      const [{ growHair }, { layFinework }] = await Promise.all([import('../src/hair/onhead.js'), import('../src/head/finework.js')]);
+      const [{ growHair }, { layFinework }] = await Promise.all([
+        part(() => import('../src/hair/onhead.js')),
+        part(() => import('../src/head/finework.js')),
+      ]);
       if (isStale() || !this.#head || !this.#scene) return model.free();
       const [head, scene] = [this.#head, this.#scene];
       head.adorn(growHair, layFinework, () => {

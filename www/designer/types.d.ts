@@ -36,17 +36,20 @@ export interface PhizDesignerMembers {
   refresh(): void;
 }
 
+/** Its own in place of others' of that name. */
+type EventMap = Omit<HTMLElementEventMap, keyof PhizDesignerEventMap> & PhizDesignerEventMap;
+
 /** `<phiz-designer>` */
 export interface PhizDesignerElement extends HTMLElement, PhizDesignerMembers {
-  addEventListener<K extends keyof PhizDesignerEventMap>(
+  addEventListener<K extends keyof EventMap>(
     type: K,
-    listener: (this: PhizDesignerElement, event: PhizDesignerEventMap[K]) => unknown,
+    listener: (this: PhizDesignerElement, event: EventMap[K]) => unknown,
     options?: boolean | AddEventListenerOptions,
   ): void;
   addEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions): void;
-  removeEventListener<K extends keyof PhizDesignerEventMap>(
+  removeEventListener<K extends keyof EventMap>(
     type: K,
-    listener: (this: PhizDesignerElement, event: PhizDesignerEventMap[K]) => unknown,
+    listener: (this: PhizDesignerElement, event: EventMap[K]) => unknown,
     options?: boolean | EventListenerOptions,
   ): void;
   removeEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | EventListenerOptions): void;

@@ -593,7 +593,8 @@ export class Face {
    * a face is its `code`.
    * @throws Error when their number is wrong, one is beyond 255, or a held measure cannot be held.
    */
-  coefficients: Float32Array;
+  get coefficients(): Float32Array<ArrayBuffer>;
+  set coefficients(coefficients: ArrayLike<number>);
   /** How far a feature's change reaches into its surround, mm; may be assigned, which heeds no locks. */
   alpha: number;
 

@@ -1,4 +1,18 @@
 /**
+ * Nobody hears of an option that is misspelled; some pass null for none.
+ * @template {object} T
+ * @param {string} what @param {T | null | undefined} options @param {readonly (keyof T)[]} known
+ * @returns {Partial<T>} them
+ */
+export function optionsOf(what, options, known) {
+  const given = options ?? {};
+  if (typeof given !== 'object') throw new TypeError(`the options of ${what} must be an object`);
+  const unknown = Object.keys(given).find((name) => !known.includes(/** @type {keyof T} */ (name)));
+  if (unknown !== undefined) throw new Error(`${what} knows no option "${unknown}"`);
+  return given;
+}
+
+/**
  * Three numbers a vertex. glTF forbids what is not finite.
  * @param {string} what @param {unknown} values @param {number} vertices
  */

@@ -1,5 +1,5 @@
 import { ByteWriter } from './bytes.js';
-import { checkAppearance, checkMeasured } from './checks.js';
+import { checkAppearance, checkMeasured, optionsOf } from './checks.js';
 import { aroundGaze, isEyeball } from './eyeballs.js';
 import { meshOf, needFace, provenance } from './mesh.js';
 import { tangentsOf } from './tangents.js';
@@ -184,9 +184,7 @@ function colours16(rgb) {
  * }} [options]
  */
 export function toGlb(face, options) {
-  const { targets = true, targetNormals = true, appearance, measured, ...others } = options ?? {};
-  const [unknown] = Object.keys(others);
-  if (unknown !== undefined) throw new Error(`toGlb knows no option "${unknown}"`);
+  const { targets = true, targetNormals = true, appearance, measured } = optionsOf('toGlb', options, ['targets', 'targetNormals', 'appearance', 'measured']);
   needFace(face);
   if (appearance) checkAppearance(appearance, targets);
   if (targets && measured) checkMeasured(measured, face.model.vertexCount);

@@ -1,3 +1,4 @@
+import { optionsOf } from './checks.js';
 import { meshOf, provenance } from './mesh.js';
 
 /**
@@ -5,7 +6,8 @@ import { meshOf, provenance } from './mesh.js';
  * @param {import('phiz').Face} face
  * @param {{ colours?: Uint8Array | Uint8ClampedArray }} [options]
  */
-export function toObj(face, { colours: given } = {}) {
+export function toObj(face, options) {
+  const { colours: given } = optionsOf('toObj', options, ['colours']);
   const { positions, normals, colours, uvs, corners, triangles, parts } = meshOf(face, given);
   const lines = [...provenance(face.model), 'Lengths are millimetres; y is up.'].map((l) => `# ${l}`);
   lines.push('o face');

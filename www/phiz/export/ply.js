@@ -1,4 +1,5 @@
 import { ByteWriter } from './bytes.js';
+import { optionsOf } from './checks.js';
 import { meshOf, provenance } from './mesh.js';
 
 /**
@@ -6,7 +7,8 @@ import { meshOf, provenance } from './mesh.js';
  * @param {import('phiz').Face} face
  * @param {{ colours?: Uint8Array | Uint8ClampedArray }} [options]
  */
-export function toPly(face, { colours: given } = {}) {
+export function toPly(face, options) {
+  const { colours: given } = optionsOf('toPly', options, ['colours']);
   const { positions, normals, colours, corners, triangles } = meshOf(face, given);
   const vertices = positions.length / 3;
   const faces = triangles.length / 3;

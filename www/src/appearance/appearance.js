@@ -83,6 +83,35 @@ function around({ size, rgba }, u, v) {
   return sum;
 }
 
+/** As long as browsers take to bring a graphics card back, and somebody waits for it, ms. */
+const COMES_BACK = 3000;
+
+/**
+ * What is drawn in several goes, between which the card may be lost: once more when it is back.
+ * @template T
+ * @param {import('three').WebGLRenderer} renderer @param {() => Promise<T>} make @returns {Promise<T>}
+ */
+async function onceMore({ domElement: canvas, getContext }, make) {
+  let isLost = false;
+  const lose = () => (isLost = true);
+  canvas.addEventListener('webglcontextlost', lose);
+  try {
+    return await make();
+  } catch (error) {
+    if (!isLost) throw error;
+    if (getContext().isContextLost()) {
+      await new Promise((done) => {
+        canvas.addEventListener('webglcontextrestored', () => setTimeout(done), { once: true });
+        setTimeout(done, COMES_BACK);
+      });
+    }
+    if (getContext().isContextLost()) throw error;
+    return await make();
+  } finally {
+    canvas.removeEventListener('webglcontextlost', lose);
+  }
+}
+
 /**
  * A face as a GLB that looks like the page.
  * @param {import('three').WebGLRenderer} renderer
@@ -101,8 +130,8 @@ export async function glbAsShown(renderer, head, face, { targets = true, colouri
     // They take long, and all of it goes by them.
     const measured = targets ? { controls: morphTargets(asked), expressions: expressionTargets(asked) } : undefined;
     const parts = coloured(() => beside(head, asked, measured));
-    const skin = await skinMaps(renderer, head, coloured);
-    const eyes = { colour: await eyeMap(renderer, head, coloured), reach: EYE_REACH };
+    const [skin, colour] = await onceMore(renderer, async () => /** @type {const} */ ([await skinMaps(renderer, head, coloured), await eyeMap(renderer, head, coloured)]));
+    const eyes = { colour, reach: EYE_REACH };
     return toGlb(asked, { targets, measured, appearance: { skin, eyes, parts } });
   } finally {
     asked.free();

@@ -21,6 +21,10 @@ export function paint(renderer, geometry, material, size, count = 1) {
   mesh.frustumCulled = false;
   const scene = new Scene();
   scene.add(mesh);
+  // Also when it is back since: what was painted is gone, and cannot be told from black.
+  let isLost = false;
+  const lose = () => (isLost = true);
+  renderer.domElement.addEventListener('webglcontextlost', lose);
   const before = { target: renderer.getRenderTarget(), alpha: renderer.getClearAlpha(), shadows: renderer.shadowMap.needsUpdate };
   try {
     renderer.setRenderTarget(target);
@@ -41,10 +45,14 @@ export function paint(renderer, geometry, material, size, count = 1) {
     picture(n = 0) {
       const rgba = new Uint8ClampedArray(4 * size * size);
       renderer.readRenderTargetPixels(target, 0, 0, size, size, rgba, undefined, n);
-      if (renderer.getContext().isContextLost()) throw new Error(text.noCard);
+      if (isLost || renderer.getContext().isContextLost()) throw new Error(text.noCard);
       return { size, rgba: upright(rgba, size) };
     },
-    dispose: () => target.dispose(),
+    dispose() {
+      renderer.domElement.removeEventListener('webglcontextlost', lose);
+      // A card that is back has nothing of it.
+      if (!isLost) target.dispose();
+    },
   };
 }
 

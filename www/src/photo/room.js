@@ -742,8 +742,11 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   }
   function leaveAdjusting() {
     if (before !== 'ready' || !fitted) {
+      // Nobody looks again for faces that were found.
+      const isChoice = faces.length > 1;
       if (byHand) say(text.photo.left(text.photo.placeByHand));
-      return show('none');
+      else if (isChoice) say(text.photo.several(faces.length));
+      return isChoice ? showFaces() : show('none');
     }
     const sentence = byHand ? text.photo.left(text.photo.correct) : text.photo.ready;
     if (unedited) {
@@ -769,10 +772,12 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   }
   function startPlacing() {
     if (!photo) return;
+    // Points of somebody who was fitted are that person's.
+    const goesOn = byHand && !fitted;
     keepLast();
     forgetFit();
     const { width, height } = photo;
-    if (byHand && mode === 'none') placing.take(correction.points);
+    if (goesOn) placing.take(correction.points);
     else {
       detected = null;
       placing.open(meanPoints(model), width / 2, 0.45 * height, 0.5 * Math.min(width, height));

@@ -33,7 +33,7 @@ export function portrait(view, { width, height, transparent = false }) {
   const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
   for (const side of [width, height]) {
     if (!Number.isInteger(side) || side < LEAST || side > most) {
-      throw new RangeError(`a picture has ${LEAST} to ${most} pixels a side here, not ${side}`);
+      throw new RangeError(`a picture has ${LEAST} to ${most} pixels a side here, not ${typeof side === 'string' ? `"${side}"` : side}`);
     }
   }
   const canvas = renderer.domElement;

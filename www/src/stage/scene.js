@@ -139,6 +139,22 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     scheduled = requestAnimationFrame(draw);
   }
 
+  /** @param {NonNullable<typeof flight>} flight @param {number} part of it that is done, 0 to 1 */
+  function fly({ from, to, way }, part) {
+    const at = new Spherical(
+      from.radius + (to.radius - from.radius) * part,
+      from.phi + (to.phi - from.phi) * part,
+      from.theta + (to.theta - from.theta) * part,
+    );
+    controls.target.copy(controls.cursor).addScaledVector(way, part - 1);
+    camera.position.setFromSpherical(at).add(controls.target);
+  }
+  function aim() {
+    drawing = true;
+    controls.update();
+    drawing = false;
+  }
+
   /** @param {number} now */
   function draw(now) {
     // Who draws at once does it for whoever asked for a frame.
@@ -146,20 +162,11 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     scheduled = 0;
     if (flight) {
       const t = still.matches ? 1 : Math.min(1, Math.max(0, (now - flight.start) / 450));
-      const ease = 1 - (1 - t) ** 3;
-      const at = new Spherical(
-        flight.from.radius + (flight.to.radius - flight.from.radius) * ease,
-        flight.from.phi + (flight.to.phi - flight.from.phi) * ease,
-        flight.from.theta + (flight.to.theta - flight.from.theta) * ease,
-      );
-      controls.target.copy(controls.cursor).addScaledVector(flight.way, ease - 1);
-      camera.position.setFromSpherical(at).add(controls.target);
+      fly(flight, 1 - (1 - t) ** 3);
       if (t === 1) flight = null;
       else invalidate();
     }
-    drawing = true;
-    controls.update();
-    drawing = false;
+    aim();
     for (const step of beforeFrame) step();
     render(canvas.clientWidth, canvas.clientHeight);
     frames += 1;
@@ -334,6 +341,15 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     if (Math.abs(distance - fitted) + Math.abs(middle - controls.cursor.y) + Math.abs(aside - beside) > 0.01 * fitted) view(chosen);
   }
 
+  /** A view that was asked for is there at once, for who takes a picture of it. */
+  function arrive() {
+    if (!flight) return;
+    fly(flight, 1);
+    flight = null;
+    aim();
+    invalidate();
+  }
+
   /**
    * Turns the head by hand: angles in radians, and a factor of the distance.
    * @param {number} theta @param {number} phi @param {number} [closer]
@@ -396,6 +412,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     invalidate,
     view,
     reframe,
+    arrive,
     turn,
     /** Moves the head across the picture. @param {number} right @param {number} down CSS pixels */
     pan(right, down) {

@@ -2,7 +2,7 @@
 // Random people of a model on one sheet, drawn without any graphics card:
 //
 //     npm install --install-links path/to/pkg pngjs    (the package that ./build.sh build leaves)
-//     node contact-sheet.js model.phiz sheet.png [columns rows seed]
+//     node contact-sheet.mjs model.phiz sheet.png [columns rows seed]
 import { readFile, writeFile } from 'node:fs/promises';
 import { load } from 'phiz';
 import { PNG } from 'pngjs';
@@ -15,7 +15,7 @@ const LIGHT = [-0.4, 0.45, 0.8];
 const [file, output, columns = '6', rows = '4', seed = '1'] = process.argv.slice(2);
 const [across, down, first] = [columns, rows, seed].map(Number);
 if (!file || !output || !(across >= 1 && down >= 1 && first >= 0 && [across, down, first].every(Number.isInteger))) {
-  console.error('usage: node contact-sheet.js model.phiz sheet.png [columns rows seed]');
+  console.error('usage: node contact-sheet.mjs model.phiz sheet.png [columns rows seed]');
   process.exit(2);
 }
 process.on('uncaughtException', ({ message }) => {
