@@ -79,6 +79,22 @@ await page.getByRole('slider', { name: 'mouthSmile' }).first().waitFor({ timeout
 await page.getByRole('button', { name: 'Laugh', exact: true }).click();
 await settled(page);
 await shoot('page-expressions');
+
+// What an operation on nose and chin would do, seen from the side.
+await page.getByRole('button', { name: 'Neutral', exact: true }).click();
+await page.getByRole('tab', { name: 'Compare' }).click();
+await page.getByRole('button', { name: 'Use this face as the start' }).click();
+await page.getByRole('tab', { name: 'Features' }).click();
+for (const [name, value] of /** @type {const} */ ([['nose 1', 0.1], ['chin 1', 0.12]])) {
+  await page.locator(`.tab[data-group="${name.slice(0, -2)}"]`).click();
+  await moveSlider(page, name, value);
+}
+await page.getByRole('tab', { name: 'Compare' }).click();
+await page.getByLabel('The other’s outline over this face').check();
+await page.getByRole('button', { name: 'Profile' }).click();
+await settled(page);
+await page.locator('.lengths').last().evaluate((table) => table.scrollIntoView({ block: 'end' }));
+await shoot('page-compare');
 await page.context().close();
 
 // Random faces in colours of their own, side by side.
