@@ -10,8 +10,11 @@ let model = null;
 /** @type {import('phiz').PhotoEdit | null} */
 let edit = null;
 
-/** The pixels of the photo that is edited. @type {Uint8ClampedArray<ArrayBuffer> | null} */
-let pixels = null;
+/**
+ * What it was opened from, and the other photos of the person.
+ * @type {{ model: import('phiz').FaceModel, photo: Pick<Pixels, 'width' | 'height' | 'rgba'> & { fit: import('phiz').PhotoFit }, others: import('phiz').PhotoOther[] } | null}
+ */
+let edited = null;
 
 /** @param {string} url */
 async function bytesOf(url) {
@@ -51,17 +54,26 @@ const TASKS = {
   async edit({ photo: { width, height, rgba }, fit, others, ...wish }) {
     const loaded = await prepared(wish);
     edit?.free();
-    edit = null;
-    edit = await loaded.editPhoto({ width, height, fit, rgba, others });
-    pixels = rgba;
+    edit = edited = null;
+    const photo = { width, height, fit, rgba };
+    edit = await loaded.editPhoto(photo);
+    edited = { model: loaded, photo, others };
     return { answer: true };
   },
   async texture({ size, detail }) {
-    const rgba = edit && pixels && edit.texture(pixels, size, detail ?? undefined);
-    return { answer: rgba && { size, rgba }, transfer: rgba ? [rgba.buffer] : [] };
+    if (!edit || !edited) return { answer: null };
+    const { model, photo, others } = edited;
+    // Others take as long as the photo, each, and nothing but the head's colours needs them.
+    const all = others.length > 0 ? await model.editPhoto({ ...photo, others }) : edit;
+    try {
+      const rgba = all.texture(photo.rgba, size, detail ?? undefined);
+      return { answer: { size, rgba }, transfer: [rgba.buffer] };
+    } finally {
+      if (others.length > 0) all.free();
+    }
   },
   async looks() {
-    return { answer: edit && pixels && edit.looks(pixels) };
+    return { answer: edit && edited && edit.looks(edited.photo.rgba) };
   },
   async field({ state }) {
     const field = edit?.field(state) ?? null;
