@@ -1,6 +1,7 @@
 import { element } from '../frame/element.js';
 import { createAngles } from './angles.js';
 import { createFaceList } from './facelist.js';
+import { OUTLINE } from '../stage/display.js';
 import { gradient } from '../stage/heat.js';
 import { createHold } from '../frame/hold.js';
 import { icon } from '../frame/icons.js';
@@ -159,10 +160,12 @@ export function createCompare(editor, { library, display, stage, wears, reveal, 
     ),
   );
   const outlineName = element('figcaption', {});
+  const stroke = element('span', { class: 'stroke' });
+  stroke.style.background = OUTLINE;
   const key = element(
     'figure',
     { class: 'outline-key', hidden: true },
-    element('span', { class: 'stroke' }),
+    stroke,
     outlineName,
     element(
       'button',

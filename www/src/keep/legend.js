@@ -1,4 +1,5 @@
 import { element } from '../frame/element.js';
+import { OUTLINE } from '../stage/display.js';
 import { heatColours } from '../stage/heat.js';
 import { text } from '../text.js';
 
@@ -18,8 +19,6 @@ import { text } from '../text.js';
 const LETTER = 1 / 42;
 const PAPER = 'rgb(255 255 255 / 92%)';
 const INK = '#1e2124';
-/** As the line is drawn: see `stage/outline.js`, which is not loaded for this. */
-const OUTLINE_INK = '#0a5c8a';
 const STEPS = 32;
 
 /**
@@ -86,7 +85,7 @@ export async function withLegend(picture, { split, outline, heat }) {
     const top = height - high - gap;
     sheet(gap, top, wide, high);
     context.fillText(words, stroke + 3 * gap, top + 0.9 * letter);
-    context.fillStyle = OUTLINE_INK;
+    context.fillStyle = OUTLINE;
     context.fillRect(2 * gap, top + high / 2 - letter / 16, stroke, letter / 8);
   }
   if (heat) {

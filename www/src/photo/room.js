@@ -58,7 +58,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let person;
   /** The 68 points that were found, px of the photo. @type {ReturnType<typeof marksOf> | null} */
   let detected = null;
-  /** What was fitted, to which points, as the photo has it. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, pixels: ReturnType<typeof fitter.pixels>, scale: number } | null} */
+  /** What was fitted, to which points, as the photo has it. @type {{ fit: import('phiz').PhotoFit, points: Float64Array, pixels: ReturnType<typeof fitter.pixels> } | null} */
   let fitted = null;
   /** The looks that the head has as it is in the photo. @type {import('../head/colouring.js').Colouring} */
   let colouring = {};
@@ -74,8 +74,6 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let place = 0;
   /** Pictures that are to be closed once nobody has them. @type {Set<ImageBitmap>} */
   let held = new Set();
-  /** px of the stage's picture for one of the photo. */
-  let shown = 1;
   /** What the face that is shown changes. @type {import('./warp.js').Field | null} */
   let field = null;
   let editable = false;
@@ -229,8 +227,9 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   function draw() {
     if (!photo) return;
     const { held, strength, split } = comparison;
+    const scale = shownOf(photo) * (fitted?.pixels.scale ?? 1);
     const changed = mode === 'ready' && !held ? field : null;
-    warp.draw(changed, { strength, split: changed && split, scale: shown * (fitted?.scale ?? 1) });
+    warp.draw(changed, { strength, split: changed && split, scale });
     view.split(mode === 'ready' && !held ? split : null);
     if (warp.lost) say(text.lostContext, true);
   }
@@ -257,7 +256,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
         field = next;
         draw();
       } catch (error) {
-        if (!(error instanceof Cancelled)) say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
+        if (!(error instanceof Cancelled)) sayNotEdited(error);
       }
     }
     asking = null;
@@ -282,8 +281,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   /** Points of the fitted face, px of the photo. */
   function fittedPoints() {
     if (!fitted) return null;
-    const { points, fit, scale } = fitted;
-    return points.map((value, i) => value + scale * fit.residuals[i >> 1][i % 2]);
+    const { points, fit, pixels } = fitted;
+    return points.map((value, i) => value + pixels.scale * fit.residuals[i >> 1][i % 2]);
   }
 
   /** The photo is seen as it was, until another fit. @param {string} why */
@@ -318,7 +317,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     say(text.photo.cancelled);
     show(photo ? 'none' : 'empty');
   }
-  const present = () => ({ photo, onStage, faces, person, detected, fitted, colouring, number, own, others, place, shown, moved: byHand ? correction.points : null });
+  const present = () => ({ photo, onStage, faces, person, detected, fitted, colouring, number, own, others, place, moved: byHand ? correction.points : null });
   function keepLast() {
     if (fitted) last = present();
   }
@@ -353,7 +352,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     if (!last) return;
     stopFinding();
     const { moved } = last;
-    ({ photo, onStage, faces, person, detected, fitted, colouring, number, own, others, place, shown } = last);
+    ({ photo, onStage, faces, person, detected, fitted, colouring, number, own, others, place } = last);
     last = null;
     settle();
     // Nor is anything added to somebody else.
@@ -382,7 +381,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       await fitter.edit(fitted.pixels, fitted.fit, seenIn(others));
       unedited = false;
     } catch (error) {
-      if (here === visit && !(error instanceof Cancelled)) say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
+      if (here === visit && !(error instanceof Cancelled)) sayNotEdited(error);
     }
     if (here !== visit) return;
     // The photo is seen without it, and points can be corrected, which begins anew.
@@ -394,6 +393,10 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     void colours.prepare();
   }
 
+  /** @param {unknown} error */
+  function sayNotEdited(error) {
+    say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
+  }
   /** @param {unknown} error @param {Mode} next */
   function complain(error, next) {
     say(error instanceof Error ? error.message : String(error), true);
@@ -425,7 +428,6 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     place = i;
     ({ photo, faces, person, detected } = next);
     onStage = picture;
-    shown = shownOf(photo);
     sides.turnTo('photo');
     return next;
   }
@@ -437,7 +439,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       const next = await takeOn(inRow(), i);
       if (!next) return;
       const { points, pixels, moved } = next;
-      fitted = { fit: fitOn(fit, next, others), points, pixels, scale: pixels.scale };
+      fitted = { fit: fitOn(fit, next, others), points, pixels };
       const { expression } = fitted.fit;
       const isOwn = sameWeights(face.expression, own.expression);
       own = { ...own, expression };
@@ -447,7 +449,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       await stand(moved, text.photo.ready);
       album.focus();
     } catch (error) {
-      say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
+      sayNotEdited(error);
     }
   }
   /** The shape is what the others tell. @param {number} i in the row */
@@ -468,7 +470,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       view.closeTo(around(next.points, 1));
       await fit(next.points);
     } catch (error) {
-      say(text.photo.notEdited(error instanceof Error ? error.message : String(error)), true);
+      sayNotEdited(error);
     }
   }
 
@@ -548,7 +550,6 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     dressed = dressed && same;
     onStage = picture;
     photo = next;
-    shown = shownOf(photo);
     faces = [];
     person = undefined;
     detected = fitted = own = field = null;
@@ -694,7 +695,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       own = { code: face.code, expression: face.expression };
       if (!dressed) colouring = editor.colouring;
       others = beside;
-      fitted = { fit: { ...base, ...own }, points: points.slice(), pixels, scale: pixels.scale };
+      fitted = { fit: { ...base, ...own }, points: points.slice(), pixels };
       unedited = byHand = false;
       last = null;
       settle();
@@ -724,7 +725,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   function tellQuality() {
     if (!fitted) return;
     const { rmsPx, rmsMm } = fitted.fit.quality;
-    const sentences = [text.photo.quality(rmsPx * fitted.scale, rmsMm)];
+    const sentences = [text.photo.quality(rmsPx * fitted.pixels.scale, rmsMm)];
     if (others.length > 0) sentences.unshift(text.photo.together(others.length + 1));
     if (!person) sentences.push(text.photo.noPerson);
     controls.quality.textContent = sentences.join(' ');
@@ -799,7 +800,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     if (!photo || !fitted) return;
     try {
       const changed = field;
-      const options = { strength: comparison.strength, scale: fitted.scale };
+      const options = { strength: comparison.strength, scale: fitted.pixels.scale };
       const change = changed && options.strength > 0 ? (/** @type {OffscreenCanvasRenderingContext2D} */ context) => warp.render(context, changed, options) : null;
       const { file, bytes } = await savePhoto(photo, change, type);
       say(text.exported(file, bytes));

@@ -3,6 +3,9 @@ import { sameWeights } from '../editing/history.js';
 import { part } from '../frame/download.js';
 import { text } from '../text.js';
 
+/** Of what a face's outline is drawn, here and in what says whose it is: the blue that neither skin nor the wall has. */
+export const OUTLINE = '#0a5c8a';
+
 /**
  * What the stage shows: the face, or for a while another one; both, split by a line; its distance
  * from another as colours. The face itself is never touched.
@@ -184,7 +187,7 @@ export function createDisplay({ face, head, scene, colouring, onScale }) {
       outlined = other;
       if (other && !outline) {
         const { createOutline } = await part(() => import('./outline.js'));
-        outline ??= { lines: createOutline(face.model, head.neckEnd), code: '', expression: {} };
+        outline ??= { lines: createOutline(face.model, head.neckEnd, OUTLINE), code: '', expression: {} };
       }
       trace();
       scene.overlay(outlined && outline && outline.lines.draw);

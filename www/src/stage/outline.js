@@ -6,11 +6,9 @@ import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js
 /** CSS px: the line, and the light one behind it that parts it from whatever it lies on. */
 const WIDTH = 1.8;
 const AROUND = 3.8;
-const INK = 0x0a5c8a;
 const PAPER = 0xffffff;
 /** The line is that much nearer than the skin it lies on, mm: where skin turns away its own depth is known no better. */
 const LIFT = 1;
-
 /** Contours shorter than this are of dents that nobody sees, mm. */
 const LEAST = 8;
 
@@ -74,8 +72,9 @@ export function contours({ positions, normals, triangles }, { x, y, z }, least =
  * A head as a line drawing over the stage: what of it its own skin does not hide.
  * @param {import('phiz').FaceModel} model
  * @param {number} lowest what of the neck is lower is not drawn, mm
+ * @param {string} ink the line's colour
  */
-export function createOutline({ triangles: corners, uvVertices, vertexCount }, lowest) {
+export function createOutline({ triangles: corners, uvVertices, vertexCount }, lowest, ink) {
   const triangles = corners.map((corner) => uvVertices[corner]);
   const position = new BufferAttribute(new Float32Array(3 * vertexCount), 3);
   const normals = new Float32Array(3 * vertexCount);
@@ -85,7 +84,7 @@ export function createOutline({ triangles: corners, uvVertices, vertexCount }, l
   hides.frustumCulled = false;
   const lines = [
     { color: PAPER, linewidth: AROUND },
-    { color: INK, linewidth: WIDTH },
+    { color: ink, linewidth: WIDTH },
   ].map((look, order) => {
     const line = new LineSegments2(new LineSegmentsGeometry(), new LineMaterial({ ...look, toneMapped: false }));
     line.frustumCulled = false;
