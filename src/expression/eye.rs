@@ -45,6 +45,16 @@ impl Eye {
             .collect()
     }
 
+    /// 0 the subject's left, 1 the right.
+    pub fn side(&self) -> usize {
+        self.side
+    }
+
+    /// The middle and the radius of the ball on a face, mm.
+    pub fn ball(&self, neutral: &[Vec3]) -> Option<(Vec3, f32)> {
+        sphere(neutral, &self.ball).map(|sphere| (sphere.centre, sphere.radius))
+    }
+
     /// Turns the ball by the sum of turns, and moves lids out of it. `neutral` is the face
     /// without expression.
     #[inline(never)]

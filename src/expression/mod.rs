@@ -284,6 +284,14 @@ impl Expressions {
         &self.list
     }
 
+    /// The middle and the radius of the subject's left (0) or right (1) eyeball on a face without expression, mm; `None` of a
+    /// model without eyes.
+    #[cfg(feature = "photo")]
+    pub(crate) fn eyeball(&self, side: usize, neutral: &[Vec3]) -> Option<(Vec3, f32)> {
+        let mut eyes = self.derived.eyes.iter();
+        eyes.find(|eye| eye.side() == side)?.ball(neutral)
+    }
+
     /// The place of an expression.
     ///
     /// # Errors

@@ -716,6 +716,7 @@ mod tests {
             scale: 1.0,
             against: None,
             known: None,
+            held: Vec::new(),
         };
         let comparison = Comparison {
             model: &model,

@@ -31,6 +31,7 @@ mod camera;
 mod contour;
 mod cover;
 mod curtains;
+mod gaze;
 mod grain;
 mod light;
 mod looks;
@@ -50,7 +51,7 @@ mod tones;
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, DVec3};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 pub use camera::Camera;
 pub use light::{Detail, HARMONICS, Image, Light};
@@ -97,6 +98,9 @@ pub struct Photo<'a> {
     /// That of the 17 points of the jaw across the face's outline, px, if it is known and another: detectors
     /// tell where a face ends less well than where its eyes are.
     pub jaw: Option<f64>,
+    /// The middles of the irises of the subject's right and left eye, px, if they are seen: where these look is told by
+    /// them, and what lids do is told apart from it. Points alone say nothing of it.
+    pub irises: Option<[[f64; 2]; 2]>,
     /// Other photos of the same person, who may look elsewhere there and show another expression: what their points tell
     /// of the face counts, too. Others of theirs are not asked for.
     pub others: &'a [Photo<'a>],
@@ -535,6 +539,7 @@ impl Fitter {
             scale,
             against: image.and_then(|image| self.jaw_shut(image, seen)),
             known,
+            held: Vec::new(),
         };
         let centre = DVec2::new(f64::from(photo.width), f64::from(photo.height)) / 2.0;
         let middle = |all: &[DVec2]| all.iter().sum::<DVec2>() / all.len() as f64;
@@ -549,7 +554,38 @@ impl Fitter {
             centre,
         };
         let state = solver::solve(observed, &terms, pose).ok_or_else(nobody)?;
+        let Some(held) = self.looking(photo, observed, &state) else {
+            return Ok((state, terms));
+        };
+        let terms = Terms { held, ..terms };
+        let state = solver::solve(observed, &terms, pose).ok_or_else(nobody)?;
         Ok((state, terms))
+    }
+
+    /// The weights of the expressions that turn eyes, for where the irises of a photo are; `None` when that is not known.
+    fn looking(
+        &self,
+        photo: &Photo,
+        observed: &Observed,
+        state: &State,
+    ) -> Option<Vec<(usize, f64)>> {
+        let irises = photo.irises?.map(DVec2::from_array);
+        let expressions = self.expressions.as_ref()?;
+        let basis = &observed.points.basis;
+        let z = DVector::from_column_slice(&state.unknowns[..basis.ncols()]);
+        let mut face = self.model.face();
+        let grid = on_grid(&self.model, basis, &z).into_iter();
+        let coefficients: Vec<f32> = grid.map(crate::quantise::sigmas).collect();
+        face.set_coefficients(&coefficients).ok()?;
+        let eyes = gaze::Eyes {
+            face: &face,
+            expressions,
+            camera: &state.pose.camera(),
+            seen: observed.seen,
+            residuals: &observed.residuals(state)?,
+            scale: state.scale(),
+        };
+        eyes.looking(irises)
     }
 
     /// What a state tells; `None` when a part of its face is behind the camera.
@@ -561,13 +597,8 @@ impl Fitter {
         appearance: Option<Appearance>,
     ) -> Option<Fit> {
         let (z, expression) = state.unknowns.split_at(basis.ncols());
-        let z = nalgebra::DVector::from_column_slice(z);
-        let mut grid = vec![0; self.model.parts().coefficients()];
-        for (point, value) in grid.iter_mut().zip((basis * &z).iter()) {
-            // Beyond what a face takes lies only what is refused.
-            let farthest = f64::from(crate::face::FARTHEST);
-            *point = crate::quantise::grid(value.clamp(-farthest, farthest) as f32);
-        }
+        let z = DVector::from_column_slice(z);
+        let grid = on_grid(&self.model, basis, &z);
         let residuals = observed.residuals(&state)?;
         let [rms_px, rms_mm] = inner_rms(&residuals, &state);
         let camera = state.pose.camera();
@@ -611,6 +642,17 @@ pub(crate) fn linear(model: &FaceModel, vertices: &[u32]) -> Result<(Vec<DVec3>,
     Ok((points.mean, modes))
 }
 
+/// A face's coefficients for independent ones, on its grid.
+fn on_grid(model: &FaceModel, basis: &DMatrix<f64>, z: &DVector<f64>) -> Vec<i32> {
+    let mut grid = vec![0; model.parts().coefficients()];
+    for (point, value) in grid.iter_mut().zip((basis * z).iter()) {
+        // Beyond what a face takes lies only what is refused.
+        let farthest = f64::from(crate::face::FARTHEST);
+        *point = crate::quantise::grid(value.clamp(-farthest, farthest) as f32);
+    }
+    grid
+}
+
 fn nobody() -> Error {
     Error::Mismatch("no face is seen at these points".into())
 }
@@ -641,6 +683,13 @@ fn checked(photo: &Photo) -> Result<Vec<DVec2>> {
     positive("the focal length", photo.focal)?;
     positive("the points' noise", photo.noise)?;
     positive("the jaw's noise", photo.jaw)?;
+    if let Some(got) = (photo.irises.iter().flatten().flatten()).find(|x| !x.is_finite()) {
+        return Err(Error::Value {
+            what: "an iris's coordinate",
+            wanted: "a number".into(),
+            got: *got,
+        });
+    }
     let limits = [-OUTSIDE * size, (1.0 + OUTSIDE) * size];
     for point in photo.points {
         for axis in 0..2 {
@@ -701,6 +750,7 @@ mod tests {
             focal: None,
             noise: None,
             jaw: None,
+            irises: None,
             others: &[],
             image: None,
         };

@@ -143,6 +143,8 @@ pub(super) struct Terms {
     pub against: Option<(usize, f64)>,
     /// What other photos tell.
     pub known: Option<Known>,
+    /// Expressions whose weights are known, increasing, and these.
+    pub held: Vec<(usize, f64)>,
 }
 
 /// Where the solver stands.
@@ -261,6 +263,12 @@ impl Observed<'_> {
 impl Terms {
     pub fn count(&self) -> usize {
         self.coefficients + self.expressions
+    }
+
+    /// Whether an unknown is the weight of an expression that is known.
+    fn is_held(&self, unknown: usize) -> bool {
+        let expression = unknown.checked_sub(self.coefficients);
+        expression.is_some_and(|e| self.held.binary_search_by_key(&e, |held| held.0).is_ok())
     }
 
     /// By what the prior of an expression is multiplied.
@@ -468,6 +476,9 @@ pub(super) fn solve(observed: &Observed, terms: &Terms, pose: Pose) -> Option<St
             along: ALONG * terms.noise.unwrap_or(usual),
         },
     };
+    for &(expression, weight) in &terms.held {
+        state.unknowns[terms.coefficients + expression] = weight;
+    }
     for _ in 0..STEPS {
         // With weights, outline and n_eff as they are.
         let held = Held::new(observed, terms, &state)?;
@@ -566,7 +577,7 @@ pub(super) fn told(
     normal.add_size(terms, state.determined);
     let (first, count) = (terms.coefficients, terms.count());
     let others: Vec<usize> = (first..count)
-        .filter(|&i| state.unknowns[i] > 0.0)
+        .filter(|&i| state.unknowns[i] > 0.0 && !terms.is_held(i))
         .chain(count..count + POSE)
         .collect();
     let rows = normal.curvature.select_rows(&others);
@@ -614,9 +625,9 @@ fn step(
         normal.gradient[i] += state.unknowns[i];
     }
     normal.add_usual(terms, state);
-    // Weights that are 0 have no freedom.
+    // Weights that are 0, or known, have no freedom.
     let free: Vec<usize> = (0..count)
-        .filter(|&i| i < terms.coefficients || state.unknowns[i] > 0.0)
+        .filter(|&i| i < terms.coefficients || (state.unknowns[i] > 0.0 && !terms.is_held(i)))
         .collect();
     let own = normal.curvature.select_rows(&free).select_columns(&free);
     let factor = own.cholesky()?;
@@ -636,9 +647,11 @@ fn step(
     });
     let determined = free.len() as f64 - left - known;
     normal.add_size(terms, determined);
-    let bounds: Vec<[f64; 2]> = state.unknowns[terms.coefficients..]
-        .iter()
-        .map(|weight| [-weight, 1.0 - weight])
+    let bounds: Vec<[f64; 2]> = (terms.coefficients..count)
+        .map(|i| match terms.is_held(i) {
+            true => [0.0; 2],
+            false => [-state.unknowns[i], 1.0 - state.unknowns[i]],
+        })
         .collect();
     let step = bounded(&normal, terms.coefficients, &bounds)?;
     Some((step, [determined, known]))

@@ -102,12 +102,12 @@ struct AppearanceInfo {
 }
 
 /// Numbers of one of several photos.
-const OTHER: usize = 5 + 2 * POINTS;
+const OTHER: usize = 9 + 2 * POINTS;
 
 fn view<'a>(numbers: &'a [f64], others: &'a [Photo<'a>]) -> Option<Photo<'a>> {
-    let [width, height, focal, noise, jaw, points @ ..] = numbers else {
-        return None;
-    };
+    let ([width, height, focal, noise, jaw], rest) = numbers.split_first_chunk()?;
+    let (irises, points) = rest.split_first_chunk::<4>()?;
+    let [right_x, right_y, left_x, left_y] = *irises;
     let known = |value: f64| (!value.is_nan()).then_some(value);
     Some(Photo {
         width: *width as u32,
@@ -116,6 +116,7 @@ fn view<'a>(numbers: &'a [f64], others: &'a [Photo<'a>]) -> Option<Photo<'a>> {
         focal: known(*focal),
         noise: known(*noise),
         jaw: known(*jaw),
+        irises: known(right_x).map(|x| [[x, right_y], [left_x, left_y]]),
         others,
         image: None,
     })
@@ -151,7 +152,7 @@ impl Fitter {
 
     /// What a photo's points tell, and its pixels (sRGB and alpha) if they are given, which tell more of the shape, and
     /// the light; as a plain object. `photo` is its width and height, the focal length, the noise of the points and of the
-    /// jaw's (px; NaN where they are not known), then the points, pairs of x and y, px; so are each of `others`, one after
+    /// jaw's (px), the middles of two irises (NaN where they are not known), then the points, pairs of x and y, px; so are each of `others`, one after
     /// another, which are photos of the same person, with `images` for their pixels, empty where they are not given. `told`
     /// is called with the part of the steps that are done; what it throws is dropped.
     pub fn fit(
@@ -162,7 +163,9 @@ impl Fitter {
         images: Vec<Uint8Array>,
         told: Option<Function>,
     ) -> Result<JsValue, JsError> {
-        let none = || error("a photo is a width, a height, a focal length, two noises and points");
+        let none = || {
+            error("a photo is a width, a height, a focal length, two noises, two irises and points")
+        };
         let (others, _) = others.as_chunks::<OTHER>();
         let others: Option<Vec<Photo>> = others.iter().map(|other| view(other, &[])).collect();
         let mut others = others.ok_or_else(none)?;

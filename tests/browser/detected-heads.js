@@ -5,7 +5,7 @@
 //
 // The built page draws random faces, half of them with an expression, in random colours, hair and poses (yaw to 40
 // degrees, pitch to 14, roll to 10). OUT.json has of each the face's code, its expression, the camera as a
-// 3 x 4 matrix from mm to px, and the 468 points in px. FOLDER gets the pictures.
+// 3 x 4 matrix from mm to px, and the detector's points in px. FOLDER gets the pictures.
 
 import { mkdirSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';

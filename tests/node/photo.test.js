@@ -198,6 +198,22 @@ describe('a photo', () => {
     const smiling = await load(bytes);
     const before = await smiling.fitPhoto({ ...SIZE, points });
     await smiling.loadExpressions(await file('expressions.phiz'));
+    // Where eyes look is told by their irises: 2 mm to the subject's left they are turned there.
+    const middles = [36, 42].flatMap((first) => [0, 1].map((axis) => [0, 1, 2, 3, 4, 5].reduce((sum, k) => sum + points[2 * (first + k) + axis] / 6, 0)));
+    const shifted = middles.map((value, i) => value + (i % 2 ? 0 : 2.6));
+    const aside = (fit) => (fit.expression.eyeLookOutLeft ?? 0) - (fit.expression.eyeLookInLeft ?? 0);
+    const [ahead, left] = [await smiling.fitPhoto({ ...SIZE, points, irises: middles }), await smiling.fitPhoto({ ...SIZE, points, irises: shifted })];
+    assert.ok(aside(left) > aside(ahead) + 0.3, `${aside(left)}, ${aside(ahead)}`);
+    const [shot] = (await smiling.fitPhoto({ ...SIZE, points, others: [{ ...SIZE, points, irises: shifted }] })).others;
+    assert.ok(aside(shot) > aside(ahead) + 0.3, `${aside(shot)}, ${aside(ahead)}`);
+    for (const [irises, what] of [
+      [5, /irises must be an array of x, y, x, y, not 5/],
+      [middles.slice(1), /irises must be an array of x, y, x, y/],
+      [[...middles.slice(1), NaN], /an iris's coordinate must be a number/],
+      [['1', ...middles.slice(1)], /an iris's coordinate must be a number/],
+    ]) {
+      await assert.rejects(smiling.fitPhoto({ ...SIZE, points, irises }), what);
+    }
     const face = smiling.face();
     face.randomize({ seed: 4 });
     face.express('jawOpen', 0.7);

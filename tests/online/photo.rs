@@ -54,6 +54,7 @@ fn photo(points: &[[f64; 2]]) -> Photo<'_> {
         focal: None,
         noise: None,
         jaw: None,
+        irises: None,
         others: &[],
         image: None,
     }
@@ -380,6 +381,137 @@ fn faces_at_rest_show_next_to_no_expressions() {
     assert!(sum <= 0.4 * people as f64, "{sum}");
 }
 
+/// The middles of the borders of the irises of the subject's right and left eye: where 28 degrees from ahead the vertices of
+/// eyeballs at rest are, wherever these have gone.
+fn irises(rest: &[glam::Vec3], performed: &[glam::Vec3], camera: &Camera) -> [[f64; 2]; 2] {
+    ["right eyeball", "left eyeball"].map(|part| {
+        let topology = &common::head_model().parts().topology;
+        let ball: Vec<usize> = (topology.part_vertices(part).iter())
+            .map(|&v| v as usize)
+            .collect();
+        let all = |of: fn(glam::Vec3, glam::Vec3) -> glam::Vec3| {
+            ball.iter().map(|&v| rest[v]).reduce(of).unwrap()
+        };
+        let (low, high) = (all(glam::Vec3::min), all(glam::Vec3::max));
+        let radius = (high.x - low.x) / 2.0;
+        let middle = glam::Vec3::new(
+            (low.x + high.x) / 2.0,
+            (low.y + high.y) / 2.0,
+            high.z - radius,
+        );
+        let border: Vec<DVec3> = (ball.iter())
+            .filter(|&&v| {
+                ((rest[v] - middle).angle_between(glam::Vec3::Z).to_degrees() - 28.0).abs() < 2.0
+            })
+            .map(|&v| performed[v].as_dvec3())
+            .collect();
+        camera
+            .project(border.iter().sum::<DVec3>() / border.len() as f64)
+            .to_array()
+    })
+}
+
+/// What expressions show, of those that turn eyes to a side: to the subject's left is above 0.
+fn looking(fit: &Fit) -> [f64; 2] {
+    let weight = |name: &str| fit.expression[EXPRESSIONS.find(name).unwrap()];
+    [
+        weight("eyeLookInRight") - weight("eyeLookOutRight"),
+        weight("eyeLookOutLeft") - weight("eyeLookInLeft"),
+    ]
+}
+
+#[test]
+fn eyes_look_where_irises_are() {
+    let fitter = Fitter::new(common::head_model(), Some(&EXPRESSIONS)).unwrap();
+    let (mut off, mut without) = (0.0, 0.0);
+    let people = 12;
+    for seed in 0..people {
+        let aside = [-0.9, -0.5, 0.4, 0.8][seed as usize % 4];
+        let camera = camera([0.1 * seed as f64 - 0.55, 0.1, 0.05]);
+        let face = person(seed);
+        let mut performance = Performance::new(&EXPRESSIONS);
+        let names = match aside > 0.0 {
+            true => ["eyeLookInRight", "eyeLookOutLeft"],
+            false => ["eyeLookOutRight", "eyeLookInLeft"],
+        };
+        for name in names {
+            performance.set(name, f64::abs(aside)).unwrap();
+        }
+        performance.perform(&face).unwrap();
+        let points = noisy(&seen(performance.positions(), &camera), 0.5, seed);
+        let irises = irises(face.positions(), performance.positions(), &camera);
+        let fit = fitter.fit(&Photo {
+            irises: Some(irises),
+            ..photo(&points)
+        });
+        let told = looking(&fit.unwrap());
+        // Both eyes look the same way; either turns as far as it goes there.
+        assert!((told[0] - told[1]).abs() < 0.05, "{told:?}");
+        off += ((told[0] + told[1]) / 2.0 - aside).abs();
+        let blind = looking(&fitter.fit(&photo(&points)).unwrap());
+        without += ((blind[0] + blind[1]) / 2.0 - aside).abs();
+    }
+    let [off, without] = [off, without].map(|sum| sum / people as f64);
+    // An eyeball's middle lies 14 mm behind what points tell, and is fitted to a mm or so: some degrees of the 16 that eyes
+    // turn at most.
+    assert!(off < 0.15 && without > 0.5, "{off}, {without}");
+}
+
+#[test]
+fn irises_of_eyes_that_tell_nothing_turn_none() {
+    let fitter = Fitter::new(common::head_model(), Some(&EXPRESSIONS)).unwrap();
+    let camera = camera([0.2, 0.0, 0.0]);
+    let face = person(3);
+    let mut performance = Performance::new(&EXPRESSIONS);
+    let mut fit = |blink: f64, apart: f64| {
+        for name in ["eyeBlinkLeft", "eyeBlinkRight"] {
+            performance.set(name, blink).unwrap();
+        }
+        performance.perform(&face).unwrap();
+        let points = seen(performance.positions(), &camera);
+        let mut irises = irises(face.positions(), performance.positions(), &camera);
+        // Both to the subject's left, and one of them back to the right.
+        irises[0][0] += 4.0 - apart;
+        irises[1][0] += 4.0;
+        let fit = |irises| {
+            let given = Photo {
+                irises,
+                ..photo(&points)
+            };
+            fitter.fit(&given).unwrap()
+        };
+        (fit(Some(irises)), fit(None))
+    };
+    let (open, _) = fit(0.0, 0.0);
+    assert!(looking(&open)[1] > 0.1, "{:?}", looking(&open));
+    for (blink, apart) in [(1.0, 0.0), (0.0, 9.0)] {
+        let (with, without) = fit(blink, apart);
+        assert_eq!(with, without, "{blink}, {apart}");
+    }
+    // Wherever they are said to be eyes turn no farther than they go.
+    let points = seen(face.positions(), &camera);
+    for at in [0.0, -1e9, 1e9, 1e300] {
+        let fit = fitter.fit(&Photo {
+            irises: Some([[at; 2]; 2]),
+            ..photo(&points)
+        });
+        let weights = fit.unwrap().expression;
+        assert!(
+            weights.iter().all(|w| (0.0..=1.0).contains(w)),
+            "{at}: {weights:?}"
+        );
+    }
+    // Without expressions eyes do not turn.
+    let given = Photo {
+        irises: Some(irises(face.positions(), face.positions(), &camera)),
+        ..photo(&points)
+    };
+    assert_eq!(
+        FITTER.fit(&given).unwrap(),
+        FITTER.fit(&photo(&points)).unwrap()
+    );
+}
+
 #[test]
 fn what_is_no_face_is_refused_in_a_sentence() {
     let points = seen(person(1).positions(), &camera([0.2, 0.1, 0.0]));
@@ -422,6 +554,7 @@ fn whatever_is_given_the_answer_is_finite() {
             focal: (case % 5 == 0).then(|| 10_f64.powf(8.0 * random.uniform() - 2.0)),
             noise: (case % 7 == 0).then(|| 10_f64.powf(12.0 * random.uniform() - 6.0)),
             jaw: (case % 3 == 0).then(|| 10_f64.powf(12.0 * random.uniform() - 6.0)),
+            irises: None,
             others: &[],
             image: None,
         };
@@ -491,6 +624,14 @@ fn bad_input_is_an_error_with_a_reason() {
         };
         assert!(error(&given).starts_with("the focal length must be above 0 px"));
     }
+    let given = Photo {
+        irises: Some([[300.0, 200.0], [340.0, f64::INFINITY]]),
+        ..photo(&good)
+    };
+    assert_eq!(
+        error(&given),
+        "an iris's coordinate must be a number, not inf"
+    );
     let head = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/www/public/head.phiz"));
     let head = phiz::FaceModel::parse(&head.unwrap()).unwrap();
     let error = Fitter::new(&head, None).unwrap_err().to_string();

@@ -105,6 +105,11 @@ export interface PhotoView {
    * that is known and more than the other points are: detectors see eyes better than where a face ends.
    */
   jawNoise?: number | undefined;
+  /**
+   * The middles of the irises of the subject's right and left eye, as x, y, x, y in px, if they are known: with expressions loaded,
+   * the eyes look there. They are left ahead where lids are shut, or the two do not look the same way.
+   */
+  irises?: ArrayLike<number> | undefined;
 }
 
 /** What is known of another photo of the same person. */

@@ -153,14 +153,17 @@ function sizeOf(width, height) {
 /** What is known of a photo, but for its pixels, as numbers. @param {import('phiz').PhotoView} photo @returns {number[]} */
 function viewOf(photo) {
   if (typeof photo !== 'object' || !photo) wrong('a photo', 'an object of its width, height and points', photo);
-  const { width, height, points, focal, noise, jawNoise, ...others } = photo;
+  const { width, height, points, focal, noise, jawNoise, irises, ...others } = photo;
   noMore('fitPhoto', others);
   const size = sizeOf(width, height);
   if (!(points?.length >= 0)) wrong('points', 'an array of x, y, x, y ...', points);
   if (points.length % 2) throw new Error('points are pairs of x and y, and one has no y');
   // What is not known is no number, and what is given as none is refused as 0 is.
   const known = [focal, noise, jawNoise].map((value) => (value === undefined ? NaN : value || 0));
-  return [...size, ...known, ...Float64Array.from(points)];
+  if (irises !== undefined && irises?.length !== 4) wrong('irises', 'an array of x, y, x, y', irises);
+  // Nor is a place of one.
+  const middles = irises === undefined ? [NaN, NaN, NaN, NaN] : Array.from(irises, (value) => (Number.isFinite(value) ? value : Infinity));
+  return [...size, ...known, ...middles, ...Float64Array.from(points)];
 }
 
 // Glue takes whatever it is given for what it expects: another type would be read as an address.

@@ -243,6 +243,7 @@ fn photo<'a>(photograph: &'a Photograph, others: &'a [Photo<'a>]) -> Photo<'a> {
         focal: None,
         noise: None,
         jaw: None,
+        irises: None,
         others,
         image: None,
     }

@@ -47,7 +47,7 @@ export function inWholePerCents(fit) {
 
 /** What a fit takes of each. @param {Portrait[]} others @returns {import('phiz').PhotoBeside[]} */
 export const besides = (others) =>
-  others.map(({ pixels: { width, height, points, focal, noise, jawNoise, rgba } }) => ({ width, height, points, focal, noise, jawNoise, rgba }));
+  others.map(({ pixels: { width, height, points, focal, noise, jawNoise, irises, rgba } }) => ({ width, height, points, focal, noise, jawNoise, irises, rgba }));
 
 /** What the colours of the head take of each. @param {Portrait[]} others @returns {import('phiz').PhotoOther[]} */
 export const seenIn = (others) => others.map(({ pixels: { width, height, rgba }, detail, shot }) => ({ width, height, rgba, detail, shot }));

@@ -6,7 +6,7 @@
 // were measured on heads of the model as the page draws them (tests/browser/detector-bias.js).
 
 import { BIAS, DRAWN, JAW_BIAS, MEAN, MOST, USUAL } from './bias.js';
-import { COUNT, INNER_FROM, expectedError, frameOf, ibugOf, looking } from './points.js';
+import { COUNT, INNER_FROM, expectedError, frameOf, ibugOf, irisesOf, looking } from './points.js';
 
 /**
  * One standard deviation of a jaw point across the outline, mm at the face. They were measured to be off by 2.2; but
@@ -21,8 +21,9 @@ const known = { usual: inMillimetres(USUAL), bias: inMillimetres(BIAS), drawn: i
 const mean = Array.from({ length: COUNT }, (_, i) => [MEAN[2 * i] / 10, MEAN[2 * i + 1] / 10]);
 
 /**
- * @param {ArrayLike<number>} mesh the detector's 468 points as x, y pairs, px
- * @returns {{ points: Float64Array, noise: number, jawNoise: number }} the 68 as x, y pairs, and their noise and that of the jaw's, px
+ * @param {ArrayLike<number>} mesh the detector's points as x, y pairs, px
+ * @returns {{ points: Float64Array, noise: number, jawNoise: number, irises: Float64Array | undefined }} the 68 as x, y pairs, their
+ *   noise and that of the jaw's, and the middles of the irises, px
  */
 export function marksOf(mesh) {
   const points = ibugOf(mesh);
@@ -35,5 +36,5 @@ export function marksOf(mesh) {
     points[2 * i] -= x;
     points[2 * i + 1] -= y;
   }
-  return { points, noise: NOISE * scale, jawNoise: JAW_NOISE * scale };
+  return { points, noise: NOISE * scale, jawNoise: JAW_NOISE * scale, irises: irisesOf(mesh) };
 }

@@ -80,7 +80,7 @@ function copy({ bitmap }, longest) {
 }
 
 /**
- * The faces of a photo, the largest first: 468 points each as x, y pairs, px of the photo.
+ * The faces of a photo, the largest first: 478 points each as x, y pairs, px of the photo.
  * @param {Photo} of
  * @param {(fraction: number) => void} progress
  * @returns {Promise<Float32Array[]>}

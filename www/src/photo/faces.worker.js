@@ -35,11 +35,15 @@ console.log = console.info = console.warn = () => {};
 /** @typedef {{ left: number, top: number, right: number, bottom: number }} Box px of the photo */
 /** @typedef {{ x: number, y: number, side: number }} Square its left upper corner and its side, px */
 
-/** Points of a face. */
-const MESH = 468;
+/** Points of a face: those of the mesh, and five of each iris. */
+const MESH = 478;
+/** The middles of the subject's right and left iris among them. */
+const IRISES = [468, 473];
 /** What is looked at is drawn at most so large, px, in a search and then closely: the detector itself sees 128, the mesh 192. */
 const SEARCHED = 256;
 const LOOKED_AT = 512;
+/** A face is looked at so many times, closer each time. */
+const LOOKS = 3;
 /** A face in a crop this much larger than itself is where the library expects it. */
 const AROUND = 1.9;
 /** Smaller faces are not looked for: there would be no points to tell apart. */
@@ -80,8 +84,9 @@ async function send(canvas) {
 /**
  * The faces in a square of the photo, in px of the photo.
  * @param {ImageBitmap} photo @param {Square} square @param {number} times it comes closer each time
+ * @param {boolean} [mirrored] whether it is looked at in a mirror: sides are those of the mirror image
  */
-async function look(photo, { x, y, side }, times) {
+async function look(photo, { x, y, side }, times, mirrored = false) {
   const size = Math.min(times > 1 ? LOOKED_AT : SEARCHED, Math.max(128, Math.round(side)));
   const canvas = new OffscreenCanvas(size, size);
   // Drawn by the processor: it is faster so, and the same on every machine.
@@ -91,6 +96,7 @@ async function look(photo, { x, y, side }, times) {
   const scale = size / side;
   // Beside the photo it is black.
   context.fillRect(0, 0, size, size);
+  if (mirrored) context.setTransform(-1, 0, 0, 1, size, 0);
   context.drawImage(photo, -x * scale, -y * scale, photo.width * scale, photo.height * scale);
   // Where nothing was seen there is nothing to forget; what counts is looked at from the same start always.
   if (times > 1 || seen.length > 0) {
@@ -98,7 +104,22 @@ async function look(photo, { x, y, side }, times) {
     await send(black);
   }
   for (let n = 0; n < times; n++) await send(canvas);
-  return seen.map((face) => Float32Array.from(face.slice(0, MESH).flatMap((point) => [x + point.x * side, y + point.y * side])));
+  const across = (/** @type {number} */ at) => x + (mirrored ? 1 - at : at) * side;
+  return seen.map((face) => Float32Array.from(face.slice(0, MESH).flatMap((point) => [across(point.x), y + point.y * side])));
+}
+
+/**
+ * Irises are seen off to one side, the same one in a mirror: their middles become the mean of both.
+ * @param {ImageBitmap} photo @param {Float32Array} points of a face
+ */
+async function centreIrises(photo, points) {
+  const box = boxOf(points);
+  const [inMirror] = (await look(photo, squareAround(box, AROUND), LOOKS, true)).filter((other) => same(boxOf(other), box));
+  if (!inMirror) return;
+  IRISES.forEach((own, i) => {
+    const there = IRISES[1 - i];
+    for (const axis of [0, 1]) points[2 * own + axis] = (points[2 * own + axis] + inMirror[2 * there + axis]) / 2;
+  });
 }
 
 /** @param {Float32Array} points @returns {Box} */
@@ -160,8 +181,10 @@ async function find(photo, progress) {
       for (const rough of await look(photo, tile, 1)) {
         const box = boxOf(rough);
         if (sizeOf(box) < SMALLEST || found.some((known) => same(boxOf(known), box))) continue;
-        const [close] = (await look(photo, squareAround(box, AROUND), 3)).filter((points) => same(boxOf(points), box));
-        if (close && !found.some((known) => same(boxOf(known), boxOf(close)))) found.push(close);
+        const [close] = (await look(photo, squareAround(box, AROUND), LOOKS)).filter((points) => same(boxOf(points), box));
+        if (!close || found.some((known) => same(boxOf(known), boxOf(close)))) continue;
+        await centreIrises(photo, close);
+        found.push(close);
       }
     }
     // A portrait has one face; where the largest is smaller, others may stand behind.

@@ -85,10 +85,10 @@ export function createFitter({ modelUrl, expressionsUrl }, lost) {
      * The pixels and points as the worker sees them; alpha is how much of a pixel is the person's, if that is
      * known.
      * @param {{ bitmap: ImageBitmap, width: number, height: number, focal?: number }} photo
-     * @param {{ points: Float64Array, noise?: number, jawNoise?: number }} marks px of the photo
+     * @param {{ points: Float64Array, noise?: number, jawNoise?: number, irises?: Float64Array }} marks px of the photo
      * @param {import('./faces.js').Person | null} person
      */
-    pixels({ bitmap, width, height, focal }, { points, noise, jawNoise }, person) {
+    pixels({ bitmap, width, height, focal }, { points, noise, jawNoise, irises }, person) {
       const scale = scaleOf({ width, height }, points);
       const size = { width: Math.max(1, Math.round(scale * width)), height: Math.max(1, Math.round(scale * height)) };
       const canvas = new OffscreenCanvas(size.width, size.height);
@@ -113,6 +113,7 @@ export function createFitter({ modelUrl, expressionsUrl }, lost) {
         focal: focal && focal * scale,
         noise: noise && noise * scale,
         jawNoise: jawNoise && jawNoise * scale,
+        irises: irises?.map((value) => value * scale),
         rgba,
         /** From the worker's px to the photo's. */
         scale: 1 / scale,

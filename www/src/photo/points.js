@@ -1,4 +1,4 @@
-// From the 468 points of MediaPipe's face mesh to the 68 of iBUG.
+// From the points of MediaPipe's face mesh to the 68 of iBUG.
 //
 // The table is our own. For each point of iBUG's drawing it has the vertices of the canonical face mesh
 // that MediaPipe publishes with its landmark model whose mean comes nearest to it. Where iBUG's annotators
@@ -68,6 +68,15 @@ export function ibugOf(mesh) {
       ...INNER.map(at),
     ].flat(),
   );
+}
+
+/** The mesh's points, and the first of the five of the subject's right and left iris, which is its middle. */
+const MESH = 468;
+const IRISES = [MESH, MESH + 5];
+/** @param {ArrayLike<number>} mesh as x, y pairs @returns {Float64Array | undefined} where the irises are, in the same order; none of a mesh without */
+export function irisesOf(mesh) {
+  if (mesh.length <= 2 * IRISES[1]) return undefined;
+  return Float64Array.from(IRISES.flatMap((i) => [mesh[2 * i], mesh[2 * i + 1]]));
 }
 
 /** How many points there are, and the first of them that is not the jaw's. */

@@ -52,7 +52,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let photo = null;
   /** @type {ImageBitmap | null} */
   let onStage = null;
-  /** 468 points each, px of the photo. @type {Float32Array[]} */
+  /** The detector's points of each, px of the photo. @type {Float32Array[]} */
   let faces = [];
   /** Who stands around the points of the last fit, `undefined` before it was asked. @type {import('./faces.js').Person | null | undefined} */
   let person;
@@ -661,7 +661,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       }
       // What somebody placed is believed more: a jaw as other points are, and these as far as a face has them.
       const [jaw, inner] = [[0, 2 * INNER_FROM], [2 * INNER_FROM]].map(([from, to]) => !points.subarray(from, to).some((value, k) => value !== detected?.points[from + k]));
-      const marks = { points, noise: inner ? detected?.noise : undefined, jawNoise: jaw ? detected?.jawNoise : undefined };
+      const marks = { points, noise: inner ? detected?.noise : undefined, jawNoise: jaw ? detected?.jawNoise : undefined, irises: detected?.irises };
       const pixels = fitter.pixels(photo, marks, person);
       controls.progress(0);
       say(text.photo.fitting);

@@ -2,7 +2,7 @@
 // of its own.
 import { load } from 'phiz';
 
-/** @typedef {{ width: number, height: number, points: Float64Array, focal?: number, noise?: number, jawNoise?: number, others: import('phiz').PhotoBeside[], rgba: Uint8ClampedArray<ArrayBuffer> }} Pixels */
+/** @typedef {{ width: number, height: number, points: Float64Array, focal?: number, noise?: number, jawNoise?: number, irises?: Float64Array, others: import('phiz').PhotoBeside[], rgba: Uint8ClampedArray<ArrayBuffer> }} Pixels */
 /** @typedef {{ code: string, expression: Record<string, number> }} State */
 
 /** @type {Promise<import('phiz').FaceModel> | null} */
@@ -47,9 +47,9 @@ const TASKS = {
     await prepared(wish);
     return { answer: true };
   },
-  async fit({ photo: { width, height, points, focal, noise, jawNoise, others, rgba }, ...wish }, progress) {
+  async fit({ photo: { width, height, points, focal, noise, jawNoise, irises, others, rgba }, ...wish }, progress) {
     const loaded = await prepared(wish);
-    return { answer: await loaded.fitPhoto({ width, height, points, focal, noise, jawNoise, others, rgba, progress }) };
+    return { answer: await loaded.fitPhoto({ width, height, points, focal, noise, jawNoise, irises, others, rgba, progress }) };
   },
   async edit({ photo: { width, height, rgba }, fit, others, ...wish }) {
     const loaded = await prepared(wish);
