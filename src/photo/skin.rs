@@ -14,6 +14,8 @@ use crate::{Error, FaceModel, Result};
 
 /// What is seen at a cosine of the first is not believed, of the second wholly.
 const FACING: [f64; 2] = [0.25, 0.6];
+/// Nor so near beside what hides a part of the face, mm, wholly from the second on: fits are off by as much, and there is its edge.
+const BESIDE: [f64; 2] = [2.0, 5.0];
 /// Towards the outline, at a cosine below this, what has another tone than the skin is hair or what is
 /// behind the head, not skin.
 const INNER: f64 = 0.85;
@@ -547,7 +549,9 @@ fn trust(
             .unwrap_or(0.0);
         facings[v] = facing;
         let facing = ((facing - FACING[0]) / (FACING[1] - FACING[0])).clamp(0.0, 1.0);
-        trust[v] = f64::from(near) * facing;
+        let beside = sight.beside(places[v], BESIDE[1]);
+        let beside = ((beside - BESIDE[0]) / (BESIDE[1] - BESIDE[0])).clamp(0.0, 1.0);
+        trust[v] = f64::from(near) * facing * beside;
     }
     Ok([trust, facings])
 }
