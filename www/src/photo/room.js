@@ -11,10 +11,12 @@ import { createCorrection } from './correct.js';
 import { EXAMPLE, fetchExample } from './example.js';
 import { findFaces, findPerson, prepareFinding, stopFinding } from './faces.js';
 import { Cancelled, Over, createFitter } from './fitter.js';
+import { createFollowing } from './follow.js';
 import { colouringOf } from './looks.js';
 import { createPlacing } from './place.js';
 import { marksOf } from './detected.js';
 import { INNER_FROM, around, boxOf, meanPoints } from './points.js';
+import { createQueue } from './queue.js';
 import { readPhoto } from './read.js';
 import { savePhoto } from './save.js';
 import { pictureOf, shownOf } from './shown.js';
@@ -93,12 +95,6 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let beside = null;
   /** What was wrong with a file that came while a face was fitted, until that is done. */
   let unread = '';
-  /**
-   * Photos of one person that are to be opened, one after another; what was wrong with some of them; and the number of that person, 0
-   * until the first is fitted.
-   * @type {{ files: File[], wrong: string[], of: number }}
-   */
-  let queue = { files: [], wrong: [], of: 0 };
   /** @type {Mode} */
   let mode = 'empty';
   /** Where a step back leads. @type {Mode} */
@@ -140,12 +136,13 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     complain: (sentence) => say(sentence, true),
   });
 
+  const queue = createQueue({ open: (file, same) => open(file, file.name, same), say: (sentence, wrong) => say(sentence, wrong) });
   const album = createAlbum({ choose: (i) => void bringForward(i), takeAway: (i) => void takeAway(i) });
 
   const controls = createControls(panel, {
     open: (files) => void openAll(files),
     example: () => {
-      forgetQueue();
+      queue.forget();
       void open(fetchExample, EXAMPLE);
     },
     cancel,
@@ -233,33 +230,21 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     view.split(mode === 'ready' && !held ? split : null);
     if (warp.lost) say(text.lostContext, true);
   }
-  // The photo follows the face: one question at a time, the last state wins.
-  let asked = false;
-  /** @type {Promise<void> | null} */
-  let asking = null;
+  const following = createFollowing({
+    ask: () => fitter.field(display.shown),
+    take(next) {
+      field = next;
+      draw();
+    },
+    failed: sayNotEdited,
+    wanted: () => editable,
+    // Another photo may have come, which asks for itself.
+    turn: () => visit,
+  });
   /** @returns {Promise<void>} until the photo is changed as the face is */
   async function follow() {
     controls.back.disabled = !own || (own.code === face.code && sameWeights(own.expression, face.expression));
-    if (!editable) return;
-    asked = true;
-    asking ??= ask();
-    await asking;
-  }
-  async function ask() {
-    while (asked && editable) {
-      asked = false;
-      const here = visit;
-      try {
-        const next = await fitter.field(display.shown);
-        // Another photo may have come, which asked for itself.
-        if (here !== visit || !editable) continue;
-        field = next;
-        draw();
-      } catch (error) {
-        if (!(error instanceof Cancelled)) sayNotEdited(error);
-      }
-    }
-    asking = null;
+    if (editable) await following.changed();
   }
   editor.onShape(() => {
     // Who goes on with this photo has read what was wrong with another.
@@ -304,7 +289,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   }
   function cancel() {
     stop();
-    forgetQueue();
+    queue.forget();
     editable = false;
     field = null;
     unedited = true;
@@ -334,7 +319,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   /** There is no photo any more; the face stays. */
   function close() {
     stop();
-    forgetQueue();
+    queue.forget();
     editable = dressed = false;
     warp.clear();
     photo = onStage = person = detected = fitted = own = field = last = null;
@@ -356,7 +341,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     last = null;
     settle();
     // Nor is anything added to somebody else.
-    if (queue.of !== number) forgetQueue();
+    if (queue.person !== number) queue.forget();
     await stand(moved, sentence, wrong);
   }
   /** The photo is one that was fitted: the stage shows it, and it can be changed. @param {Float64Array | null} moved points @param {string} sentence @param {boolean} [wrong] */
@@ -371,7 +356,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     layPoints(fitted.points);
     if (moved) correction.replace(moved);
     view.closeTo(around(fitted.points, 1));
-    sayOfAll(sentence, wrong);
+    queue.say(sentence, wrong);
     controls.progress(null);
     show('busy');
     moving = null;
@@ -389,7 +374,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     await follow();
     if (here !== visit) return;
     show('ready');
-    if (queue.files.length > 0) return openNext();
+    if (queue.goesOn) return queue.next();
     void colours.prepare();
   }
 
@@ -474,28 +459,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     }
   }
 
-  function forgetQueue() {
-    queue = { files: [], wrong: [], of: 0 };
-  }
-  /** Says what is wrong with one of several once that of all of them can be read. @param {string} sentence @param {boolean} wrong */
-  function sayOfAll(sentence, wrong) {
-    if (wrong) queue.wrong.push(sentence);
-    if (queue.files.length > 0 || queue.wrong.length === 0) say(sentence, wrong);
-    else say(queue.wrong.splice(0).join(' '), true);
-  }
-  /**
-   * Several are of one person: each is added when the one before is fitted.
-   * @param {readonly File[]} files one or more @param {boolean} [same] whether they show the same person as the photo before
-   */
-  async function openAll([file, ...more], same = false) {
-    const room = MOST_PHOTOS - 1 - (same ? others.length + 1 : 0);
-    queue = { files: more.slice(0, room), wrong: more.length > room ? [text.photo.leftOut(MOST_PHOTOS, more.length - room)] : [], of: same ? number : 0 };
-    await open(file, file.name, same);
-  }
-  async function openNext() {
-    const file = queue.files.shift();
-    if (file) await open(file, file.name, queue.of !== 0);
-  }
+  /** @param {readonly File[]} files one or more @param {boolean} [same] whether they show the same person as the photo before */
+  const openAll = (files, same = false) => (same ? queue.start(files, others.length + 1, number) : queue.start(files));
   /**
    * @param {Blob | (() => Promise<Blob>)} file or how it comes @param {string} name
    * @param {boolean} [same] whether it shows the same person as the photo before
@@ -529,8 +494,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       }
       stopFinding();
       show(from);
-      sayOfAll(queue.files.length + queue.wrong.length > 0 ? text.photo.ofFile(name, sentence) : sentence, true);
-      return openNext();
+      queue.say(queue.isOfMany ? text.photo.ofFile(name, sentence) : sentence, true);
+      return queue.next();
     }
     if (mine !== begun) {
       picture.close();
@@ -582,9 +547,9 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       stopFinding();
       controls.retry.hidden = true;
       // Of several the others are gone on with.
-      if (queue.files.length > 0) {
-        sayOfAll(text.photo.ofFile(photo.name, text.photo.noFace), true);
-        return queue.of && last ? bringBack(text.photo.ready) : openNext();
+      if (queue.goesOn) {
+        queue.say(text.photo.ofFile(photo.name, text.photo.noFace), true);
+        return queue.person && last ? bringBack(text.photo.ready) : queue.next();
       }
       say(text.photo.none, true);
       return show('none');
@@ -705,10 +670,10 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       field = null;
       view.closeTo(around(points, 1));
       tellQuality();
-      queue.of = number;
-      sayOfAll(unread || text.photo.ready, unread !== '');
+      queue.isOf(number);
+      queue.say(unread || text.photo.ready, unread !== '');
       show('ready');
-      if (queue.files.length > 0) return openNext();
+      if (queue.goesOn) return queue.next();
       await follow();
       // Whoever turns to the head next need not wait.
       if (here === visit) void colours.prepare();
@@ -796,7 +761,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     // The sentence shows before the work begins.
     await new Promise((painted) => requestAnimationFrame(() => setTimeout(painted)));
     // Nor before the photo is as the face is now.
-    await asking;
+    await following.done();
     if (!photo || !fitted) return;
     try {
       const changed = field;
