@@ -631,7 +631,8 @@ export const text = {
       'The model knows shapes but not colours: these are yours to choose, with no statistics behind them. Skin goes by how much melanin the epidermis has, 1.3 to 43% of it, and by the blood below; irises with hardly any melanin are blue.',
       'Lines are those most faces get over the years, each in its usual place; random faces that the model takes to be older have them. Expressions deepen them, and crease a young face a little.',
       'Hair is cropped or as long as you like: strands that fall by their weight, parted and combed. It grows where it does on most men who keep theirs and is cut above the eyes. What is measured is the head below it, and distances in mm are shown without hair.',
-      'Saved faces, files and the link keep them. A face that wears a photo has the photo’s skin, lips and brows; its beard goes on where the photo does not show it.',
+      'Marks of the skin, a dozen at most, are kept by the triangle of the mesh that they sit on, and go where it does; their millimetres are those of a head of the model’s mean size. Mixed faces have those of each, the fainter the less of it there is.',
+      'Saved faces, files and the link keep them. A face that wears a photo has the photo’s skin, lips and brows; marks lie over them, and its beard goes on where the photo does not show it.',
     ],
     mix: [
       'A face is a list of numbers, one for each eigenmesh. Mixing two faces goes part of the way from one list to the other, for the whole face or for one feature.',

@@ -41,6 +41,9 @@ const STYLED = /** @type {const} */ ([['position', 3], ['course', 4], ['outward'
 /** How far beside a scar hairs are missing, mm: a root is a point, and its hairs are beside it. */
 const ROOT = 0.3;
 
+/** Of a hair that lies on the skin, its root and where it is half as long. */
+const LYING = [0, POINTS / 2];
+
 /** How far from its root a hair may begin, mm: those of a ribbon begin one after the other. */
 const ROOTLESS = 4;
 
@@ -324,18 +327,23 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** Those of some strands that have a root that is not bald. @param {Uint16Array} strands */
   function rooted(strands) {
     const { position } = shown?.ribbons ?? {};
-    return position && bald.length > 0 ? strands.filter((n) => !isBald(bald, position, 6 * n * POINTS)) : strands;
+    if (!position || bald.length === 0) return strands;
+    // Those that lie on the skin would lie on the scar from beside it.
+    const points = bare > 0 ? LYING : [0];
+    return strands.filter((n) => !points.some((s) => isBald(bald, position, 6 * (n * POINTS + s))));
   }
 
   /** Draws the strands that stand, and no others. @param {import('./plant.js').Planting} planting */
   function stand(planting) {
     if (restands || !standing) {
       restands = false;
-      remaining = rooted(standingOf(planting.strands, planting, thinning));
+      const all = standingOf(planting.strands, planting, thinning);
+      remaining = rooted(all);
       // The fewer there are, the more of them are drawn.
       const most = drawn * planting.strands;
-      standing = remaining.subarray(0, Math.round(most));
-      broad = half * broader(Math.min(1, most / Math.max(1, remaining.length)));
+      standing = rooted(all.subarray(0, Math.round(most)));
+      // As broad as if they were everywhere.
+      broad = half * broader(Math.min(1, most / Math.max(1, all.length)));
     }
     const { first, index, of } = indexed[isShort];
     if (of !== standing) {

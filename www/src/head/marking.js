@@ -143,10 +143,12 @@ const GLSL = /* glsl */ `
   }
   vec3 withMarks(vec3 tone) {
     // Some light comes back from the surface, whatever is below.
-    vec3 surface = min(vec3(0.012), 0.5 * tone);
+    vec3 surface = min(vec3(0.012, 0.008, 0.006), 0.5 * tone);
     tone = surface + (tone - surface) * markTake;
+    // Deep skin has deeper scars.
+    vec3 like = markTint.rgb * (0.22 + 0.78 * smoothstep(0.0, 0.4, tone.g));
     // As the eye goes from one colour to another.
-    return pow(max(tone, 0.0), vec3(1.0 - markTint.a)) * pow(max(markTint.rgb, 0.01), vec3(markTint.a));
+    return pow(max(tone, 0.0), vec3(1.0 - markTint.a)) * pow(max(like, 0.01), vec3(markTint.a));
   }
 `;
 
