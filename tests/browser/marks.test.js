@@ -107,7 +107,7 @@ describe('a mark', () => {
     const start = page.getByRole('group', { name: 'Put on' }).getByRole('button', { name: 'Scar' });
     await start.focus();
     await page.keyboard.press('Enter');
-    const aim = page.getByRole('slider', { name: /^Scar: its place/ });
+    const aim = page.getByRole('slider', { name: /^Scar: (its place|where it ends)/ });
     assert.ok(await aim.evaluate((element) => element === document.activeElement));
     // Escape leaves.
     await page.keyboard.press('Escape');
@@ -182,6 +182,12 @@ describe('a mark', () => {
     const box = await page.locator('canvas.view').boundingBox();
     await page.mouse.click(box.x + 30, box.y + box.height / 2);
     assert.match(`${await toast(page).textContent()}`, /no skin/);
+    // The canvas has the focus now.
+    await page.keyboard.press('Escape');
+    await page.mouse.click(there.x, there.y - 60);
+    assert.equal((await marksOn(page)).length, 2);
+    await choose(page);
+    await putOn(page, 'Mole');
     // Who goes elsewhere puts nothing any more, and clicks on features.
     await page.getByRole('tab', { name: 'Features' }).click();
     await page.mouse.click(forehead.x, forehead.y);

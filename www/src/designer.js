@@ -174,7 +174,11 @@ export async function createDesigner(model, stage, chosen) {
     dragged: () => hint.classList.add('is-done'),
   });
   stage.root.append(...shaping.marks);
-  canvas.addEventListener('keydown', (event) => event.key === 'Escape' && select(null));
+  canvas.addEventListener('keydown', (event) => {
+    if (event.key !== 'Escape') return;
+    if (marks.isPlacing) marks.leave();
+    else select(null);
+  });
   const mix = createMix(editor, {
     groups: featuresOf(model),
     limits,
@@ -203,7 +207,7 @@ export async function createDesigner(model, stage, chosen) {
     scene.shapeChanged();
   }
   const ownSkin = createOwnSkin({ colouring: () => editor.colouring, wear: (colours) => wear('own', colours), say: toast.say });
-  const marks = createMarks(editor, { canvas, spotting: createSpotting({ canvas, scene, head }), beforeFrame: scene.beforeFrame, say: toast.say });
+  const marks = createMarks(editor, { canvas, spotting: createSpotting({ canvas, scene, head }), beforeFrame: scene.beforeFrame, paints: head.pigments, say: toast.say });
   stage.root.append(marks.pins);
   const colouring = createColours(editor, head.pigments, ownSkin.root, marks);
   const meanings = createMeanings(editor, { distributions, limits });

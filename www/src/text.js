@@ -396,6 +396,7 @@ export const text = {
     putBegin: 'Click where the scar begins. By keys: the arrows, with Shift in larger steps, and Enter. Esc leaves.',
     putEnd: 'Now click where it ends.',
     aim: (/** @type {string} */ kind) => `${kind}: its place. Arrow keys move it, Enter puts it there, Escape leaves`,
+    aimEnd: (/** @type {string} */ kind) => `${kind}: where it ends. Arrow keys move it, Enter puts it there, Escape leaves`,
     called: (/** @type {string} */ kind, /** @type {number} */ n) => (n ? `${kind} ${n}` : kind),
     begins: (/** @type {string} */ name) => `${name}, where it begins`,
     ends: (/** @type {string} */ name) => `${name}, where it ends`,

@@ -1,8 +1,43 @@
-import { Vector3, Vector4 } from 'three';
+import { Color, Vector3, Vector4 } from 'three';
+import { smoothstep } from '../groundwork/paint.js';
 import { KINDS, marksOf, MOST } from './marks.js';
 
 // How marks of the skin are drawn: by the skin's shader, from where they are on the head at rest, so that they are as sharp as one looks and
 // go where the skin does.
+
+// What marks take from light, red, green and blue: melanin, most of blue, and vessels, most of green.
+const MELANIN = [0.62, 0.78, 1];
+const BROWN = [0.52, 0.68, 0.84];
+const WINE = [0.3, 1.05, 0.86];
+// What scars are like, linear: there is no melanin in them; then as red as the blood that is.
+const PALE = [0.82, 0.62, 0.53];
+const PINK = [0.66, 0.26, 0.24];
+const RED = [0.42, 0.09, 0.09];
+/** Deep skin has deeper scars: how much of their colours the deepest has, and from which green on they are whole. */
+const DEEP = [0.22, 0.4];
+/** How much of a scar's colour it has. */
+const LIKE = 0.5;
+
+/** How much melanin a mole has. @param {number} tone */
+const depthOf = (tone) => tone * (0.25 + 1.9 * tone);
+
+const between = (/** @type {number[]} */ a, /** @type {number[]} */ b, /** @type {number} */ t) => a.map((from, k) => from + (b[k] - from) * t);
+/**
+ * About what colour a mark has on a skin.
+ * @param {import('./marks.js').Kind} kind @param {number} tone @param {Color} skin linear
+ */
+export function markColour(kind, tone, skin) {
+  const [r, g, b] = skin.toArray().map((own, k) => {
+    if (kind === 'scar') {
+      const like = tone < 0.5 ? between(PALE, PINK, 2 * tone) : between(PINK, RED, 2 * tone - 1);
+      return own ** (1 - LIKE) * (like[k] * (DEEP[0] + (1 - DEEP[0]) * smoothstep(0, DEEP[1], skin.g))) ** LIKE;
+    }
+    return own * Math.exp(kind === 'mole' ? -depthOf(tone) * MELANIN[k] : -between(BROWN, WINE, tone)[k]);
+  });
+  return new Color(r, g, b);
+}
+
+const vec3 = (/** @type {number[]} */ numbers) => `vec3(${numbers.map((x) => x.toFixed(3)).join(', ')})`;
 
 /** Of the lamp that shines most, in the head's axes: what stands out of the skin has a shadow. */
 const KEY = '-0.4615, 0.5035, 0.7273';
@@ -52,7 +87,7 @@ const GLSL = /* glsl */ `
     float cover = look.z * smoothstep(1.0 + soft, 1.0 - soft, far);
     // Melanin, more of it in places. What has hardly any has a little more blood than the skin.
     float deep = look.x * (0.25 + 1.9 * look.x) * (0.72 + 0.35 * uneven + 0.3 * fine + 0.2 * (1.0 - far * far));
-    markTake *= exp(-cover * (deep * vec3(0.62, 0.78, 1.0) + (1.0 - look.x) * vec3(0.0, 0.1, 0.1)));
+    markTake *= exp(-cover * (deep * ${vec3(MELANIN)} + (1.0 - look.x) * vec3(0.0, 0.1, 0.1)));
     float raised = look.y * look.z;
     if (raised > 0.0) {
       float inside = max(0.0, 1.0 - far * far);
@@ -90,12 +125,8 @@ const GLSL = /* glsl */ `
     float shown = look.z * smoothstep(0.0, 0.12, end_);
     float soft = clamp(0.25 / half_, 0.15, 0.6);
     float cover = shown * smoothstep(1.0 + soft, 1.0 - soft, far + 0.3 * (fine - 0.5));
-    // Paler than the skin, whatever that is: there is no melanin in it; then as red as the blood that is.
-    vec3 pale = vec3(0.82, 0.62, 0.53);
-    vec3 pink = vec3(0.66, 0.26, 0.24);
-    vec3 red = vec3(0.42, 0.09, 0.09);
-    vec3 like = look.x < 0.5 ? mix(pale, pink, 2.0 * look.x) : mix(pink, red, 2.0 * look.x - 1.0);
-    float much = cover * (0.4 + 0.2 * fine);
+    vec3 like = look.x < 0.5 ? mix(${vec3(PALE)}, ${vec3(PINK)}, 2.0 * look.x) : mix(${vec3(PINK)}, ${vec3(RED)}, 2.0 * look.x - 1.0);
+    float much = cover * ${LIKE} * (0.8 + 0.4 * fine);
     markTint = vec4(mix(markTint.rgb, like, much > 0.0 ? much / max(much, markTint.a + much * (1.0 - markTint.a)) : 0.0), markTint.a + much * (1.0 - markTint.a));
     // Around what is fresh the skin is red.
     markTake *= 1.0 - vec3(0.02, 0.2, 0.17) * shown * look.x * smoothstep(2.6, 0.8, abs(beside) / size);
@@ -117,10 +148,10 @@ const GLSL = /* glsl */ `
     float fine = markNoise(9.5 * there);
     float finest = markNoise(0.9 * vRest + own);
     float edge = far + 0.9 * (broadly - 0.5) + 0.5 * (uneven - 0.5) + 0.24 * (fine - 0.5) + 0.1 * (finest - 0.5);
-    float soft = 0.05 + min(0.2, 0.9 / size);
+    float soft = 0.06 + min(0.2, 1.4 / size);
     // What lies behind a thin place, as lips and ears are, is another skin.
     float cover = look.z * smoothstep(0.82 + soft, 0.82 - soft, edge) * smoothstep(-0.5, 0.0, facing);
-    vec3 taken = mix(vec3(0.45, 0.66, 0.9), vec3(0.3, 1.05, 0.86), look.x);
+    vec3 taken = mix(${vec3(BROWN)}, ${vec3(WINE)}, look.x);
     markTake *= exp(-cover * taken * (0.72 + 0.3 * uneven + 0.26 * fine + 0.16 * finest));
   }
 
@@ -145,8 +176,7 @@ const GLSL = /* glsl */ `
     // Some light comes back from the surface, whatever is below.
     vec3 surface = min(vec3(0.012, 0.008, 0.006), 0.5 * tone);
     tone = surface + (tone - surface) * markTake;
-    // Deep skin has deeper scars.
-    vec3 like = markTint.rgb * (0.22 + 0.78 * smoothstep(0.0, 0.4, tone.g));
+    vec3 like = markTint.rgb * mix(${DEEP[0]}, 1.0, smoothstep(0.0, ${DEEP[1]}, tone.g));
     // As the eye goes from one colour to another.
     return pow(max(tone, 0.0), vec3(1.0 - markTint.a)) * pow(max(like, 0.01), vec3(markTint.a));
   }

@@ -2,8 +2,12 @@ import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
 import { encodeMarks, FIRST, KINDS, marksOf, MOST, SIZES } from '../head/marks.js';
 import { createPins } from '../stage/pins.js';
+import { markColour } from '../head/marking.js';
 import { tapping, text } from '../text.js';
 import { createSlider } from './slider.js';
+
+/** How many colours are shown along a track. */
+const STOPS = 7;
 
 const PARTS = /** @type {const} */ (['size', 'tone', 'form', 'strength']);
 
@@ -18,10 +22,11 @@ const PARTS = /** @type {const} */ (['size', 'tone', 'form', 'strength']);
  *   canvas: HTMLCanvasElement,
  *   spotting: import('../stage/spotting.js').Spotting,
  *   beforeFrame: Set<() => void>,
+ *   paints: (colouring: import('../head/colouring.js').Colouring) => { skin: import('three').Color },
  *   say: (sentence: string) => void,
  * }} parts
  */
-export function createMarks(editor, { canvas, spotting, beforeFrame, say }) {
+export function createMarks(editor, { canvas, spotting, beforeFrame, paints, say }) {
   let visible = false;
   /** Which of them is chosen; -1 is none. */
   let chosen = -1;
@@ -163,7 +168,8 @@ export function createMarks(editor, { canvas, spotting, beforeFrame, say }) {
     const { kind, at } = placing;
     if (kind === 'scar' && !at) {
       placing.at = place;
-      return refresh();
+      refresh();
+      return pins.aim(text.marks.aimEnd(text.marks.kinds[kind]));
     }
     const marks = present();
     placing = null;
@@ -195,7 +201,7 @@ export function createMarks(editor, { canvas, spotting, beforeFrame, say }) {
         const ends = to ? /** @type {const} */ ([['at', at, text.marks.begins(names[i])], ['to', to, text.marks.ends(names[i])]]) : /** @type {const} */ ([['at', at, names[i]]]);
         return ends.map(([end, place, label]) => ({ id: `${i} ${end}`, label, place, across, isChosen: i === chosen }));
       }),
-      ...(placing?.at ? [{ id: 'first', label: text.marks.begins(text.marks.kinds[placing.kind]), place: placing.at, across: 0, isChosen: true }] : []),
+      ...(placing?.at ? [{ id: 'first', label: text.marks.begins(text.marks.kinds[placing.kind]), place: placing.at, across: 0, isChosen: true, still: true }] : []),
     ]);
     for (const [kind, button] of add) button.setAttribute('aria-pressed', String(placing?.kind === kind));
     const asked = placing ? (placing.kind === 'scar' ? (placing.at ? text.marks.putEnd : text.marks.putBegin) : text.marks.put(text.marks.kinds[placing.kind].toLowerCase())) : marks.length === 0 ? text.marks.none : '';
@@ -220,7 +226,12 @@ export function createMarks(editor, { canvas, spotting, beforeFrame, say }) {
     for (const [kind, some] of sliders) {
       for (const { part, slider } of some) {
         slider.root.hidden = kind !== mark.kind;
-        if (kind === mark.kind) slider.show(mark[part]);
+        if (kind !== mark.kind) continue;
+        slider.show(mark[part]);
+        if (part !== 'tone') continue;
+        const { skin } = paints(editor.colouring);
+        const ramp = Array.from({ length: STOPS }, (_, i) => `#${markColour(kind, i / (STOPS - 1), skin).getHexString()}`);
+        slider.root.style.setProperty('--ramp', `linear-gradient(90deg, ${ramp.join(', ')})`);
       }
     }
   }
@@ -234,13 +245,15 @@ export function createMarks(editor, { canvas, spotting, beforeFrame, say }) {
   editor.onColours(refresh);
 
   return {
-    root: element('section', { class: 'part', 'aria-label': text.marks.title }, element('h3', {}, text.marks.title), element('div', { class: 'row', role: 'group', 'aria-label': text.marks.add }, ...add.values()), told, list, detail),
+    root: element('section', { class: 'part', 'aria-label': text.marks.title, onkeydown: (/** @type {KeyboardEvent} */ event) => event.key === 'Escape' && placing && leave() }, element('h3', {}, text.marks.title), element('div', { class: 'row', role: 'group', 'aria-label': text.marks.add }, ...add.values()), told, list, detail),
     /** Lies over the stage. */
     pins: pins.root,
     /** Whether a click on the head is for a mark. */
     get isPlacing() {
       return placing !== null;
     },
+    /** Nothing is put anywhere. */
+    leave,
     /** Puts what is to be put somewhere there. @param {number} x @param {number} y CSS px */
     putAt: (x, y) => put(spotting.under(x, y)),
     /** @param {boolean} now */

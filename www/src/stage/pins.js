@@ -18,8 +18,9 @@ function nudgeOf({ key, shiftKey, ctrlKey, metaKey, altKey }) {
 }
 
 /**
- * A place that is shown over the skin: `id` is its own while it is there, `across` how large what is there is, mm.
- * @typedef {{ id: string, label: string, place: import('../head/marks.js').Place, across: number, isChosen: boolean }} Pin
+ * A place that is shown over the skin: `id` is its own while it is there, `across` how large what is there is, mm. One that is `still` is
+ * there to be seen.
+ * @typedef {{ id: string, label: string, place: import('../head/marks.js').Place, across: number, isChosen: boolean, still?: boolean }} Pin
  */
 
 /**
@@ -179,14 +180,15 @@ export function createPins(canvas, spotting, on) {
         handle.remove();
         handles.delete(id);
       }
-      for (const { id, label, place, isChosen } of pins) {
-        const handle = handles.get(id) ?? handleOf(id);
+      for (const { id, label, place, isChosen, still } of pins) {
+        const handle = handles.get(id) ?? (still ? element('div', { class: 'pin', 'aria-hidden': 'true' }) : handleOf(id));
         if (!handles.has(id)) {
           handles.set(id, handle);
           cursor.before(handle);
         }
-        handle.setAttribute('aria-label', label);
         handle.classList.toggle('is-chosen', isChosen);
+        if (still) continue;
+        handle.setAttribute('aria-label', label);
         tell(handle, place);
       }
       root.hidden = pins.length === 0 && !aim;
