@@ -47,9 +47,11 @@ const KEY = '-0.4615, 0.5035, 0.7273';
  */
 const GLSL = /* glsl */ `
   uniform int markCount;
+  uniform vec4 markAround[${MOST}]; // all of it is in this sphere
   uniform vec4 markAt[${MOST}]; // where it is or begins; half of how large it is; mm
   uniform vec4 markTo[${MOST}]; // where a scar ends; a number of its own
   uniform vec4 markUp[${MOST}]; // the way out of the skin; its kind
+  uniform vec3 markSide[${MOST}]; // the way across a scar
   uniform vec3 markLook[${MOST}]; // tone, form, strength
   vec3 markTake; // what is left of light that goes through it
   vec4 markTint; // which colour it is like, and how much
@@ -75,9 +77,13 @@ const GLSL = /* glsl */ `
     return mix(line.x, line.y, within.x);
   }
 
-  void mole(vec3 away, float size, vec3 up, float own, vec3 look) {
+  void mole(int i) {
+    vec3 away = vRest - markAt[i].xyz;
+    vec3 up = markUp[i].xyz;
+    vec3 look = markLook[i];
+    float size = markAt[i].w;
+    float own = markTo[i].w;
     vec3 across = away - dot(away, up) * up;
-    if (dot(away, away) > 6.0 * size * size + 4.0) return;
     // No two are round alike.
     vec3 there = away / size + 61.0 * own;
     float uneven = markNoise(1.3 * there);
@@ -105,16 +111,18 @@ const GLSL = /* glsl */ `
     markBald = max(markBald, 0.7 * cover);
   }
 
-  void scar(vec3 away, float size, vec3 end, vec3 up, float own, vec3 look) {
-    vec3 way = end - vRest + away;
+  void scar(int i) {
+    vec3 away = vRest - markAt[i].xyz;
+    vec3 way = markTo[i].xyz - markAt[i].xyz;
+    vec3 side = markSide[i];
+    vec3 look = markLook[i];
+    float size = markAt[i].w;
+    float own = markTo[i].w;
     float whole = max(length(way), 0.1);
     way /= whole;
-    vec3 side = normalize(cross(up, way));
-    float along = dot(away, way);
     // Where it is seen from above: on a skin that is round its middle is higher than its ends.
-    if (along < 0.0 || along > whole || abs(dot(away, cross(way, side))) > 0.4 * whole + 4.0) return;
+    float along = dot(away, way);
     float beside = dot(away, side);
-    if (abs(beside) > 3.0 * size + 2.0) return;
     float bend = markNoise(vec3(0.22 * along, 57.0 * own, 0.0)) - 0.5;
     float uneven = markNoise(vec3(0.8 * along, 31.0 * own, 5.0));
     float fine = markNoise(vec3(1.9 * along, 2.5 * beside, 17.0 * own));
@@ -139,9 +147,12 @@ const GLSL = /* glsl */ `
     markBald = max(markBald, shown * smoothstep(1.7, 1.1, far));
   }
 
-  void birthmark(vec3 away, float size, float facing, float own, vec3 look) {
+  void birthmark(int i, float facing) {
+    vec3 away = vRest - markAt[i].xyz;
+    vec3 look = markLook[i];
+    float size = markAt[i].w;
+    float own = markTo[i].w;
     float far = length(away) / size;
-    if (far > 1.6) return;
     vec3 there = away / size + 40.0 * look.y + 7.0 * own;
     float broadly = markNoise(1.4 * there);
     float uneven = markNoise(3.6 * there);
@@ -161,21 +172,33 @@ const GLSL = /* glsl */ `
     markSlope = vec3(0.0);
     markSmooth = markBald = markShade = 0.0;
     vec3 out_ = normalize(vRestNormal);
-    for (int i = 0; i < ${MOST}; i++) {
-      if (i >= markCount) break;
+    // The nearest of each kind, in its own sizes: a processor that draws does all of a branch for each pixel, whether it is taken or not, and
+    // would do the work of a dozen. Of two that overlap each has what is nearer to it.
+    ivec3 nearest = ivec3(-1);
+    vec3 least = vec3(1e6);
+    for (int i = 0; i < markCount; i++) {
+      vec3 off = vRest - markAround[i].xyz;
       vec3 away = vRest - markAt[i].xyz;
-      vec3 up = markUp[i].xyz;
-      float facing = dot(out_, up);
-      if (markUp[i].w > 1.5) birthmark(away, markAt[i].w, facing, markTo[i].w, markLook[i]);
-      else if (facing < 0.1) continue;
-      else if (markUp[i].w > 0.5) scar(away, markAt[i].w, markTo[i].xyz, up, markTo[i].w, markLook[i]);
-      else mole(away, markAt[i].w, up, markTo[i].w, markLook[i]);
+      vec3 way = markTo[i].xyz - markAt[i].xyz;
+      float kind = markUp[i].w;
+      bool isScar = kind > 0.5 && kind < 1.5;
+      bool isStain = kind > 1.5;
+      float along = dot(away, way);
+      bool isIn = dot(off, off) < markAround[i].w * markAround[i].w && (isStain || dot(out_, markUp[i].xyz) > 0.1) && (!isScar || (along > 0.0 && along < dot(way, way)));
+      float far = (isScar ? abs(dot(away, markSide[i])) : length(away)) / markAt[i].w;
+      bvec3 isNearer = bvec3(isIn && !isScar && !isStain && far < least.x, isIn && isScar && far < least.y, isIn && isStain && far < least.z);
+      least = mix(least, vec3(far), vec3(isNearer));
+      nearest = ivec3(isNearer.x ? i : nearest.x, isNearer.y ? i : nearest.y, isNearer.z ? i : nearest.z);
     }
+    if (nearest.z >= 0) birthmark(nearest.z, dot(out_, markUp[nearest.z].xyz));
+    if (nearest.y >= 0) scar(nearest.y);
+    if (nearest.x >= 0) mole(nearest.x);
   }
   vec3 withMarks(vec3 tone) {
     // Some light comes back from the surface, whatever is below.
     vec3 surface = min(vec3(0.012, 0.008, 0.006), 0.5 * tone);
     tone = surface + (tone - surface) * markTake;
+    if (markTint.a == 0.0) return tone;
     vec3 like = markTint.rgb * mix(${DEEP[0]}, 1.0, smoothstep(0.0, ${DEEP[1]}, tone.g));
     // As the eye goes from one colour to another.
     return pow(max(tone, 0.0), vec3(1.0 - markTint.a)) * pow(max(like, 0.01), vec3(markTint.a));
@@ -241,7 +264,8 @@ const ownOf = ({ triangle }) => (triangle * 0.6180339887498949) % 1;
  */
 export function createMarking({ positions, normals, triangles }) {
   const four = () => ({ value: Array.from({ length: MOST }, () => new Vector4()) });
-  const uniforms = { markCount: { value: 0 }, markAt: four(), markTo: four(), markUp: four(), markLook: { value: Array.from({ length: MOST }, () => new Vector3()) } };
+  const three = () => ({ value: Array.from({ length: MOST }, () => new Vector3()) });
+  const uniforms = { markCount: { value: 0 }, markAround: four(), markAt: four(), markTo: four(), markUp: four(), markSide: three(), markLook: three() };
   const [at, to, up, there] = [new Vector3(), new Vector3(), new Vector3(), new Vector3()];
   /** @param {import('./marks.js').Place | undefined} place */
   const isThere = (place) => !place || 3 * place.triangle < triangles.length;
@@ -264,13 +288,17 @@ export function createMarking({ positions, normals, triangles }) {
           // Seen from above the line between them.
           there.copy(to).sub(at);
           up.addScaledVector(there, -up.dot(there) / Math.max(1e-6, there.lengthSq())).normalize();
-        }
-        uniforms.markAt.value[i].set(at.x, at.y, at.z, size / 2);
+          uniforms.markSide.value[i].crossVectors(up, there).normalize();
+        } else to.copy(at);
+        const half = size / 2;
+        if (end) uniforms.markAround.value[i].set((at.x + to.x) / 2, (at.y + to.y) / 2, (at.z + to.z) / 2, 0.65 * at.distanceTo(to) + 3 * half + 3);
+        else uniforms.markAround.value[i].set(at.x, at.y, at.z, kind === 'mole' ? 2.2 * half + 1 : 1.7 * half);
+        uniforms.markAt.value[i].set(at.x, at.y, at.z, half);
         uniforms.markTo.value[i].set(to.x, to.y, to.z, ownOf(begin));
         uniforms.markUp.value[i].set(up.x, up.y, up.z, KINDS.indexOf(kind));
         uniforms.markLook.value[i].set(tone, form, strength);
         // What has faded away half has its hairs.
-        return kind === 'scar' && strength >= 0.5 ? [/** @type {Bald} */ ([...at.toArray(), ...to.toArray(), size / 2])] : [];
+        return kind === 'scar' && strength >= 0.5 ? [/** @type {Bald} */ ([...at.toArray(), ...to.toArray(), half])] : [];
       });
     },
   };

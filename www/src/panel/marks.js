@@ -6,6 +6,8 @@ import { markColour } from '../head/marking.js';
 import { tapping, text } from '../text.js';
 import { createSlider } from './slider.js';
 
+/** A scar is longer than this when it is put on, mm. */
+const SHORTEST = 2;
 /** How many colours are shown along a track. */
 const STOPS = 7;
 
@@ -171,6 +173,8 @@ export function createMarks(editor, { canvas, spotting, beforeFrame, paints, say
       refresh();
       return pins.aim(text.marks.aimEnd(text.marks.kinds[kind]));
     }
+    // A double click is no scar.
+    if (at && spotting.apart(at, place) < SHORTEST) return say(tapping(text.marks.putEnd));
     const marks = present();
     placing = null;
     pins.rest();

@@ -44,6 +44,8 @@ export function createSpotting({ canvas, scene, head }) {
       at.project(camera);
       return { x: ((at.x + 1) / 2) * canvas.clientWidth, y: ((1 - at.y) / 2) * canvas.clientHeight, isSeen };
     },
+    /** How far two places are from each other, mm. @param {import('../head/marks.js').Place} one @param {import('../head/marks.js').Place} other */
+    apart: (one, other) => placed(triangles, positions, one, at).distanceTo(placed(triangles, positions, other, out)),
     /** How large a millimetre is there, CSS pixels. @param {import('../head/marks.js').Place} place */
     scale(place) {
       placed(triangles, positions, place, at);
