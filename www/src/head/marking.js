@@ -6,7 +6,7 @@ import { KINDS, marksOf, MOST } from './marks.js';
 // go where the skin does.
 
 // What marks take from light, red, green and blue: melanin, most of blue, and vessels, most of green.
-const MELANIN = [0.62, 0.78, 1];
+const MELANIN = [0.67, 0.8, 0.98];
 const BROWN = [0.52, 0.68, 0.84];
 const WINE = [0.3, 1.05, 0.86];
 // What scars are like, linear: there is no melanin in them; then as red as the blood that is.
