@@ -46,6 +46,14 @@ async function inspect(page, what, rules = ALL) {
     }
     if (name === 'Lengths') await page.waitForFunction(() => !document.querySelector('.awaited'));
     await look(name);
+    if (name === 'Looks') {
+      await page.getByRole('group', { name: 'Put on' }).getByRole('button', { name: 'Scar' }).click();
+      await look('a scar that is to be put');
+      const box = await page.locator('canvas.view').boundingBox();
+      for (const t of [0.4, 0.5]) await page.mouse.click(box.x + t * box.width, box.y + 0.5 * box.height);
+      await page.getByRole('slider', { name: 'Width of the scar' }).waitFor();
+      await look('a scar');
+    }
     if (name === 'Features') {
       await page.getByRole('button', { name: 'Person', exact: true }).click();
       await look('the person');

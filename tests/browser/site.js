@@ -323,7 +323,7 @@ export function picture(page, name) {
     // by the page's own policy.)
     const cover = (/** @type {string} */ visibility) =>
       page.evaluate((value) => {
-        for (const over of document.querySelectorAll('.hint, .toast, .views, .invitation')) over.style.visibility = value;
+        for (const over of document.querySelectorAll('.hint, .toast, .views, .invitation, .pins')) over.style.visibility = value;
       }, visibility);
     await cover('hidden');
     const png = await page.locator('canvas').screenshot({ path: join(SCREENSHOTS, `${name}.png`) });

@@ -4,6 +4,7 @@ import { load } from 'phiz';
 import { layGroundwork } from '../src/groundwork/lay.js';
 import { backdropUniforms, paintBackdrop } from '../src/rendering/backdrop.js';
 import { COLOURS, readColouring } from '../src/head/colouring.js';
+import { readMarks } from '../src/head/marks.js';
 import { sameWeights } from '../src/editing/history.js';
 import { part } from '../src/frame/download.js';
 import { element } from '../src/frame/element.js';
@@ -132,6 +133,7 @@ function spelled(words) {
   return Object.fromEntries(
     pairs.map((pair) => {
       const [name, value] = pair.split(':');
+      if (name.trim() === 'marks') return ['marks', value?.trim() ?? ''];
       return [name.trim(), value?.trim() ? Number(value) : NaN];
     }),
   );
@@ -147,7 +149,11 @@ function coloursOf(asked) {
   if (typeof colours !== 'object') throw new Error('colours are an object, such as { skin: 0.8 }, or words, such as "skin: 0.8"');
   const numbers = /** @type {Record<string, unknown>} */ (colours);
   for (const [name, value] of Object.entries(numbers)) {
-    if (!COLOURS.includes(name)) throw new Error(`there is no colour "${name}": take ${COLOURS.join(', ')}`);
+    if (name === 'marks') {
+      if (value !== undefined && value !== '' && !readMarks(value)) throw new Error('the marks are what a link of the page has after its third tilde');
+      continue;
+    }
+    if (!COLOURS.includes(name)) throw new Error(`there is no colour "${name}": take ${COLOURS.join(', ')} or marks`);
     if (typeof value !== 'number' || !(value >= 0 && value <= 1)) throw new Error(`the colour "${name}" is a number from 0 to 1`);
   }
   return readColouring(numbers);
@@ -315,18 +321,19 @@ export class PhizDesigner extends HTMLElement {
     this.#ask('code', code);
   }
 
-  /** The colours that are not the model's own, a copy; may be assigned at any time, also as the attribute has them. @returns {Readonly<Record<string, number>>} */
+  /** The colours that are not the model's own, a copy; may be assigned at any time, also as the attribute has them. @returns {import('./types.js').PhizColours} */
   get colours() {
     // Who changes what was given and assigns it means another one.
-    if (this.#live) return { ...this.#live.head.colouring };
+    const given = (/** @type {import('../src/head/colouring.js').Colouring} */ colouring) => /** @type {import('./types.js').PhizColours} */ ({ ...colouring });
+    if (this.#live) return given(this.#live.head.colouring);
     try {
-      return coloursOf(this.#kept.colours ?? this.#asked.colours);
+      return given(coloursOf(this.#kept.colours ?? this.#asked.colours));
     } catch {
       // It is said when the model is there.
       return {};
     }
   }
-  /** @param {Readonly<Record<string, number>> | string | null | undefined} colours */
+  /** @param {import('./types.js').PhizColours | Readonly<Record<string, number | string | undefined>> | string | null | undefined} colours */
   set colours(colours) {
     this.#ask('colours', colours);
   }
@@ -525,13 +532,14 @@ export class PhizDesigner extends HTMLElement {
       if (!isStale() && early && early !== model.vertexCount) leaveOut('it is of another model');
       if (!isStale() && !this.#head) await draw(model);
       // The head shows without, and the model takes the line.
-      const [{ growHair }, { layFinework }] = await Promise.all([
+      const [{ growHair }, { layFinework }, { createMarking }] = await Promise.all([
         part(() => import('../src/hair/onhead.js')),
         part(() => import('../src/head/finework.js')),
+        part(() => import('../src/head/marking.js')),
       ]);
       if (isStale() || !this.#head || !this.#scene) return model.free();
       const [head, scene] = [this.#head, this.#scene];
-      head.adorn(growHair, layFinework, () => {
+      head.adorn(growHair, layFinework, createMarking, () => {
         scene.shapeChanged();
         this.#reframe();
       });

@@ -10,6 +10,15 @@ export interface PhizDesignerEventMap {
   error: CustomEvent<{ message: string }>;
 }
 
+type Colour =
+  | 'skin' | 'blood' | 'lips' | 'lines' | 'freckles'
+  | 'hair' | 'red' | 'grey' | 'brows' | 'iris'
+  | 'crop' | 'hairline' | 'length' | 'comb' | 'parting' | 'curl' | 'thin'
+  | 'beard' | 'beardLength' | 'beardThin' | 'moustache' | 'chinBeard' | 'cheekBeard';
+
+/** Numbers from 0 to 1, and the marks of the skin as a link of the page has them. */
+export type PhizColours = { readonly [name in Colour]?: number } & { readonly marks?: string };
+
 /** What the element has beside others' members; what each does is told in README.md. */
 export interface PhizDesignerMembers {
   readonly model: FaceModel | null;
@@ -24,8 +33,8 @@ export interface PhizDesignerMembers {
   set theme(theme: string | null | undefined);
   get code(): string;
   set code(code: string | null | undefined);
-  get colours(): Readonly<Record<string, number>>;
-  set colours(colours: Readonly<Record<string, number>> | string | null | undefined);
+  get colours(): PhizColours;
+  set colours(colours: PhizColours | Readonly<Record<string, number | string | undefined>> | string | null | undefined);
   set(control: string, value: number): void;
   get(control: string): number;
   reset(region?: string): void;

@@ -19,6 +19,9 @@ import { growHair } from './hair/onhead.js';
 import { layFinework } from './head/finework.js';
 import { createLibrary } from './keep/library.js';
 import { createLimits } from './panel/limits.js';
+import { createMarks } from './panel/marks.js';
+import { createSpotting } from './stage/spotting.js';
+import { createMarking } from './head/marking.js';
 import { lockAgain } from './keep/locks.js';
 import { createExpressionFile } from './frame/loading.js';
 import { createMeanings } from './panel/meanings.js';
@@ -136,10 +139,15 @@ export async function createDesigner(model, stage, chosen) {
     camera: scene.camera,
     head,
     hover(group, onSkin) {
+      // It is a place that is looked for, and no feature.
+      if (marks.isPlacing) {
+        canvas.style.cursor = onSkin ? 'crosshair' : '';
+        return glow.hover(null);
+      }
       canvas.style.cursor = onSkin && group === selected ? 'move' : group ? 'pointer' : '';
       glow.hover(group);
     },
-    pick: select,
+    pick: (group, { clientX, clientY }) => (marks.isPlacing ? marks.putAt(clientX, clientY) : select(group)),
   });
   /** The feature whose surface can be dragged: the one that was clicked. @type {string | null} */
   let selected = null;
@@ -166,7 +174,11 @@ export async function createDesigner(model, stage, chosen) {
     dragged: () => hint.classList.add('is-done'),
   });
   stage.root.append(...shaping.marks);
-  canvas.addEventListener('keydown', (event) => event.key === 'Escape' && select(null));
+  canvas.addEventListener('keydown', (event) => {
+    if (event.key !== 'Escape') return;
+    if (marks.isPlacing) marks.leave();
+    else select(null);
+  });
   const mix = createMix(editor, {
     groups: featuresOf(model),
     limits,
@@ -195,7 +207,9 @@ export async function createDesigner(model, stage, chosen) {
     scene.shapeChanged();
   }
   const ownSkin = createOwnSkin({ colouring: () => editor.colouring, wear: (colours) => wear('own', colours), say: toast.say });
-  const colouring = createColours(editor, head.pigments, ownSkin.root);
+  const marks = createMarks(editor, { canvas, spotting: createSpotting({ canvas, scene, head }), beforeFrame: scene.beforeFrame, paints: head.pigments, say: toast.say });
+  stage.root.append(marks.pins);
+  const colouring = createColours(editor, head.pigments, ownSkin.root, marks);
   const meanings = createMeanings(editor, { distributions, limits });
   const compare = createCompare(editor, { library, display, stage: stage.root, wears: () => head.wears, reveal: () => photo.reveal(), say: toast.say });
   const saved = createSaved(editor, { library, portraits, display, canvas, expressions: file, say: toast.say });
@@ -296,7 +310,7 @@ export async function createDesigner(model, stage, chosen) {
     combing = false;
     frame();
   });
-  head.adorn(growHair, layFinework, () => {
+  head.adorn(growHair, layFinework, createMarking, () => {
     scene.shapeChanged();
     frame();
   });

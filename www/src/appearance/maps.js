@@ -89,6 +89,7 @@ const ROUNDS = {
  */
 function skinPainter(renderer, { skin, look, eyeballs }, coloured) {
   const { tone, roughness } = coloured(() => ({ tone: look.material.color.clone(), roughness: look.material.roughness }));
+  // After it was painted so: it may have its first marks.
   const uniforms = {
     ...look.uniforms,
     markStrength: { value: [0, 0] },
@@ -104,11 +105,12 @@ function skinPainter(renderer, { skin, look, eyeballs }, coloured) {
     const { out, write } = ROUNDS[round];
     const material = new ShaderMaterial({
       uniforms,
+      defines: look.defines,
       vertexShader: VERTEX,
       fragmentShader: /* glsl */ `
         #include <common>
         ${out}
-        ${SKIN_GLSL.DECLARATIONS}
+        ${look.declarations}
         uniform vec3 skinTone;
         uniform float roughness;
         uniform vec4 eyeballs[${eyeballs.length}];

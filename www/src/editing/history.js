@@ -40,7 +40,7 @@ function sameNames(a, b) {
   return a.length === b.length && a.every((name) => b.includes(name));
 }
 
-/** Of expressions or colourings. @param {Readonly<Record<string, number>>} a @param {Readonly<Record<string, number>>} b */
+/** Of expressions or colourings. @param {Readonly<Record<string, unknown>>} a @param {Readonly<Record<string, unknown>>} b */
 export function sameWeights(a, b) {
   return sameNames(Object.keys(a), Object.keys(b)) && Object.entries(a).every(([name, weight]) => b[name] === weight);
 }

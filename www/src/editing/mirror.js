@@ -2,6 +2,7 @@
 // other's; which of these is found on the model's own vertices, once.
 
 import { readColouring, whole } from '../head/colouring.js';
+import { encodeMarks, marksOf, mirrorMarks, skinTriangles } from '../head/marks.js';
 
 /** Every so many vertices of the features are looked at. */
 const APART = 4;
@@ -103,10 +104,12 @@ export function mirroredExpression(weights) {
 }
 
 /**
- * Looks in the mirror: hair is parted on the other side.
+ * Looks in the mirror: hair is parted on the other side, where marks of the skin are as well.
  * @param {import('../head/colouring.js').Colouring} colouring
+ * @param {import('phiz').FaceModel} model
  * @returns {import('../head/colouring.js').Colouring}
  */
-export function mirroredColouring(colouring) {
-  return readColouring({ ...colouring, parting: 1 - whole(colouring).parting });
+export function mirroredColouring(colouring, model) {
+  const marks = colouring.marks && encodeMarks(mirrorMarks(skinTriangles(model), model.mirror)(marksOf(colouring)));
+  return readColouring({ ...colouring, parting: 1 - whole(colouring).parting, marks });
 }

@@ -38,6 +38,12 @@ const LOADED = 3;
 /** What of a corner goes by its style, and in how many numbers. */
 const STYLED = /** @type {const} */ ([['position', 3], ['course', 4], ['outward', 4]]);
 
+/** How far beside a scar hairs are missing, mm: a root is a point, and its hairs are beside it. */
+const ROOT = 0.3;
+
+/** Of a hair that lies on the skin, its root and where it is half as long. */
+const LYING = [0, POINTS / 2];
+
 /** How far from its root a hair may begin, mm: those of a ribbon begin one after the other. */
 const ROOTLESS = 4;
 
@@ -167,6 +173,21 @@ const FRAGMENT = /* glsl */ `
 `;
 
 /**
+ * Whether a point is on a scar.
+ * @param {readonly import('../head/marking.js').Bald[]} scars @param {ArrayLike<number>} position @param {number} o where it begins
+ */
+function isBald(scars, position, o) {
+  return scars.some(([ax, ay, az, bx, by, bz, half]) => {
+    const [wx, wy, wz] = [bx - ax, by - ay, bz - az];
+    const [x, y, z] = [position[o] - ax, position[o + 1] - ay, position[o + 2] - az];
+    const t = Math.min(1, Math.max(0, (x * wx + y * wy + z * wz) / Math.max(0.01, wx * wx + wy * wy + wz * wz)));
+    // A long one lies over a skin that is round.
+    const reach = half + ROOT + 0.1 * Math.hypot(wx, wy, wz) * 4 * t * (1 - t);
+    return Math.hypot(x - t * wx, y - t * wy, z - t * wz) < reach;
+  });
+}
+
+/**
  * Hair of one kind that is longer than a crop.
  *
  * @template {import('./plant.js').Kind} K
@@ -201,6 +222,8 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   let remaining = new Uint16Array(0);
   /** @type {import('./standing.js').Thinning} */
   let thinning = { share: 1, gone: [0, 0, 0, 0] };
+  /** Where nothing grows. @type {readonly import('../head/marking.js').Bald[]} */
+  let bald = [];
   let broad = half;
   let carrying = 1;
   const shared = { halfWidth: { value: half }, lockShifts: { value: shifts }, heatStrength, hides };
@@ -301,15 +324,26 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
   /** Of all triangles that are drawn. */
   const corners = () => (standing ? standing.length * indexed[isShort].first.length : 0);
 
+  /** Those of some strands that have a root that is not bald. @param {Uint16Array} strands */
+  function rooted(strands) {
+    const { position } = shown?.ribbons ?? {};
+    if (!position || bald.length === 0) return strands;
+    // Those that lie on the skin would lie on the scar from beside it.
+    const points = bare > 0 ? LYING : [0];
+    return strands.filter((n) => !points.some((s) => isBald(bald, position, 6 * (n * POINTS + s))));
+  }
+
   /** Draws the strands that stand, and no others. @param {import('./plant.js').Planting} planting */
   function stand(planting) {
     if (restands || !standing) {
       restands = false;
-      remaining = standingOf(planting.strands, planting, thinning);
+      const all = standingOf(planting.strands, planting, thinning);
+      remaining = rooted(all);
       // The fewer there are, the more of them are drawn.
       const most = drawn * planting.strands;
-      standing = remaining.subarray(0, Math.round(most));
-      broad = half * broader(Math.min(1, most / Math.max(1, remaining.length)));
+      standing = rooted(all.subarray(0, Math.round(most)));
+      // As broad as if they were everywhere.
+      broad = half * broader(Math.min(1, most / Math.max(1, all.length)));
     }
     const { first, index, of } = indexed[isShort];
     if (of !== standing) {
@@ -437,7 +471,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     if (!stride || !hair || !mesh.visible || !shown) return null;
     const { style, ribbons } = shown;
     const many = POINTS / stride(style);
-    const left = standingOf(filed(hair), hair, thinning);
+    const left = rooted(standingOf(filed(hair), hair, thinning));
     // Every part of a beard may be shaved off.
     if (left.length === 0) return null;
     const count = left.length * many;
@@ -493,7 +527,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     shiftsOf(shown.ribbons, rest.map((value, i) => value + moves[i]), moved);
     if (moved.every((value) => Math.abs(value) <= least)) return null;
     const many = POINTS / stride(shown.style);
-    const left = standingOf(filed(hair), hair, thinning);
+    const left = rooted(standingOf(filed(hair), hair, thinning));
     const out = new Float32Array(6 * many * left.length);
     const shift = [0, 0, 0];
     for (let i = 0; i < out.length; i += 6) {
@@ -586,7 +620,7 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     },
     /**
      * A style that is new comes when it has grown.
-     * @param {Pigments} colours
+     * @param {Pigments & { bald?: typeof bald }} colours `bald`: where nothing grows
      * @param {boolean} [asks] otherwise whoever paints it has it grown at once
      */
     paint(colours, asks = true) {
@@ -599,6 +633,11 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
       if (JSON.stringify(now) !== JSON.stringify(thinning)) {
         thinning = now;
         thin.value = bare > 0 ? bare : 1 - now.share;
+        restands = true;
+      }
+      const { bald: scars = [] } = colours;
+      if (JSON.stringify(scars) !== JSON.stringify(bald)) {
+        bald = scars;
         restands = true;
       }
       const style = styleOf(colours);

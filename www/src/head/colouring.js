@@ -1,7 +1,10 @@
-// What colours a face has beside its shape: of skin, lips, brows and eyes. Each is a number from 0 to 1 with a
-// rest, at which the head is painted in the model's own colour; a colouring holds those that are elsewhere.
+import { mixedMarks, readMarks } from './marks.js';
 
-/** @typedef {Readonly<Record<string, number>>} Colouring */
+// What colours a face has beside its shape: of skin, lips, brows and eyes. Each is a number from 0 to 1 with a
+// rest, at which the head is painted in the model's own colour; a colouring holds those that are elsewhere, and the marks of the skin, if
+// there are any, as `marks.js` writes them.
+
+/** @typedef {{ readonly marks?: string, readonly [name: string]: number | string | undefined }} Colouring */
 
 /** Where each is at rest, in the order of the panel. What an address keeps goes by this order: append only. */
 export const REST = /** @type {Readonly<Record<string, number>>} */ ({
@@ -32,22 +35,28 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
 
 export const COLOURS = Object.keys(REST);
 
-/** All of them. @param {Colouring} colouring @returns {Record<string, number>} */
-export const whole = (colouring) => ({ ...REST, ...colouring });
+/** One of a colouring, from 0 to 1. @param {Colouring} colouring @param {string} name */
+export function valueIn(colouring, name) {
+  const value = colouring[name];
+  return typeof value === 'number' ? value : REST[name];
+}
+
+/** All numbers of it. @param {Colouring} colouring @returns {Record<string, number>} */
+export const whole = (colouring) => Object.fromEntries(COLOURS.map((name) => [name, valueIn(colouring, name)]));
 
 /**
- * What of some numbers is a colouring: whole per cents that are not at rest.
- * @param {Record<string, unknown>} numbers @returns {Record<string, number>}
+ * What of some values is a colouring: whole per cents that are not at rest, and marks that can be read.
+ * @param {Record<string, unknown>} values @returns {Colouring}
  */
-export function readColouring(numbers) {
-  return Object.fromEntries(
-    COLOURS.flatMap((name) => {
-      const value = numbers[name];
-      if (typeof value !== 'number' || !Number.isFinite(value)) return [];
-      const kept = Math.round(100 * Math.min(1, Math.max(0, value))) / 100;
-      return kept === REST[name] ? [] : [[name, kept]];
-    }),
-  );
+export function readColouring(values) {
+  const numbers = COLOURS.flatMap((name) => {
+    const value = values[name];
+    if (typeof value !== 'number' || !Number.isFinite(value)) return [];
+    const kept = Math.round(100 * Math.min(1, Math.max(0, value))) / 100;
+    return kept === REST[name] ? [] : [[name, kept]];
+  });
+  const marks = readMarks(values.marks);
+  return { ...Object.fromEntries(numbers), ...(marks && { marks }) };
 }
 
 /**
@@ -55,8 +64,9 @@ export function readColouring(numbers) {
  * @param {readonly (readonly [colouring: Colouring, amount: number])[]} parts
  */
 export function mixture(parts) {
-  const mean = (/** @type {string} */ name) => parts.reduce((sum, [colouring, amount]) => sum + amount * (colouring[name] ?? REST[name]), 0);
-  return readColouring(Object.fromEntries(COLOURS.map((name) => [name, mean(name)])));
+  const mean = (/** @type {string} */ name) => parts.reduce((sum, [colouring, amount]) => sum + amount * valueIn(colouring, name), 0);
+  const marks = mixedMarks(parts.map(([colouring, amount]) => [colouring.marks, amount]));
+  return readColouring({ ...Object.fromEntries(COLOURS.map((name) => [name, mean(name)])), marks });
 }
 
 /**

@@ -24,5 +24,5 @@ export function among(shown, names) {
   return Object.fromEntries(Object.entries(shown).filter(([name]) => names.includes(name)));
 }
 
-/** Whether it is more than a face at rest. @param {Shown | undefined} shown */
+/** Whether it is more than a face at rest, of expressions or colourings. @param {Readonly<Record<string, unknown>> | undefined} shown */
 export const shows = (shown) => shown !== undefined && Object.keys(shown).length > 0;

@@ -112,18 +112,17 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   const regionOf = model.regionOf;
   const ownCorners = corners.length;
 
-  const eyeball = (/** @type {{ name: string }} */ part) => /eyeball/.test(part.name);
   const indices = [];
   /** @type {number[][]} */
   const eyeVertices = [];
   for (const part of model.parts) {
     const range = model.triangles.subarray(3 * part.first, 3 * (part.first + part.count));
-    if (eyeball(part)) {
+    if (/eyeball/.test(part.name)) {
       eyeVertices.push([...new Set(Array.from(range, (corner) => corners[corner]))]);
     } else indices.push(...range);
   }
   const whole = Uint32Array.from(indices);
-  const skinTriangles = whole.map((corner) => corners[corner]);
+  const ofSkin = whole.map((corner) => corners[corner]);
   /** @param {RegExp} name of parts */
   const verticesOf = (name) =>
     model.parts
@@ -199,7 +198,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   const brow = at.get('ibug_19') ?? [0, chin[1] + 120, 0];
   const [fadeEnd, fadeStart] = fade;
   // The neck runs out into what is behind it before its cut edge, wherever that is.
-  const edge = openEdge(skinTriangles).filter((v) => rest[3 * v + 1] < chin[1] + 30);
+  const edge = openEdge(ofSkin).filter((v) => rest[3 * v + 1] < chin[1] + 30);
   const shade = new Float32Array(3 * vertexCount);
   const deep = nostrils(model, onSkin, rest, at.get('ibug_33'), green);
   for (let v = 0; v < vertexCount; v++) {
@@ -228,7 +227,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   const lips = at.get('ibug_66')?.[2] ?? 0;
   for (const v of pouch) inside[v] = 255 * Math.min(1, Math.max(0, (lips - rest[3 * v + 2] - 3) / 2));
   geometry.setAttribute('inside', new BufferAttribute(spread(inside, 1, new Uint8Array(cornerCount)), 1, true));
-  const grows = growth(rest, at, verticesOf(/cavit/), skinTriangles);
+  const grows = growth(rest, at, verticesOf(/cavit/), ofSkin);
   const grown = Float32Array.from({ length: 2 * vertexCount }, (_, i) => (i % 2 ? grows.beard : grows.scalp)[i >> 1]);
   geometry.setAttribute('growth', new BufferAttribute(spread(grown, 2, new Float32Array(2 * cornerCount)), 2));
   const folding = foldingOf(rest, at).map((part) => 127 * part);
@@ -268,7 +267,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     const stencil = stencils.get(name) ?? [[0, 1]];
     return stencil.reduce((best, entry) => (entry[1] > best[1] ? entry : best))[0];
   };
-  const lashes = createLashes(skinTriangles, rest, vertexOf);
+  const lashes = createLashes(ofSkin, rest, vertexOf);
   const teeth = createTeeth(rest, at, pouch, vertexOf);
   eyes.update(rest);
   lashes.update(rest, eyes.centres);
@@ -348,7 +347,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
       const inside = groups.map((name) => name === group);
       weights = smoothed(
         Float32Array.from(regionOf, (region) => (inside[region] ? 1 : 0)),
-        skinTriangles,
+        ofSkin,
         4,
       );
       soft.set(group, weights);
@@ -402,6 +401,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     paint(colouring);
   }
 
+  /** Draws marks of the skin, once that has come. @type {import('./marking.js').Marking | null} */
+  let marking = null;
   /** @type {import('./colouring.js').Colouring} */
   let colouring = {};
   /**
@@ -410,7 +411,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
    */
   function paint(now, asks = true) {
     colouring = now;
-    const paints = pigments(tone, now);
+    const bald = marking ? marking.lay(now) : [];
+    if (marking && now.marks) skin.beMarked(marking);
+    const paints = { ...pigments(tone, now), bald };
     for (const part of [skin, lashes, eyes]) part.paint(paints);
     for (const one of tresses) one.paint(paints, asks);
     if (wornIn) skin.tint(paints, wornIn);
@@ -422,11 +425,13 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
    * the page when they are first wanted.
    * @param {typeof import('../hair/onhead.js').growHair} grow
    * @param {typeof import('./finework.js').layFinework} lay
+   * @param {typeof import('./marking.js').createMarking} mark
    * @param {() => void} onCome something that was wanted has come
    */
-  function adorn(grow, lay, onCome) {
+  function adorn(grow, lay, mark, onCome) {
     skin.refine(lay, onCome);
-    const grown = grow({ positions: rest, normals: restNormals, triangles: skinTriangles, landmarks: at }, grows, skin.uniforms, fade, onCome);
+    marking = mark({ positions: rest, normals: restNormals, triangles: ofSkin });
+    const grown = grow({ positions: rest, normals: restNormals, triangles: ofSkin, landmarks: at }, grows, skin.uniforms, fade, onCome);
     ({ tresses, dispose: disposeHair } = grown);
     geometry.setAttribute('parts', new BufferAttribute(spread(grown.parts, 4, new Uint8Array(4 * cornerCount)), 4, true));
     for (const one of tresses) {
@@ -465,7 +470,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     /** Below this height the neck is hardly seen, mm. */
     neckEnd: (fadeEnd + fadeStart) / 2,
     /** What the skin's shader, the eyes' and the teeth are made of, for pictures and files of them. */
-    look: { material: skin.material, uniforms: skin.uniforms },
+    look: skin.look,
     eyeLook: eyes.look,
     /** Where they are on the head at rest. */
     eyeballs: eyeVertices.map((vertices) => {
@@ -531,6 +536,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     groupAt,
     /** The vertices that a corner of what is drawn lies on or between. */
     verticesAt: finer.rootsOf,
+    /** The triangles of the model's mesh that are drawn as skin, and where their vertices are: at rest, and now. */
+    surface: { triangles: ofSkin, rest, positions, normals },
     divide,
     /** The vertices whose shifts the teeth go by. */
     anchors: teeth?.anchors ?? [],

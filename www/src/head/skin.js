@@ -153,6 +153,10 @@ const COLOUR = /* glsl */ `
     years = aged.x * faces * (1.0 - smoothstep(-0.8, -0.3, vGrowth.x));
   }
 
+#ifdef MARKED
+  findMarks();
+  brow *= 1.0 - markBald;
+#endif
   vec3 fine;
   vec3 coarse;
   vec4 relief = triplanar(26.0, fine);
@@ -179,6 +183,9 @@ const COLOUR = /* glsl */ `
   tone *= drawn;
   vec3 lips = lipColour * (0.86 + 0.28 * relief.a);
   tone = mix(tone, lips, lip * lipCover);
+#ifdef MARKED
+  tone = withMarks(tone);
+#endif
   // Not all hairs turn grey at once.
   float turns = hairsOfBrow.g / max(hairsOfBrow.r, 0.01);
   vec3 browTone = mix(youngHair, oldHair, smoothstep(turns - 0.15, turns + 0.15, turned.y));
@@ -204,7 +211,12 @@ const COLOUR = /* glsl */ `
     // A photo is exposed so that lit skin is brighter than its albedo.
     seen *= 0.8;
 #endif
-    tone = mix(tone, seen * mix(wornTint[0], wornTint[1], lip) * drawn, worn);
+    seen *= mix(wornTint[0], wornTint[1], lip) * drawn;
+#ifdef MARKED
+    // What is put on somebody's face is put on the photo that it wears as well, which has those that it had.
+    seen = withMarks(seen);
+#endif
+    tone = mix(tone, seen, worn);
   }
   // What no light reaches, the mouth and the depth of nostrils, is mucous membrane; where skin ends in a nose or an ear it is as dark as
   // the skin is, and too dark to be red.
@@ -220,6 +232,9 @@ const COLOUR = /* glsl */ `
     // No hairline is a line: each hair has its own. Of a beard the dark ones are first.
     vec2 grown = vGrowth.xy + 0.3 * (broad.a - 0.5) + vec2(0.8, -0.8) * (strand.g - 0.5);
     grown = smoothstep(vec2(-0.3, -0.35), vec2(0.45, 0.4), grown) * dense * (1.0 - lip);
+#ifdef MARKED
+    grown *= 1.0 - markBald;
+#endif
     float thick = grown.x;
     // The lightest turn grey first.
     vec3 hair = scattered(mix(youngHair, oldHair, smoothstep(-0.3, 0.3, (2.25 - 0.8 * turned.x) * turned.x - 0.95 + 1.7 * (strand.g - 0.5))));
@@ -255,6 +270,10 @@ const SLOPE = /* glsl */ `
   slope += vec3(0.055 * furrow * lip, 0.0, 0.0) + 1.3 * lying;
   vec3 form = vec3(2.0 * folded.rg - 1.0, 0.0) * vFold * (1.0 - lip);
   slope += form;
+#ifdef MARKED
+  slope = slope * (1.0 - markSmooth) + markSlope * (1.0 - hairs);
+  form += 0.5 * markSlope;
+#endif
 `;
 
 const NORMAL = /* glsl */ `
@@ -275,6 +294,9 @@ const ROUGHNESS = /* glsl */ `
   float roughnessFactor = roughness;
   roughnessFactor += 0.10 * (relief.a - 0.5) + 0.07 * (broad.a - 0.5) - 0.07 * oil;
   roughnessFactor = mix(roughnessFactor, 0.38, lip);
+#ifdef MARKED
+  roughnessFactor -= 0.1 * markSmooth;
+#endif
   roughnessFactor = mix(roughnessFactor, 0.62, clamp(brow + hairs, 0.0, 1.0));
   roughnessFactor = clamp(roughnessFactor, 0.2, 1.0);
 `;
@@ -291,6 +313,10 @@ const OCCLUSION = /* glsl */ `
     // Lamps shine into an open mouth past lips that hide less of them than of the sky.
     reflectedLight.directDiffuse *= mix(vec3(1.0), vOpen, 0.55 + 0.3 * closed * closed);
     reflectedLight.directSpecular *= smoothstep(0.1, 0.6, occlusion) * mix(1.0, relief.b, 0.5 * (1.0 - lip)) * (1.0 - 0.6 * hairs);
+#ifdef MARKED
+    reflectedLight.directDiffuse *= 1.0 - 0.5 * markShade;
+    reflectedLight.directSpecular *= 1.0 - 0.8 * markShade;
+#endif
     // Down catches no light below hair.
     sheenSpecularDirect *= 1.0 - underHair;
     sheenSpecularIndirect *= 1.0 - underHair;
@@ -311,12 +337,12 @@ const GROWN = {
 
 /**
  * What the skin is painted with, for pictures of it that other programs read. The colours of a corner of the mesh
- * are found from where it is on the head at rest. Each sets variables: `DECLARATIONS` comes before main; then
+ * are found from where it is on the head at rest. Each sets variables: the skin's declarations come before main; then
  * `COLOUR` changes `diffuseColor` (that of a photo for the page's tone curve, where there is one), `ROUGHNESS` makes
  * `roughnessFactor` of `roughness`, and `SLOPE` is how far the normal at rest leans, in the head's axes. `GROWN` is for the corners: it
  * sets one of the variables.
  */
-export const SKIN_GLSL = { DECLARATIONS, COLOUR, ROUGHNESS, SLOPE, GROWN };
+export const SKIN_GLSL = { COLOUR, ROUGHNESS, SLOPE, GROWN };
 
 /** More than it came out of any of two thousand people who differ twice as much as people do, mm. */
 const DEEPER = 10;
@@ -335,6 +361,9 @@ function keepInside(shader) {
     }`,
   );
 }
+
+/** What a skin's shader is told where there are marks. */
+const MARKED = { MARKED: '' };
 
 /** The fine down on skin, which catches light at the edge. */
 const FUZZ = new Color(0.95, 0.72, 0.62);
@@ -405,6 +434,8 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     sheen: 0.22,
     sheenRoughness: 0.55,
   });
+  /** How marks are drawn, once there were some: a skin without has nothing of it in its shader. */
+  let marking = '';
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = shader.vertexShader
@@ -456,7 +487,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       );
     keepInside(shader);
     shader.fragmentShader = shader.fragmentShader
-      .replace('#include <common>', `#include <common>\nuniform mat3 normalMatrix;\n${DECLARATIONS}`)
+      .replace('#include <common>', `#include <common>\nuniform mat3 normalMatrix;\n${DECLARATIONS}${marking}`)
       .replace('#include <lights_physical_pars_fragment>', LIGHTS)
       .replace('#include <envmap_physical_pars_fragment>', ENVIRONMENT)
       .replace('#include <lights_fragment_begin>', SHADOWS)
@@ -531,6 +562,25 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       crease();
     },
     dispose: () => finework?.dispose(),
+    /** What it is drawn with: its shader has these declarations and definitions. */
+    look: {
+      material,
+      uniforms,
+      get declarations() {
+        return DECLARATIONS + marking;
+      },
+      get defines() {
+        return marking ? MARKED : {};
+      },
+    },
+    /** From now on it may have marks. @param {import('./marking.js').Marking} by */
+    beMarked(by) {
+      if (marking) return;
+      marking = by.glsl;
+      Object.assign(uniforms, by.uniforms);
+      material.defines = { ...material.defines, ...MARKED };
+      material.needsUpdate = true;
+    },
     /** Whether something that is to be seen has not come yet. */
     get isUnfinished() {
       return wanted.size > 0;

@@ -54,7 +54,7 @@ export function coloursAlong(colouring, before, after) {
   const [was, is] = [before.sex, after.sex].map((sex) => (sex === undefined ? 1 : manlyOf(sex)));
   const beard = is < was ? is / was : 1;
   return readColouring({
-    ...colours,
+    ...colouring,
     skin: colours.skin + change((tone) => tone, before.tone, after.tone),
     lines: colours.lines + change(linesOf, before.age, after.age),
     grey: colours.grey + change(greyOf, before.age, after.age),

@@ -1,8 +1,9 @@
-import { COLOURS, readColouring } from '../head/colouring.js';
+import { COLOURS, readColouring, valueIn } from '../head/colouring.js';
+import { decodeMarks } from '../head/marks.js';
 
-// What the page's address has after the #: a face's code and, after tildes, its expression and its colours. Of
-// those it has for each that is not at rest its place in a list and its value in per cent, a byte each, as
-// base64url.
+// What the page's address has after the #: a face's code and, after tildes, its expression, its colours and the marks of its skin. Of
+// the first two it has for each that is not at rest its place in a list and its value in per cent, a byte each, as
+// base64url; of marks what `marks.js` writes. Colours and marks are one code, which has a tilde where there are marks.
 
 /** @param {readonly string[]} names @param {(name: string) => number | undefined} value 0 to 1, of what is kept */
 function encode(names, value) {
@@ -38,18 +39,25 @@ export const encodeExpression = (names, expression) => encode(names, (name) => (
 export const decodeExpression = (names, code) => decode(names, code);
 
 /** @param {import('../head/colouring.js').Colouring} colouring @returns {string} empty at rest */
-export const encodeColouring = (colouring) => encode(COLOURS, (name) => colouring[name]);
+export function encodeColouring(colouring) {
+  const colours = encode(COLOURS, (name) => (name in colouring ? valueIn(colouring, name) : undefined));
+  return colouring.marks ? `${colours}~${colouring.marks}` : colours;
+}
 
 /** @param {string} code @throws when it is no colouring */
-export const decodeColouring = (code) => readColouring(decode(COLOURS, code));
+export function decodeColouring(code) {
+  const [colours, marks = ''] = code.split('~');
+  decodeMarks(marks);
+  return readColouring({ ...decode(COLOURS, colours), marks });
+}
 
 /** What a sentence has behind a link, which some programs take for a part of it. */
 const BEHIND = /(?:[.,:;!?'")\]>]|%(?:22|3e|c2%bb|e2%80%9[9d]))+$/i;
 
 /** @param {string} hash of which some programs write tildes as others write spaces */
 export function splitHash(hash) {
-  const [code, expression = '', colouring = ''] = hash.replace(/^#/, '').replace(BEHIND, '').replaceAll(/%7e/gi, '~').split('~');
-  return { code, expression, colouring };
+  const [code, expression = '', ...looks] = hash.replace(/^#/, '').replace(BEHIND, '').replaceAll(/%7e/gi, '~').split('~');
+  return { code, expression, colouring: looks.slice(0, 2).join('~').replace(/~$/, '') };
 }
 
 /** @param {{ code: string, expression: string, colouring: string }} parts encoded */

@@ -70,8 +70,9 @@ const PAINTED = {
  * @param {import('../editing/editor.js').Editor} editor
  * @param {(colouring: import('../head/colouring.js').Colouring) => Pigments} paints
  * @param {HTMLElement} ownSkin stands among what is of the skin
+ * @param {{ root: HTMLElement, shown: (now: boolean) => void }} marks stand after that
  */
-export function createColours(editor, paints, ownSkin) {
+export function createColours(editor, paints, ownSkin, marks) {
   let visible = false;
   /** What changes with a slider. @param {string} name @param {number} value */
   function moved(name, value) {
@@ -156,7 +157,7 @@ export function createColours(editor, paints, ownSkin) {
         'div',
         { class: 'scroll' },
         element('div', { class: 'row' }, own, some),
-        ...GROUPS.map(([group, names]) =>
+        ...GROUPS.flatMap(([group, names]) => [
           element(
             'section',
             { class: 'part', 'aria-label': text.colourGroups[group] },
@@ -165,12 +166,14 @@ export function createColours(editor, paints, ownSkin) {
             ...(group === 'skin' ? [ownSkin] : []),
             ...names.flatMap((name) => sliders.get(name)?.root ?? []),
           ),
-        ),
+          ...(group === 'skin' ? [marks.root] : []),
+        ]),
       ),
     ),
     /** @param {boolean} now */
     shown(now) {
       visible = now;
+      marks.shown(now);
       refresh();
     },
   };

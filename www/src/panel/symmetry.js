@@ -152,7 +152,7 @@ export function createSymmetry(editor, limits) {
           present.blend(drawn, 1);
           if (present.locked.length === 0) present.expression = mirroredExpression(present.expression);
         },
-        mirroredColouring(editor.colouring),
+        mirroredColouring(editor.colouring, model),
       );
       editor.finish('mirror');
     }

@@ -1,4 +1,4 @@
-import { REST } from '../head/colouring.js';
+import { valueIn } from '../head/colouring.js';
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
 import { letterOf } from '../frame/keys.js';
@@ -8,7 +8,7 @@ const BARE = { crop: 0, length: 0, beard: 0, beardLength: 0 };
 /** What else tells how it grows. */
 const GROWS = ['thin', 'hairline', 'beardThin', 'moustache', 'chinBeard', 'cheekBeard'];
 /** @param {import('../head/colouring.js').Colouring} colouring @param {readonly string[]} names */
-const valuesOf = (colouring, names) => names.map((name) => colouring[name] ?? REST[name]);
+const valuesOf = (colouring, names) => names.map((name) => valueIn(colouring, name));
 
 /**
  * Hides hair and beard, to see the head below while it is shaped: a button, and a key on the stage. (Anywhere else,

@@ -1,8 +1,10 @@
+import { valueIn } from '../head/colouring.js';
+
 /** How many are taken between two frames: the stage is drawn again after each batch. */
 const BATCH = 4;
 
 /** Whether hair is to be grown for somebody, which takes longer than all else. @param {import('../keep/library.js').Likeness} sitter */
-const isLongHaired = ({ colouring: { length = 0, beardLength = 0 } = {} }) => length > 0 || beardLength > 0;
+const isLongHaired = ({ colouring = {} }) => Math.max(valueIn(colouring, 'length'), valueIn(colouring, 'beardLength')) > 0;
 
 /**
  * Those of who waits who sit for their portraits next: of the long-haired one at a time.

@@ -10,7 +10,7 @@ const CLICK_REACH = 6;
  *   camera: import('three').Camera,
  *   head: ReturnType<typeof import('../head/head.js').createHead>,
  *   hover: (group: string | null, onSkin: boolean) => void,
- *   pick: (group: string | null) => void,
+ *   pick: (group: string | null, event: PointerEvent) => void,
  * }} on `onSkin`: whether it is the skin that the pointer is on there
  */
 export function createPicking({ canvas, camera, head, hover, pick }) {
@@ -75,7 +75,7 @@ export function createPicking({ canvas, camera, head, hover, pick }) {
     const moved = Math.hypot(event.clientX - down.x, event.clientY - down.y);
     down = null;
     if (moved > CLICK_REACH) return;
-    pick(under(event).group);
+    pick(under(event).group, event);
   });
 
   return { groupUnder: groupOnHead };
