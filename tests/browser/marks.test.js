@@ -196,7 +196,7 @@ describe('a mark', () => {
     await context.close();
   });
 
-  test('is one of a dozen at most; random looks are of somebody without', async () => {
+  test('is one of a dozen at most; random looks leave them, the model’s own are without', async () => {
     const dozen = Array.from({ length: MOST }, (_, i) => ({ kind: /** @type {const} */ ('mole'), at: { triangle: 40 * i, b: 0, c: 0 }, ...FIRST.mole }));
     const { page, context } = await open(browser, site, { hash: `#~~~${encodeMarks(dozen)}` });
     await choose(page);
@@ -204,7 +204,12 @@ describe('a mark', () => {
     await putOn(page, 'Mole');
     assert.match(`${await toast(page).textContent()}`, /12 marks at most/);
     assert.equal(await page.locator('.pin-aim').isVisible(), false);
+    const { marks, ...before } = await page.evaluate(() => window.designer.colouring);
     await page.getByRole('button', { name: 'Random looks' }).click();
+    const { marks: left, ...after } = await page.evaluate(() => window.designer.colouring);
+    assert.equal(left, marks);
+    assert.notDeepEqual(after, before);
+    await page.getByRole('button', { name: 'The model’s own' }).click();
     assert.deepEqual(await marksOn(page), []);
     // One that cannot be read is said, as colours are.
     await page.evaluate(() => (location.hash = '~~~AAAA'));

@@ -113,7 +113,12 @@ export function createColours(editor, paints, ownSkin, marks) {
     }),
   );
   const own = element('button', { type: 'button', class: 'button', onclick: () => editor.paint({}) }, icon('reset'), text.ownColours);
-  const some = element('button', { type: 'button', class: 'button', onclick: () => editor.paint(someone(editor.face, Math.floor(2 ** 32 * Math.random()))) }, icon('dice'), text.someColours);
+  function paintSome() {
+    const { marks } = editor.colouring;
+    // Marks were put on this face, and it is still the same one.
+    editor.paint({ ...someone(editor.face, Math.floor(2 ** 32 * Math.random())), ...(marks && { marks }) });
+  }
+  const some = element('button', { type: 'button', class: 'button', onclick: paintSome }, icon('dice'), text.someColours);
 
   /** @type {{ button: HTMLElement, values: import('../head/colouring.js').Colouring }[]} */
   const starts = [];
