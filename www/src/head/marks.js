@@ -19,7 +19,7 @@ export const SIZES = {
 /** How each kind is when it is put on. @type {Readonly<Record<Kind, Look>>} */
 export const FIRST = {
   mole: { size: 4, tone: 0.6, form: 0.4, strength: 1 },
-  scar: { size: 2, tone: 0.4, form: 0.65, strength: 1 },
+  scar: { size: 2.5, tone: 0.6, form: 0.65, strength: 1 },
   birthmark: { size: 30, tone: 0.85, form: 0.2, strength: 0.8 },
 };
 
