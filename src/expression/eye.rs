@@ -46,11 +46,13 @@ impl Eye {
     }
 
     /// 0 the subject's left, 1 the right.
+    #[cfg(feature = "photo")]
     pub fn side(&self) -> usize {
         self.side
     }
 
     /// The middle and the radius of the ball on a face, mm.
+    #[cfg(feature = "photo")]
     pub fn ball(&self, neutral: &[Vec3]) -> Option<(Vec3, f32)> {
         sphere(neutral, &self.ball).map(|sphere| (sphere.centre, sphere.radius))
     }
