@@ -142,7 +142,7 @@ describe('a mark', () => {
     assert.deepEqual(await marksOn(page), []);
     assert.ok(await start.evaluate((element) => element === document.activeElement), 'the focus is not lost');
     // Each of these is a step.
-    for (const sizes of [[2.1], [2], [2], []]) {
+    for (const sizes of [[FIRST.scar.size + 0.1], [FIRST.scar.size], [FIRST.scar.size], []]) {
       await page.keyboard.press('Control+z');
       assert.deepEqual((await marksOn(page)).map(({ size }) => size), sizes);
     }
