@@ -60,7 +60,7 @@ await moveSlider(page, 'nose 1', 0.86);
 await moveSlider(page, 'nose 3', 0.3);
 await settled(page);
 const place = (/** @type {string} */ name) => fileURLToPath(new URL(`../../www/docs/${name}.png`, import.meta.url));
-const shoot = async (/** @type {string} */ name) => writeFileSync(place(name), PNG.sync.write(halved(decodePng(await page.screenshot()))));
+const shoot = async (/** @type {string} */ name, of = page) => writeFileSync(place(name), PNG.sync.write(halved(decodePng(await of.screenshot()))));
 await shoot('page');
 
 // Someone who laughs.
@@ -96,6 +96,46 @@ await settled(page);
 await page.locator('.lengths').last().evaluate((table) => table.scrollIntoView({ block: 'end' }));
 await shoot('page-compare');
 await page.context().close();
+
+// Somebody whom a description tells of: a scar through a brow, a mole under an eye, a birthmark on a cheek.
+{
+  const { page, context } = await open(browser, site, { prepare: asByCard, fine: true, sharp: true, deviceScaleFactor: 2, viewport: { width: 1280, height: 800 }, colorScheme: 'light' });
+  page.setDefaultTimeout(PATIENCE);
+  await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
+  await page.evaluate(() => {
+    const one = window.designer.model.face();
+    one.randomize({ seed: 43, spread: 0.9 });
+    location.hash = one.code;
+    one.free();
+  });
+  await page.getByRole('tab', { name: 'Looks' }).click();
+  for (const [name, value] of /** @type {const} */ ([['Skin, fair to deep', 0.34], ['Length, cropped to below the chin', 0.2], ['Stubble, none to dense', 0.35], ['Lines, none to deep', 0.35]])) await moveSlider(page, name, value);
+  await page.getByRole('button', { name: 'Front', exact: true }).click();
+  await settled(page);
+  const canvas = await page.locator('canvas').first().boundingBox();
+  if (!canvas) throw new Error('no stage');
+  await page.mouse.move(canvas.x + canvas.width / 2, canvas.y + 0.55 * canvas.height);
+  for (let i = 0; i < 4; i++) await page.mouse.wheel(0, -240);
+  await settled(page);
+  /** Beside a landmark, px on the screen. @param {string} name @param {number} x @param {number} y */
+  const beside = async (name, x, y) => {
+    const at = await page.evaluate((name) => window.designer.onScreen(name), name);
+    return /** @type {const} */ ([at.x + x, at.y + y]);
+  };
+  await page.getByRole('button', { name: 'Mole', exact: true }).first().click();
+  await page.mouse.click(...(await beside('ibug_41', -4, 34)));
+  await page.getByRole('button', { name: 'Birthmark', exact: true }).first().click();
+  await page.mouse.click(...(await beside('ibug_46', 34, 92)));
+  await page.getByRole('button', { name: 'Scar', exact: true }).first().click();
+  await page.mouse.click(...(await beside('ibug_24', 26, -48)));
+  await page.mouse.click(...(await beside('ibug_24', 40, 30)));
+  // Which is chosen then, and has its pins over it.
+  await page.getByRole('group', { name: 'Marks that the face has' }).getByRole('button', { name: 'Scar' }).click();
+  await page.mouse.move(canvas.x + 4, canvas.y + canvas.height - 4);
+  await settled(page);
+  await shoot('page-marks', page);
+  await context.close();
+}
 
 // Random faces in colours of their own, side by side.
 const PEOPLE = [
