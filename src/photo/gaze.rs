@@ -18,7 +18,7 @@ use crate::{Expressions, Face};
 const IRIS_FROM_MIDDLE: f64 = 0.88;
 /// Lids that are nearer than this show too little of an iris, mm: those of who laughs are 5 mm apart and more.
 const SHUT: f64 = 3.0;
-/// Eyes that look farther apart than this were not found, radians: they meet at a nose's length then.
+/// Eyes that look farther apart than this were not found, radians: they would meet 18 cm before the face.
 const APART: f64 = 0.35;
 /// The first points of the subject's right and left eye in the scheme of iBUG, and how many an eye has.
 const EYES: [usize; 2] = [36, 42];

@@ -26,6 +26,19 @@ export function steppedTo({ key, shiftKey }, present, step, [min, max]) {
   return Object.hasOwn(to, key) ? Math.min(max, Math.max(min, to[key])) : null;
 }
 
+/** @type {Readonly<Record<string, readonly [number, number]>>} */
+const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+/**
+ * How far a key moves a point, to the right and down: an arrow by so much, ten times with Shift.
+ * @param {KeyboardEvent} event @param {number} by
+ * @returns {readonly [number, number] | null} null for other keys
+ */
+export function nudgeOf({ key, shiftKey, ctrlKey, metaKey, altKey }, by) {
+  if (ctrlKey || metaKey || altKey || !Object.hasOwn(WAYS, key)) return null;
+  const step = by * (shiftKey ? 10 : 1);
+  return [step * WAYS[key][0], step * WAYS[key][1]];
+}
+
 /**
  * The letter that a key is pressed for: its own, or where a keyboard has others, such as Greek or Cyrillic ones, the one that stands there
  * on a Latin keyboard.

@@ -1,4 +1,5 @@
 import { element } from '../frame/element.js';
+import { nudgeOf } from '../frame/keys.js';
 import { text } from '../text.js';
 import { COUNT, LINES } from './points.js';
 
@@ -68,15 +69,12 @@ export function createCorrection(view, { changed, leave }) {
         event.preventDefault();
         next.focus();
       }
-      /** @type {Record<string, readonly [number, number]>} */
-      const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-      const way = ways[event.key];
-      if (!way) return;
+      const nudge = nudgeOf(event, NUDGE / view.scale);
+      if (!nudge) return;
       event.preventDefault();
-      const step = (NUDGE * (event.shiftKey ? 10 : 1)) / view.scale;
       if (nudged !== i) begin();
       nudged = i;
-      move(i, points[2 * i] + step * way[0], points[2 * i + 1] + step * way[1]);
+      move(i, points[2 * i] + nudge[0], points[2 * i + 1] + nudge[1]);
       view.reveal(points[2 * i], points[2 * i + 1]);
       magnify(i);
     });

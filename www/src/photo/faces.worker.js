@@ -37,7 +37,7 @@ console.log = console.info = console.warn = () => {};
 
 /** Points of a face: those of the mesh, and five of each iris. */
 const MESH = 478;
-/** The middles of the subject's right and left iris among them. */
+/** The middles of the subject's right and left iris among them: as in `points.js`, which a classic worker cannot import. */
 const IRISES = [468, 473];
 /** What is looked at is drawn at most so large, px, in a search and then closely: the detector itself sees 128, the mesh 192. */
 const SEARCHED = 256;

@@ -1,21 +1,12 @@
 import './pins.css';
 import { element } from '../frame/element.js';
+import { nudgeOf } from '../frame/keys.js';
 import { text } from '../text.js';
 
-/** CSS px that an arrow key moves a pin; ten times with Shift. */
+/** CSS px that an arrow key moves a pin. */
 const NUDGE = 1;
 /** As many mm is the farthest place from the middle of a head. */
 const FARTHEST = 120;
-
-/** @type {Record<string, readonly [number, number]>} */
-const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-
-/** How far an arrow key goes, CSS px; null for other keys. @param {KeyboardEvent} event */
-function nudgeOf({ key, shiftKey, ctrlKey, metaKey, altKey }) {
-  if (ctrlKey || metaKey || altKey || !Object.hasOwn(WAYS, key)) return null;
-  const step = NUDGE * (shiftKey ? 10 : 1);
-  return /** @type {const} */ ([step * WAYS[key][0], step * WAYS[key][1]]);
-}
 
 /**
  * A place that is shown over the skin: `id` is its own while it is there, `across` how large what is there is, mm. One that is `still` is
@@ -76,7 +67,7 @@ export function createPins(canvas, spotting, on) {
     handle.addEventListener('keydown', (event) => {
       const pin = find(id);
       if (!pin) return;
-      const nudge = nudgeOf(event);
+      const nudge = nudgeOf(event, NUDGE);
       if (event.key === 'Escape') {
         event.stopPropagation();
         if (held) return giveUp();
@@ -136,7 +127,7 @@ export function createPins(canvas, spotting, on) {
   cursor.hidden = true;
   cursor.addEventListener('keydown', (event) => {
     if (!aim) return;
-    const nudge = nudgeOf(event);
+    const nudge = nudgeOf(event, NUDGE);
     if (nudge) {
       aim = [Math.min(canvas.clientWidth, Math.max(0, aim[0] + nudge[0])), Math.min(canvas.clientHeight, Math.max(0, aim[1] + nudge[1]))];
       draw();
