@@ -111,6 +111,8 @@ describe('colours', () => {
       ['Lips, pale to red', 1, 'lip', 1.2],
       ['Hair, fair to black', 0.05, 'brow', 1.4],
       ['Brows, thin to bushy', 0, 'brow', 1.4],
+      ['Brows, straight to arched', 1, 'brow', 1.4],
+      ['Brows, narrow to broad', 1, 'brow', 1.4],
       ['Iris, blue to brown', 0, 'iris', 0.7],
     ]) {
       await moveSlider(page, name, value);
@@ -122,6 +124,22 @@ describe('colours', () => {
       const back = await picture(page, 'colours-undone');
       assert.ok(back.rgb.equals(rest.rgb), `undo left some of ${name}`);
     }
+
+    // What is painted of brows and the hairs on it go together, as high as the slider says: 5 mm, an eye is 30 wide.
+    const height = async (/** @type {number} */ value) => {
+      await moveSlider(page, 'Brows, low to high', value);
+      const shown = await picture(page, `colours-brows-${value}`);
+      const half = Math.round(0.7 * look.size);
+      const side = 2 * half + 1;
+      const lights = look.square(shown, 'brow', half).map(light);
+      const skin = look.extremes(shown, 'brow', half)[1];
+      const dark = lights.map((value) => Math.max(0, skin - 25 - value));
+      return dark.reduce((sum, value, i) => sum + value * Math.floor(i / side), 0) / dark.reduce((sum, value) => sum + value, 0);
+    };
+    const [low, high] = [await height(0.3), await height(0.7)];
+    const risen = (low - high) / look.size;
+    assert.ok(risen > 0.07 && risen < 0.2, `brows rose by ${risen} of an eye, not by 4 mm`);
+    await page.getByRole('button', { name: 'The model’s own' }).click();
 
     // Years fold a face, and freckles dot it; neither touches eyes or the skin under hair.
     for (const [name, place] of [['Lines, none to deep', 'forehead'], ['Freckles, none to many', 'under the eye']]) {

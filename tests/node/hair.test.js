@@ -4,6 +4,8 @@ import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { load } from '../../pkg/index.js';
 import { Color } from '../../www/node_modules/three/build/three.module.js';
+import { chance } from '../../www/src/chance.js';
+import { browLine, movedBrow, movesOf, UNMOVED_GLSL } from '../../www/src/hair/browform.js';
 import { browHair } from '../../www/src/hair/browhair.js';
 import { growth } from '../../www/src/hair/growth.js';
 import { hairLength } from '../../www/src/hair/length.js';
@@ -14,6 +16,8 @@ import { pigments } from '../../www/src/head/pigments.js';
 import { SKIN_GLSL } from '../../www/src/head/skin.js';
 import { someone } from '../../www/src/head/someone.js';
 import { decodeColouring, encodeColouring } from '../../www/src/keep/addresscode.js';
+
+const OWN_BROWS = { length: 1, curl: 0, breadth: 0.5, arch: 0.5, slant: 0.5, apart: 0.5, raise: 0.5 };
 
 for (const name of ['model', 'synthetic']) {
   describe(`hair of ${name}.phiz`, async () => {
@@ -136,10 +140,77 @@ for (const name of ['model', 'synthetic']) {
       assert.equal(lost(0, 25), 0);
     });
 
+    test('brows take a form: broad, arched, raised, joined, by the slider’s mm, and every hair stays on the skin', () => {
+      const brows = browHair({ positions: rest, normals: face.normals.slice(), triangles, landmarks });
+      assert.ok(brows);
+      const rootsOf = (/** @type {Partial<typeof OWN_BROWS>} */ form) => {
+        const { points, anchors } = brows.grow({ ...OWN_BROWS, ...form });
+        assert.ok(points.every(Number.isFinite));
+        return Array.from({ length: brows.strands }, (_, n) => {
+          const root = [...points.subarray(3 * POINTS * n, 3 * POINTS * n + 3)];
+          // It begins 0.1 mm in the skin, and is bound to it there.
+          const apart = Math.hypot(...root.map((value, k) => anchors.places[3 * n + k] - value));
+          assert.ok(apart < 1, `${JSON.stringify(form)}: a root at ${root} is bound ${apart} mm beside`);
+          return root;
+        });
+      };
+      const own = rootsOf({});
+      /** @param {number[][]} roots @param {(t: number) => boolean} where of those that are there in the own form, from the inner end on */
+      const heights = (roots, where) => {
+        const inner = Math.min(...own.map(([x]) => Math.abs(x)));
+        const outer = Math.max(...own.map(([x]) => Math.abs(x)));
+        const some = roots.filter((_, n) => where((Math.abs(own[n][0]) - inner) / (outer - inner)));
+        assert.ok(some.length > 20);
+        return some.reduce((sum, [, y]) => sum + y, 0) / some.length;
+      };
+      const [all, ends, outerEnd, innerEnd] = [() => true, (/** @type {number} */ t) => t < 0.1 || t > 0.95, (/** @type {number} */ t) => t > 0.9, (/** @type {number} */ t) => t < 0.1];
+      const [high, low] = [rootsOf({ raise: 1 }), rootsOf({ raise: 0 })];
+      // A hair begins 0.1 mm in the skin, which leans otherwise there.
+      assert.ok(Math.abs(heights(high, all) - heights(low, all) - 10) < 0.1, `all of it goes ${heights(high, all) - heights(low, all)} mm, not 10`);
+      const [arched, straight] = [rootsOf({ arch: 1 }), rootsOf({ arch: 0 })].map((roots) => heights(roots, (t) => Math.abs(t - 0.62) < 0.1) - heights(roots, ends));
+      assert.ok(arched > straight + 8, `the middle is ${arched} and ${straight} mm over the ends`);
+      const [rising, drooping] = [rootsOf({ slant: 1 }), rootsOf({ slant: 0 })].map((roots) => heights(roots, outerEnd) - heights(roots, innerEnd));
+      assert.ok(rising > drooping + 15, `outer ends are ${rising} and ${drooping} mm over inner ones`);
+      // Across the middle of a brow, where its line is level, as far as its own is and is not.
+      const extent = (/** @type {number[][]} */ roots) => {
+        const ys = roots.filter((_, n) => own[n][0] > 20 && own[n][0] < 26).map(([, y]) => y).sort((a, b) => a - b);
+        return ys[Math.floor(0.95 * ys.length)] - ys[Math.floor(0.05 * ys.length)];
+      };
+      const [broad, narrow] = [rootsOf({ breadth: 1 }), rootsOf({ breadth: 0 })].map((roots) => extent(roots) / extent(own));
+      assert.ok(broad > 1.6 && broad < 1.8 && narrow < 0.5, `${broad} and ${narrow} of their own breadth`);
+      const nearest = (/** @type {number[][]} */ roots) => Math.min(...roots.map(([x]) => Math.abs(x)));
+      assert.ok(nearest(own) > 5 && nearest(rootsOf({ apart: 0 })) < 2 && nearest(rootsOf({ apart: 1 })) > nearest(own) + 5);
+      for (const [n, [x]] of rootsOf({ apart: 0 }).entries()) assert.ok(x * own[n][0] >= 0 || Math.abs(x) < 2, 'a hair is on the other brow');
+    });
+
+    test('what the shader takes back of a form is what is put on', () => {
+      const line = browLine(landmarks);
+      assert.ok(line);
+      // Its text, in JavaScript.
+      const body = UNMOVED_GLSL.slice(UNMOVED_GLSL.indexOf('{') + 1, UNMOVED_GLSL.lastIndexOf('}')).replaceAll('float ', 'const ');
+      const unmoved = new Function('at', 'browSpan', 'browLine', 'browMoves', 'browSlant', `const { abs, max, sqrt } = Math; const vec2 = (x, y) => [x, y];${body}`);
+      const [x, y, z, w] = line.heights;
+      const random = chance(4);
+      for (let n = 0; n < 2000; n++) {
+        const form = { breadth: random(), arch: random(), slant: random(), apart: random(), raise: random() };
+        const moves = movesOf(form, line);
+        const at = [(random() < 0.5 ? -1 : 1) * (line.outer - line.length * (1.15 * random() - 0.1)), line.heights[0] + 30 * random() - 15];
+        const [left, low] = movedBrow(line, moves, at[0], at[1]);
+        // What would be on the other side is seen by nobody.
+        if (left * at[0] <= 0) continue;
+        const back = unmoved({ x: left, y: low }, { x: line.outer, y: line.length }, { x, y, z, w }, { x: moves.apart, y: moves.broad, z: moves.raise, w: moves.arch }, moves.slant);
+        assert.ok(Math.hypot(back[0] - at[0], back[1] - at[1]) < 1e-6, `${at} came back as ${back} from ${JSON.stringify(form)}`);
+      }
+      for (const place of [[30, 40], [-12, 35]]) {
+        const there = movedBrow(line, movesOf(OWN_BROWS, line), place[0], place[1]);
+        assert.ok(Math.hypot(there[0] - place[0], there[1] - place[1]) < 1e-9, 'their own form moves them');
+      }
+    });
+
     test('brows are of hairs along their line that lie close to the skin, as many on each side, and thin ones are the middle of them', () => {
       const brows = browHair({ positions: rest, normals: face.normals.slice(), triangles, landmarks });
       assert.ok(brows);
-      const { points, anchors } = brows.grow({ length: 1, curl: 0 });
+      const { points, anchors } = brows.grow(OWN_BROWS);
       const line = Array.from({ length: 10 }, (_, i) => landmarks.get(`ibug_${17 + i}`));
       let left = 0;
       for (let n = 0; n < brows.strands; n++) {

@@ -1,4 +1,5 @@
 import { beardLength } from './beard.js';
+import { broadOf } from './browform.js';
 import { createGrower } from './grower.js';
 import { hairLength } from './length.js';
 import { partsOf } from './parts.js';
@@ -6,7 +7,6 @@ import { createTresses } from './tresses.js';
 
 /** Brows are never longer or shorter: how long their hairs are, mm. */
 const BROW = 6;
-const BROWS = { length: 1, curl: 0 };
 
 /**
  * Longer hair, a longer beard and brows on a head.
@@ -38,12 +38,12 @@ export function growHair(skin, where, uniforms, fade, onGrown) {
     createTresses(
       {
         kind: 'brows',
-        style: () => BROWS,
-        // What is bushy is broader, too: thin brows are the middle of it.
-        thinning: ({ bushy, browed }) => ({ share: browed * Math.min(1, 0.45 * bushy ** 1.15), gone: [0, 0, 0, 0.35 * (2 - bushy)] }),
+        style: ({ browForm }) => browForm,
+        // What is bushy is broader, too: thin brows are the middle of it. And what is made broader is not thinner.
+        thinning: ({ bushy, browed, browForm }) => ({ share: browed * Math.min(1, 0.365 * bushy ** 1.15 * broadOf(browForm) ** 0.75), gone: [0, 0, 0, 0.35 * (2 - bushy)] }),
         long: () => BROW,
         turned: ({ turned }) => turned[1],
-        half: 0.23,
+        half: 0.255,
         gaps: 0.45,
         bare: 0.2,
         carries: ({ browed }) => browed,

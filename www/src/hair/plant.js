@@ -9,7 +9,7 @@ import { growOn } from './strands.js';
 
 /** What hair grows on: the skin at rest. @typedef {import('../groundwork/groundwork.js').Rest} Skin */
 /** @typedef {ReturnType<typeof import('./growth.js').growth> & { parts: Uint8Array }} Where */
-/** @typedef {{ hair: import('./hairstyle.js').Style, beard: import('./beard.js').Beard, brows: import('./strands.js').Curled }} Styles */
+/** @typedef {{ hair: import('./hairstyle.js').Style, beard: import('./beard.js').Beard, brows: import('./browhair.js').Brows }} Styles */
 /** @typedef {keyof Styles} Kind */
 /** Its strands and what ribbons on them have in common. @typedef {import('./strands.js').Planted & ReturnType<typeof layRibbons>} Planting */
 /** @typedef {ReturnType<typeof ribbonsOf>} Ribbons */

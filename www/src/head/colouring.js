@@ -31,6 +31,11 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
   moustache: 1,
   chinBeard: 1,
   cheekBeard: 1,
+  browBreadth: 0.5,
+  browArch: 0.5,
+  browSlant: 0.5,
+  browApart: 0.5,
+  browRaise: 0.5,
 });
 
 export const COLOURS = Object.keys(REST);

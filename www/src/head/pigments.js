@@ -1,5 +1,5 @@
 import { Color } from 'three';
-import { REST, whole } from './colouring.js';
+import { REST, valueIn, whole } from './colouring.js';
 
 // Skin. Light crosses the epidermis twice, and melanin takes from it by its absorption, 6.6e11 nm^-3.33 per cm
 // of pure melanosomes (S. Jacques, "Optical properties of biological tissues", 2013), of which they fill 1.3 % in the
@@ -34,8 +34,9 @@ const RED = new Color('#8f3f19');
 const GREY = new Color('#a3a09b');
 /** Brows turn grey later than the head, hair by hair, and keep dark ones. */
 const BROWS_GREY = 0.58;
-/** So far from rest hairs carry brows, of the slider. */
+/** So far from rest hairs carry brows, of any of these sliders. */
 const BROWED = 0.06;
+const BROWS = ['brows', 'browBreadth', 'browArch', 'browSlant', 'browApart', 'browRaise'];
 /** Lashes at rest, as the screen shows them. They follow brows by less: they are paler only at their ends. */
 const LASHES = [0.075, 0.045, 0.035];
 const FOLLOWS = 0.45;
@@ -97,7 +98,8 @@ export const irisColours = (iris) => ({ inner: between(IRIS, iris, 1), outer: be
  * @param {import('./colouring.js').Colouring} colouring
  */
 export function pigments(tone, colouring) {
-  const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles, beardLength, thin, beardThin, hairline, moustache, chinBeard, cheekBeard } = whole(colouring);
+  const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles, beardLength, thin, beardThin, hairline, moustache, chinBeard, cheekBeard, browBreadth, browArch, browSlant, browApart, browRaise } =
+    whole(colouring);
   const own = skinColour(tone, skin, blood);
   // Pale lips have no more blood than the skin; full ones are painted.
   const [most, factors] = lips < REST.lips ? [REST.lips, PALE] : [1 - REST.lips, PAINTED];
@@ -128,7 +130,8 @@ export function pigments(tone, colouring) {
     /** 0 is none, 2 twice as many as at rest. */
     bushy: 2 * brows,
     /** How far hairs stand on what is painted of brows: at rest they are as on the head that shows first, which is paint alone. */
-    browed: Math.min(1, Math.abs(brows - REST.brows) / BROWED),
+    browed: Math.min(1, Math.max(...BROWS.map((name) => Math.abs(valueIn(colouring, name) - REST[name]))) / BROWED),
+    browForm: { length: 1, curl: 0, breadth: browBreadth, arch: browArch, slant: browSlant, apart: browApart, raise: browRaise },
     /** How dense hair and beard are, 0 to 1. @type {[number, number]} */
     dense: [dense, Math.max(beard, 0.8 * (1 - beardThin) * Math.min(1, 8 * beardLength))],
     /** How far off the skin a crop's surface is, mm: below strands, where there are some. */

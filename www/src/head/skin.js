@@ -3,6 +3,7 @@ import { RUNS_OUT } from '../rendering/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { SCATTERED } from '../hair/scattered.js';
 import { TILE } from '../hair/crop.js';
+import { browLine, movesOf, UNMOVED_GLSL } from '../hair/browform.js';
 import { BELOW_CHIN, foldsOf } from './folds.js';
 import { BELOW } from './nostrils.js';
 import { createMap, createTile, sharpen } from '../rendering/textures.js';
@@ -73,6 +74,10 @@ const DECLARATIONS = /* glsl */ `
   uniform sampler2D browMap;
   uniform vec4 faceFrame;
   uniform vec4 browFrame;
+  uniform vec4 browLine;
+  uniform vec2 browSpan;
+  uniform vec4 browMoves;
+  uniform float browSlant;
   uniform vec3 youngHair;
   uniform vec3 oldHair;
   uniform vec2 turned; // grey: of hair, of brows
@@ -99,6 +104,7 @@ const DECLARATIONS = /* glsl */ `
   varying float vFold;
   ${STUDIO_GLSL}
   ${SCATTERED}
+  ${UNMOVED_GLSL}
 
   // Relief and mottling, projected along the three axes of the head at rest.
   vec4 triplanar(float size, out vec3 slope) {
@@ -136,9 +142,10 @@ const COLOUR = /* glsl */ `
   float front = smoothstep(faceDepth, faceDepth + 14.0, vRest.z)
               * smoothstep(0.0, 0.03, faceAt.y) * smoothstep(1.0, 0.97, faceAt.y);
   vec4 paint = texture2D(faceMap, faceAt) * front;
-  vec2 browAt = (vRest.xy - browFrame.xy) / browFrame.zw;
+  vec2 browAt = (unmovedBrow(vRest.xy) - browFrame.xy) / browFrame.zw;
   float inBrow = step(0.0, min(min(browAt.x, browAt.y), min(1.0 - browAt.x, 1.0 - browAt.y)));
-  vec2 hairsOfBrow = texture2D(browMap, clamp(browAt, 0.0, 1.0)).rg;
+  // The two sides may be far apart on the map where they meet on the skin.
+  vec2 hairsOfBrow = textureGrad(browMap, clamp(browAt, 0.0, 1.0), dFdx(vRest.xy) / browFrame.zw, dFdy(vRest.xy) / browFrame.zw).rg;
   float brow = min(1.0, hairsOfBrow.r * bushy) * inBrow * (1.0 - 0.2 * browed)
              * smoothstep(faceDepth - 12.0, faceDepth - 4.0, vRest.z);
 
@@ -392,6 +399,10 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     browMap: { value: brows.map },
     faceFrame: { value: new Vector4().fromArray(face.frame) },
     browFrame: { value: new Vector4().fromArray(brows.frame) },
+    browLine: { value: new Vector4() },
+    browSpan: { value: new Vector2(0, 1) },
+    browMoves: { value: new Vector4(0, 1, 0, 0) },
+    browSlant: { value: 0 },
     youngHair: { value: new Color() },
     oldHair: { value: new Color() },
     turned: { value: new Vector2() },
@@ -426,6 +437,11 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     /** How much lighter its skin and its lips are than they were. */
     wornTint: { value: [new Color(1, 1, 1), new Color(1, 1, 1)] },
   };
+  const brow = browLine(landmarks);
+  if (brow) {
+    uniforms.browLine.value.fromArray(brow.heights);
+    uniforms.browSpan.value.set(brow.outer, brow.length);
+  }
   const material = new MeshPhysicalMaterial({
     ...RUNS_OUT,
     roughness: 0.52,
@@ -605,7 +621,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       });
     },
     /** @param {Paints} colours */
-    paint({ skin, bright, lips, bare, young, old, turned, bushy, dense, lift, standing, gone, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, bare, young, old, turned, bushy, browForm, dense, lift, standing, gone, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       // On dark skin all that is mirrored stands out, and a little of it is plastic.
       material.sheenColor.copy(FUZZ).multiplyScalar(bright * bright);
@@ -617,6 +633,11 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       uniforms.oldHair.value.copy(old);
       uniforms.turned.value.fromArray(turned);
       uniforms.bushy.value = bushy;
+      if (brow) {
+        const { apart, broad, raise, arch, slant } = movesOf(browForm, brow);
+        uniforms.browMoves.value.set(apart, broad, raise, arch);
+        uniforms.browSlant.value = slant;
+      }
       uniforms.dense.value.fromArray(dense);
       uniforms.lift.value = lift;
       uniforms.gone.value.fromArray(gone);

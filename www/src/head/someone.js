@@ -64,6 +64,24 @@ export function coloursAlong(colouring, before, after) {
   });
 }
 
+/** Brows have chances of their own: with them or without, someone of a seed has the same colours. */
+const BROWS = 0x5b0e;
+
+/**
+ * Which form brows have: a man's are rather broad and straight, and a woman's narrow and arched.
+ * @param {number} manly 0 to 1 @param {() => number} random
+ */
+function browsOf(manly, random) {
+  const about = (/** @type {number} */ mean, /** @type {number} */ most) => mean + most * (random() + random() - 1);
+  return {
+    browBreadth: about(0.5 + 0.24 * (manly - 0.5), 0.26),
+    browArch: about(0.5 - 0.2 * (manly - 0.5), 0.35),
+    browSlant: about(0.5, 0.25),
+    browApart: about(0.5, 0.3),
+    browRaise: about(0.5 - 0.16 * (manly - 0.5), 0.3),
+  };
+}
+
 /**
  * Colours that someone of a face may have, the same for a seed: brown eyes and black hair are the most of the
  * world's, and fair hair, red hair and light eyes go with fair skin. What the model's labels say of the face
@@ -82,6 +100,7 @@ export function someone(face, seed) {
   const light = random() < fair;
   const manly = manlyOf(sex);
   const colours = {
+    ...browsOf(manly, chance(seed ^ BROWS)),
     skin,
     blood: 0.15 + 0.35 * random(),
     lips: 0.25 + 0.35 * random(),

@@ -8,9 +8,10 @@ import { text } from '../text.js';
 
 const GROUPS = /** @type {const} */ ([
   ['skin', ['skin', 'blood', 'lips', 'lines', 'freckles']],
-  ['hair', ['hair', 'red', 'grey', 'brows']],
+  ['hair', ['hair', 'red', 'grey']],
   ['style', ['crop', 'hairline', 'length', 'comb', 'parting', 'curl']],
   ['beard', ['beard', 'beardLength', 'moustache', 'chinBeard', 'cheekBeard']],
+  ['brows', ['brows', 'browBreadth', 'browArch', 'browSlant', 'browApart', 'browRaise']],
   ['eyes', ['iris']],
 ]);
 
@@ -37,10 +38,19 @@ const STARTS = {
     goatee: { beard: 0.8, beardLength: 0.3, cheekBeard: 0 },
     chin: { beard: 0.8, beardLength: 0.35, moustache: 0, cheekBeard: 0 },
   },
+  brows: {
+    fine: { brows: 0.45, browBreadth: 0.2, browArch: 0.65 },
+    bushy: { brows: 0.85, browBreadth: 0.75 },
+    straight: { brows: 0.6, browArch: 0.1, browRaise: 0.4 },
+    arched: { brows: 0.55, browBreadth: 0.4, browArch: 0.9, browRaise: 0.6 },
+    rising: { brows: 0.6, browSlant: 0.85 },
+    drooping: { brows: 0.55, browSlant: 0.15 },
+    joined: { brows: 0.8, browBreadth: 0.65, browApart: 0 },
+  },
 };
 
 /** What else a group's beginnings have. @type {Partial<Record<string, import('../head/colouring.js').Colouring>>} */
-const BEGUN = { style: { thin: 0 }, beard: { beardThin: 0, moustache: 1, chinBeard: 1, cheekBeard: 1 } };
+const BEGUN = { style: { thin: 0 }, beard: { beardThin: 0, moustache: 1, chinBeard: 1, cheekBeard: 1 }, brows: { browBreadth: 0.5, browArch: 0.5, browSlant: 0.5, browApart: 0.5, browRaise: 0.5 } };
 
 /** How dense hair is goes for what is cropped and for what has a length. @type {Record<string, { thin: string, long: string, at: 0 | 1 }>} */
 const DENSE = { crop: { thin: 'thin', long: 'length', at: 0 }, beard: { thin: 'beardThin', long: 'beardLength', at: 1 } };
