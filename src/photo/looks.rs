@@ -1,9 +1,7 @@
 //! What a photo tells of a person beside the shape: the colours of skin, irises and hair, how far
 //! the hair stands off and hangs down, and a beard.
 //!
-//! The skin's colour is its usual albedo, as in a [`Texture`](super::Texture). Irises are found as what is
-//! dark between the lids, and compared with the white of the eye, whose colour is known: an eye lies deeper
-//! than the light on the skin tells. Hair is what is person and not skin where scalps are; what is around the
+//! The skin's colour is its usual albedo, as in a [`Texture`](super::Texture); that of irises is in `iris`. Hair is what is person and not skin where scalps are; what is around the
 //! head, downwards beside the face until it ends, outwards from the head, and on the forehead, is compared
 //! with both.
 
@@ -80,7 +78,7 @@ const UNUSUAL: f64 = 1.6;
 /// A head whose scalp is covered less is bald.
 const LEAST_COVER: f64 = 0.3;
 /// Below this light colours are the camera's noise.
-const BLACK: f64 = 0.01;
+pub(super) const BLACK: f64 = 0.01;
 /// Hair differs from its median by this logarithm at most: it shines and has shadows.
 const VARIES: f64 = 1.8;
 /// Steps in which hair is followed, mm, and how many in a row may be none.
@@ -123,28 +121,9 @@ const SMOOTH: f64 = 0.05;
 const MOST_SHINY: f64 = 0.75;
 /// With fewer px a mm strands are not seen.
 const STRANDS_SEEN: f64 = 1.0;
-/// An iris's radius, mm; people differ by a tenth.
-const IRIS: f64 = 5.9;
-/// In a photo that is darker by this factor than usual noise is as strong as the light of an iris.
-const TOO_DARK: f64 = 5.0;
-/// An iris whose radius is fewer px has no colour but that of lids and lashes.
-const LEAST_IRIS: f64 = 2.5;
-/// So many places along an iris's radius tell its colour, or as many as there are px.
-const ACROSS: f64 = 10.0;
-/// The albedo of the white of the eye between lids.
-const SCLERA: f64 = 0.55;
-/// What the cornea before an iris mirrors of its surroundings.
-const CORNEA: f64 = 0.02;
-/// The albedo of the darkest irises.
-const MELANIN: f64 = 0.01;
-/// Two eyes of a person are alike: where one is brighter by this factor (and what corneas mirror), it is not the
-/// iris that is seen in it.
-const UNLIKE: f64 = 1.5;
-/// The brightness of the palest.
-const PALEST: f64 = 0.3;
-
 impl Looks {
-    /// Of a face (positions in mm, unit normals) that a camera sees in an image.
+    /// Of a face (positions in mm, unit normals) that a camera sees in an image, where the middles of the irises of the subject's right
+    /// and left eye are (px), if that is known.
     ///
     /// # Errors
     /// When the mesh is not the model's, or the face is not in the photo.
@@ -154,6 +133,7 @@ impl Looks {
         light: &Light,
         (places, normals): (&[DVec3], &[Vec3]),
         image: &Image,
+        irises: Option<[DVec2; 2]>,
     ) -> Result<Self> {
         let skin = Skin::new(model, camera, light, (places, normals), image)?;
         let own = skin.own();
@@ -166,7 +146,7 @@ impl Looks {
         let beard = head.beard();
         Ok(Self {
             skin: own,
-            irises: head.irises(),
+            irises: head.irises(irises),
             beard,
             hair: head.hair(beard > BEARDED),
         })
@@ -174,10 +154,10 @@ impl Looks {
 }
 
 /// A head in a photo.
-struct Head<'a> {
-    camera: &'a Camera,
+pub(super) struct Head<'a> {
+    pub camera: &'a Camera,
     places: &'a [DVec3],
-    skin: &'a Skin<'a>,
+    pub skin: &'a Skin<'a>,
     /// The skin's albedo.
     own: DVec3,
 }
@@ -215,7 +195,7 @@ fn hue(logarithm: DVec3) -> DVec2 {
 
 impl Head<'_> {
     /// A named point on the head in the photo, and on the mean head.
-    fn point(&self, name: &str) -> Option<[DVec3; 2]> {
+    pub fn point(&self, name: &str) -> Option<[DVec3; 2]> {
         let landmark = self.skin.landmark(name)?;
         let stencil = landmark.stencil.iter();
         let here = stencil.map(|&(v, w)| self.places[v as usize] * w).sum();
@@ -224,7 +204,7 @@ impl Head<'_> {
     }
 
     /// px a mm at a point.
-    fn scale(&self, p: DVec3) -> f64 {
+    pub fn scale(&self, p: DVec3) -> f64 {
         self.camera.focal / self.camera.to_camera(p).z
     }
 
@@ -294,95 +274,6 @@ impl Head<'_> {
             (Some(cheeks), Some(lip), Some(chin)) => (cheeks - lip.max(chin)).max(0.0),
             _ => 0.0,
         }
-    }
-
-    fn irises(&self) -> Option<DVec3> {
-        if self.skin.dark_lenses || self.skin.exposure > TOO_DARK {
-            return None;
-        }
-        let eyes = [36, 42].map(|first| self.iris(first));
-        let mut seen: Vec<DVec3> = eyes.into_iter().flatten().collect();
-        seen.sort_unstable_by(|a, b| a.dot(BRIGHTNESS).total_cmp(&b.dot(BRIGHTNESS)));
-        // What a lamp, a lid or the white of an eye adds makes it brighter.
-        let darkest = seen.first()?.dot(BRIGHTNESS);
-        seen.retain(|iris| iris.dot(BRIGHTNESS) < UNLIKE * darkest + CORNEA);
-        Some(seen.iter().sum::<DVec3>() / seen.len() as f64)
-    }
-
-    /// The albedo of the iris between six points around an eye, from the one of this number on.
-    fn iris(&self, first: u32) -> Option<DVec3> {
-        let points: Option<Vec<DVec3>> = (first..first + 6)
-            .map(|i| Some(self.point(&format!("ibug_{i}"))?[0]))
-            .collect();
-        let points = points?;
-        let radius = IRIS * self.scale(points.iter().sum::<DVec3>() / 6.0);
-        if radius < LEAST_IRIS {
-            return None;
-        }
-        let lids: Vec<DVec2> = points.iter().map(|&p| self.camera.project(p)).collect();
-        let step = (radius / ACROSS).max(1.0);
-        let pixels = self.between_lids(&lids, step);
-        let brightness = |p: &(DVec2, DVec3)| p.1.dot(BRIGHTNESS);
-        let mean = |inside: &dyn Fn(f64) -> bool, centre: DVec2| {
-            let all = pixels.iter().filter(|p| inside(p.0.distance(centre)));
-            let (sum, count) = all.fold((0.0, 0), |(s, n), p| (s + brightness(p), n + 1));
-            (count > 0).then(|| (sum / f64::from(count), count))
-        };
-        // The darkest disc beside something brighter, of which lids cover no more than the half.
-        let least = 0.45 * std::f64::consts::PI * (radius / step).powi(2);
-        let score = |centre: DVec2| {
-            let (disc, count) = mean(&|d| d < radius, centre)?;
-            let (ring, _) = mean(&|d| d > 1.1 * radius && d < 1.8 * radius, centre)?;
-            (f64::from(count) > least).then_some((ring / disc.max(1e-4)).ln())
-        };
-        let all = pixels.iter().filter_map(|p| Some((p.0, score(p.0)?)));
-        let (centre, score) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        if score < 0.2 {
-            return None;
-        }
-        let part = |is_one: &dyn Fn(DVec2) -> bool| -> Vec<DVec3> {
-            let all = pixels.iter().filter(|p| is_one((p.0 - centre) / radius));
-            all.map(|p| p.1).collect()
-        };
-        // Not the pupil, nor the ring around the iris, nor what lies in the shadow of the upper lid.
-        let mut iris = part(&|at| (0.42..0.9).contains(&at.length()) && at.y > -0.2);
-        let mut white = part(&|at| at.length() > 1.25);
-        if iris.len() < 6 || white.len() < 4 {
-            return None;
-        }
-        let by_brightness = |a: &DVec3, b: &DVec3| a.dot(BRIGHTNESS).total_cmp(&b.dot(BRIGHTNESS));
-        // Lamps are mirrored in the cornea, and lashes are, and the pupil is near.
-        iris.sort_unstable_by(by_brightness);
-        iris.truncate(iris.len() * 3 / 5);
-        iris.drain(..iris.len() / 2);
-        white.sort_unstable_by(by_brightness);
-        // Corners are red, and lashes dark.
-        let white = median(white[white.len() / 2..].iter().copied());
-        let ratio = median(iris.into_iter()) / white.max(DVec3::splat(BLACK));
-        let albedo = ratio * SCLERA - CORNEA;
-        // Brighter than any iris is the lid.
-        let is_iris = albedo.dot(BRIGHTNESS) < PALEST;
-        is_iris.then(|| albedo.clamp(DVec3::splat(MELANIN), DVec3::ONE))
-    }
-
-    /// Places between lids, so many px apart, and the light around each.
-    fn between_lids(&self, lids: &[DVec2], step: f64) -> Vec<(DVec2, DVec3)> {
-        let low = lids.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-        let high = lids.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-        let inside = |p: DVec2| {
-            let edges = lids.iter().zip(lids.iter().cycle().skip(1));
-            let crossed = edges.filter(|(a, b)| {
-                (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
-            });
-            crossed.count() % 2 == 1
-        };
-        let count = ((high - low) / step).ceil().as_usizevec2();
-        let places = (0..count.y).flat_map(|y| (0..count.x).map(move |x| [x, y]));
-        // Of a small eye these are its pixels.
-        let low = low.floor() + 0.5;
-        let places = places.map(|p| low + step * DVec2::from_array(p.map(|c| c as f64)));
-        let light = |p| Some((p, self.skin.image.mean(p, 0.5 * step)? * self.skin.exposure));
-        places.filter(|&p| inside(p)).filter_map(light).collect()
     }
 
     fn hair(&self, bearded: bool) -> Option<Hair> {

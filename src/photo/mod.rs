@@ -33,6 +33,7 @@ mod cover;
 mod curtains;
 mod gaze;
 mod grain;
+mod iris;
 mod light;
 mod looks;
 mod pixels;

@@ -298,11 +298,22 @@ impl PhotoEdit {
     }
 
     /// What the photo tells of the person beside the shape, of pixels of the size that it was opened
-    /// with, as `PhotoLooks` of `index.d.ts`.
-    pub fn looks(&self, rgba: &[u8]) -> Result<JsValue, JsError> {
+    /// with, as `PhotoLooks` of `index.d.ts`; `irises` are the middles of two as x, y, x, y, px, or none.
+    pub fn looks(&self, rgba: &[u8], irises: &[f64]) -> Result<JsValue, JsError> {
         let [width, height] = self.size;
         let image = Image::new(width, height, rgba).map_err(error)?;
-        let looks = LooksInfo::from(self.edit.looks(&image).map_err(error)?);
+        let irises = match *irises {
+            [] => None,
+            [a, b, c, d] if irises.iter().all(|x| x.is_finite()) => {
+                Some([DVec2::new(a, b), DVec2::new(c, d)])
+            }
+            _ => {
+                return Err(JsError::new(
+                    "irises are the middles of two, as x, y, x, y in px",
+                ));
+            }
+        };
+        let looks = LooksInfo::from(self.edit.looks(&image, irises).map_err(error)?);
         let serializer = serde_wasm_bindgen::Serializer::json_compatible();
         looks.serialize(&serializer).map_err(error)
     }

@@ -52,6 +52,9 @@ describe('looks', () => {
     assert.ok(iris([0.04, 0.082, 0.085]) < 0.3);
     // Brown ones in the shade of brows.
     assert.equal(iris([0.0401, 0.0348, 0.0222]), REST.iris);
+    // As brown eyes that laugh were measured: half of what is taken for them are lids.
+    const laughing = whole(colouringOf({ ...bald, skin: [0.503, 0.244, 0.153], irises: [0.355, 0.185, 0.147] }, tone)).iris;
+    assert.ok(laughing > 0.55, `${laughing}`);
     // The same portrait, fitted a little otherwise: under pale skin it would be blue. A green one stays green.
     const under = (/** @type {number} */ skin, /** @type {[number, number, number]} */ irises) =>
       whole(colouringOf({ ...bald, skin: seen(skinColour(tone, skin, REST.blood)), irises }, tone)).iris;

@@ -450,7 +450,7 @@ fn what_is_cut_out_has_no_colour() {
             };
             let [worn, finer] =
                 [None, Some(&detail)].map(|detail| edit.texture(&image, detail, 256).unwrap());
-            (light, worn, finer, edit.looks(&image).unwrap())
+            (light, worn, finer, edit.looks(&image, None).unwrap())
         };
         let black = told(&cut(&mut || 0));
         // Grain is told from the pixels around the head, or from all of a detail.
@@ -742,7 +742,7 @@ impl Portrait {
         let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
         let light = Light::of(&self.face, &self.camera, &image).unwrap();
         let edit = edit(&self.face, &self.camera, Some(light));
-        edit.looks(&image).unwrap()
+        edit.looks(&image, None).unwrap()
     }
 
     fn hair(&self) -> Hair {
@@ -993,7 +993,7 @@ fn a_mask_is_no_skin() {
         let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
         let light = Light::of(&face.face, &face.camera, &image).unwrap();
         let edit = edit(&face.face, &face.camera, Some(light));
-        let looks = edit.looks(&image).unwrap();
+        let looks = edit.looks(&image, None).unwrap();
         // What is near the eyes is a tenth of the face, in less of the light than the whole.
         let off = ratio(looks.skin, bare.skin);
         assert!(off < 1.15, "{:?} for {:?}", looks.skin, bare.skin);
@@ -1116,6 +1116,47 @@ fn irises_are_told_beside_the_white_of_the_eye() {
     }
     // Lids are shut: skin all over.
     assert_eq!(eye(DVec3::ONE, &[]), None);
+}
+
+/// Whose upper lids hang low and are dark has the darkest disc above the iris: a detector sees it all the same.
+#[test]
+fn an_iris_is_where_the_detector_sees_it() {
+    let mut face = Portrait::new(7);
+    let radius = 5.9 * face.scale();
+    let iris = DVec3::new(0.08, 0.15, 0.22);
+    let middles = [36, 42].map(|first| {
+        let points: Vec<DVec2> = (first..first + 6)
+            .map(|i| face.at(&format!("ibug_{i}")).1)
+            .collect();
+        let wide = points[0].distance(points[3]) / 2.0;
+        let centre = points.iter().sum::<DVec2>() / 6.0;
+        // It looks aside.
+        let middle = centre + DVec2::X * 0.3 * radius;
+        let shown = (iris + 0.02) / 0.55 * 0.4;
+        for (reach, at, light) in [
+            (wide, centre, DVec3::splat(0.4)),
+            (radius, middle, shown),
+            (0.35 * radius, middle, DVec3::splat(0.004)),
+        ] {
+            face.over
+                .push((Box::new(move |p| p.distance(at) < reach), light));
+        }
+        // (Down is positive in a photo.)
+        let lid = move |p: DVec2| p.distance(centre) < wide && p.y < middle.y - 0.25 * radius;
+        face.over.push((Box::new(lid), DVec3::splat(0.02)));
+        middle
+    });
+    let rgba = face.rgba();
+    let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+    let edit = edit(&face.face, &face.camera, Some(face.light));
+    let told = |middles| edit.looks(&image, middles).unwrap().irises;
+    let found = told(Some(middles)).expect("eyes are open");
+    assert!(ratio(found, iris) < 1.15, "{found:?} for {iris:?}");
+    let alone = told(None);
+    assert!(
+        alone.is_none_or(|alone| ratio(alone, iris) > 1.3),
+        "the lid is no darker than the iris: {alone:?}"
+    );
 }
 
 /// Draws a frame around both eyes, with a bridge, and lenses that let so much light through.
@@ -1282,7 +1323,7 @@ fn a_portrait_on_a_large_dark_page_is_of_no_fairer_person() {
         positions,
         normals,
     );
-    let there = edit.unwrap().looks(&image).unwrap().skin;
+    let there = edit.unwrap().looks(&image, None).unwrap().skin;
     // The same pixels; of others there are eighty times as many, and none of them is white.
     assert!(ratio(there, alone) < 1.02, "{there:?}, {alone:?} alone");
 }
@@ -1292,10 +1333,10 @@ fn looks_that_nobody_knows_are_refused() {
     let face = person(1);
     let grey = vec![128; (4 * SIZE[0] * SIZE[1]) as usize];
     let image = Image::new(SIZE[0], SIZE[1], &grey).unwrap();
-    let dark = edit(&face, &camera([0.0; 3]), None).looks(&image);
+    let dark = edit(&face, &camera([0.0; 3]), None).looks(&image, None);
     assert!(dark.unwrap_err().to_string().contains("without the light"));
     let small = Image::new(1, 1, &grey[..4]).unwrap();
     let lit = edit(&face, &camera([0.0; 3]), Some(window()));
-    let why = lit.looks(&small).unwrap_err().to_string();
+    let why = lit.looks(&small, None).unwrap_err().to_string();
     assert!(why.contains("480 x 400"), "{why}");
 }

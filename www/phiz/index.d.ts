@@ -263,10 +263,11 @@ export interface PhotoEdit {
    */
   texture(rgba: Uint8Array | Uint8ClampedArray, size?: number, detail?: PhotoDetail): Uint8ClampedArray<ArrayBuffer>;
   /**
-   * What the photo tells of the person beside the shape; alpha as in `PhotoPoints.rgba`.
+   * What the photo tells of the person beside the shape; alpha as in `PhotoPoints.rgba`. Irises of few pixels are found by their middles
+   * (`PhotoPoints.irises`), if they are known; without, by what is dark between the lids.
    * @throws Error when the fit has no light (see `PhotoPoints.rgba`).
    */
-  looks(rgba: Uint8Array | Uint8ClampedArray): PhotoLooks;
+  looks(rgba: Uint8Array | Uint8ClampedArray, irises?: ArrayLike<number>): PhotoLooks;
   /** Gives its memory back. */
   free(): void;
 }

@@ -64,9 +64,11 @@ export class PhotoEdit {
     const { pixels, rgbaOf } = this.#checks;
     return new Uint8ClampedArray(this.#live.texture(rgbaOf('rgba', rgba), pixels('texture', size), ...finerOf(detail, this.#checks)).buffer);
   }
-  /** @param {Uint8Array | Uint8ClampedArray} rgba */
-  looks(rgba) {
-    return this.#live.looks(this.#checks.rgbaOf('rgba', rgba));
+  /** @param {Uint8Array | Uint8ClampedArray} rgba @param {ArrayLike<number>} [irises] */
+  looks(rgba, irises) {
+    const { rgbaOf, number } = this.#checks;
+    if (irises !== undefined && irises?.length !== 4) throw new TypeError(`irises must be an array of x, y, x, y, not ${irises}`);
+    return this.#live.looks(rgbaOf('rgba', rgba), Float64Array.from(irises ?? [], (value) => number('a place of an iris', value)));
   }
   /** @param {import('phiz').PhotoShape} shape @returns {[string, Float64Array]} */
   #shape(shape) {

@@ -37,7 +37,7 @@ export class PhotoEdit {
   field(code: string, weights: Float64Array): import('phiz').PhotoField | null;
   render(rgba: Uint8Array | Uint8ClampedArray, code: string, weights: Float64Array): Uint8Array<ArrayBuffer>;
   texture(rgba: Uint8Array | Uint8ClampedArray, size: number, finer: Uint8Array | undefined, place: Float64Array): Uint8Array<ArrayBuffer>;
-  looks(rgba: Uint8Array | Uint8ClampedArray): import('phiz').PhotoLooks;
+  looks(rgba: Uint8Array | Uint8ClampedArray, irises: Float64Array): import('phiz').PhotoLooks;
   free(): void;
 }
 

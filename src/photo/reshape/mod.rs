@@ -334,14 +334,22 @@ impl Edit {
         Texture::of(&self.model, &view, others, size)
     }
 
-    /// What the photo tells of the person beside the shape.
+    /// What the photo tells of the person beside the shape; `irises` are the middles of those of the subject's right and left eye, px, if
+    /// they are known.
     ///
     /// # Errors
     /// When no light is known.
-    pub fn looks(&self, image: &Image) -> Result<Looks> {
+    pub fn looks(&self, image: &Image, irises: Option<[DVec2; 2]>) -> Result<Looks> {
         image.check_size(self.size)?;
         let mesh = (&self.positions[..], &self.normals[..]);
-        Looks::of(&self.model, &self.camera, self.light()?, mesh, image)
+        Looks::of(
+            &self.model,
+            &self.camera,
+            self.light()?,
+            mesh,
+            image,
+            irises,
+        )
     }
 
     fn light(&self) -> Result<&Light> {

@@ -153,10 +153,10 @@ export function createFitter({ modelUrl, expressionsUrl }, lost) {
     fit: (photo, progress) => ask('fit', { ...urls, photo }, progress),
     /**
      * From then on this photo is edited, until another is.
-     * @param {{ width: number, height: number, rgba: Uint8ClampedArray }} photo of `pixels` @param {import('phiz').PhotoFit} fit
+     * @param {{ width: number, height: number, rgba: Uint8ClampedArray, irises?: Float64Array }} photo of `pixels` @param {import('phiz').PhotoFit} fit
      * @param {import('phiz').PhotoOther[]} others of the same person, that the fit is of, too
      */
-    edit: ({ width, height, rgba }, fit, others) => ask('edit', { ...urls, photo: { width, height, rgba }, fit, others }),
+    edit: ({ width, height, rgba, irises }, fit, others) => ask('edit', { ...urls, photo: { width, height, rgba, irises }, fit, others }),
     /**
      * The head's colours as the photo has them.
      * @param {number} size texels a side

@@ -1,3 +1,4 @@
+import { smoothstep } from '../groundwork/paint.js';
 import { REST, readColouring } from '../head/colouring.js';
 import { sliderOfLength } from '../hair/length.js';
 import { scatters } from '../hair/scattered.js';
@@ -36,6 +37,10 @@ const GREY = 0.27;
 /** Under brown skin nearly all irises are: from the first of these on the slider of skin on what mirrors may be brighter and bluer, from the second on by this factor. */
 const BROWN_SKIN = [0.35, 0.5];
 const BROWN_MIRRORS = 2;
+/** And others have to be seen better by so much: a square of logarithms. Lids that are taken for a part of the iris make it paler and less blue. */
+const BROWN_USUAL = 0.18;
+/** Between these an iris on its slider becomes brown. */
+const BROWN_IRIS = [0.45, 0.62];
 
 /** @typedef {readonly number[]} Linear red, green and blue */
 
@@ -142,7 +147,8 @@ function irisOf(colour, skin) {
   if (dark || (grey && wanted[1] > -HUELESS)) return {};
   const [iris] = least([50], (iris) => {
     const { inner, outer } = irisColours(iris);
-    return apart(wanted, hue(logarithms([(inner.r + outer.r) / 2, (inner.g + outer.g) / 2, (inner.b + outer.b) / 2])));
+    const other = 1 - smoothstep(BROWN_IRIS[0], BROWN_IRIS[1], iris);
+    return apart(wanted, hue(logarithms([(inner.r + outer.r) / 2, (inner.g + outer.g) / 2, (inner.b + outer.b) / 2]))) + BROWN_USUAL * brown * other;
   });
   return { iris };
 }

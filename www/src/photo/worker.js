@@ -12,7 +12,7 @@ let edit = null;
 
 /**
  * What it was opened from, and the other photos of the person.
- * @type {{ model: import('phiz').FaceModel, photo: Pick<Pixels, 'width' | 'height' | 'rgba'> & { fit: import('phiz').PhotoFit }, others: import('phiz').PhotoOther[] } | null}
+ * @type {{ model: import('phiz').FaceModel, photo: Pick<Pixels, 'width' | 'height' | 'rgba'> & { fit: import('phiz').PhotoFit }, irises?: Float64Array, others: import('phiz').PhotoOther[] } | null}
  */
 let edited = null;
 
@@ -51,13 +51,13 @@ const TASKS = {
     const loaded = await prepared(wish);
     return { answer: await loaded.fitPhoto({ width, height, points, focal, noise, jawNoise, irises, others, rgba, progress }) };
   },
-  async edit({ photo: { width, height, rgba }, fit, others, ...wish }) {
+  async edit({ photo: { width, height, rgba, irises }, fit, others, ...wish }) {
     const loaded = await prepared(wish);
     edit?.free();
     edit = edited = null;
     const photo = { width, height, fit, rgba };
     edit = await loaded.editPhoto(photo);
-    edited = { model: loaded, photo, others };
+    edited = { model: loaded, photo, irises, others };
     return { answer: true };
   },
   async texture({ size, detail }) {
@@ -73,7 +73,7 @@ const TASKS = {
     }
   },
   async looks() {
-    return { answer: edit && edited && edit.looks(edited.photo.rgba) };
+    return { answer: edit && edited && edit.looks(edited.photo.rgba, edited.irises) };
   },
   async field({ state }) {
     const field = edit?.field(state) ?? null;
