@@ -462,7 +462,7 @@ describe('a photo', () => {
     const detail = { width: 1, height: 1, rgba: new Uint8Array(4), left: 0, top: 0 };
     assert.throws(() => edit.texture(pixels, 512, detail), /scale must be a number/);
     assert.throws(() => edit.looks(pixels, [1, 2]), /irises must be an array of x, y, x, y/);
-    assert.throws(() => edit.looks(pixels, [1, 2, 3, NaN]), /a place of an iris must be a number/);
+    assert.throws(() => edit.looks(pixels, [1, 2, 3, NaN]), /irises are the middles of two/);
     assert.throws(() => edit.texture(pixels, 512, { ...detail, scale: 1, rgba: [0, 0, 0, 0] }), /a detail's rgba must be a Uint8Array/);
     edit.free();
   });
