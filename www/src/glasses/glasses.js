@@ -1,0 +1,400 @@
+import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, MeshDepthMaterial, MeshPhysicalMaterial, ShaderMaterial } from 'three';
+import { wearsGlasses } from '../head/colouring.js';
+import { RUNS_OUT } from '../rendering/backdrop.js';
+import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
+import { armHalf, createFit, STATIONS } from './fit.js';
+import { frontOf } from './frame.js';
+import { along, AROUND, rings, rounded, weave } from './sweep.js';
+import { styleOf } from './style.js';
+import { tintsOf } from './tint.js';
+
+// A pair of glasses on a head: what is made once for a style, and where that is on a face.
+
+/** From which station on an arm of metal has a tip of plastic over it. */
+const SLEEVE = 17;
+/** Rings of a pad, which is a flat ball, and stations of what holds it. */
+const PAD_RINGS = 7;
+const HOLDER = 7;
+/** Glass mirrors more than this only where it is seen from aside; of both its sides together. */
+const MIRRORS = 0.055;
+/** Spots of tortoiseshell are about as large, mm. */
+const SPOT = 6.5;
+
+const LENS_VERTEX = /* glsl */ `
+  attribute float edge;
+  uniform float heatStrength;
+  varying vec3 vAt;
+  varying vec3 vOut;
+  varying float vEdge;
+  void main() {
+    vec4 world = modelMatrix * vec4(position, 1.0);
+    vAt = world.xyz;
+    vOut = mat3(modelMatrix) * normal;
+    vEdge = edge;
+    // What is measured is the head.
+    gl_Position = heatStrength > 0.5 ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * viewMatrix * world;
+  }
+`;
+const LENS_FRAGMENT = /* glsl */ `
+  ${STUDIO_GLSL}
+  uniform vec3 tint;
+  uniform float taken;
+  uniform float rimless;
+  varying vec3 vAt;
+  varying vec3 vOut;
+  varying float vEdge;
+  void main() {
+    vec3 n = normalize(vOut);
+    vec3 toEye = normalize(cameraPosition - vAt);
+    float facing = max(0.0, dot(n, toEye));
+    float fresnel = ${MIRRORS.toFixed(3)} + (1.0 - ${MIRRORS.toFixed(3)}) * pow(1.0 - facing, 5.0);
+    // What stands in a soft box is bright, and eyes are to be seen all the same: lenses are coated.
+    vec3 mirrored = studioMirrored(reflect(-toEye, n), 0.0) * 0.62;
+    mirrored = mirrored / (1.0 + 0.12 * mirrored) * fresnel;
+    float cover = mix(taken, max(taken, 0.42), vEdge * rimless);
+    vec3 own = mix(tint * studioLightOn(n) * 0.62, vec3(0.55, 0.6, 0.58), 0.6 * vEdge * rimless * (1.0 - taken)) * cover;
+    // An edge in a rim is not seen.
+    if (vEdge > 0.5 && rimless < 0.5) discard;
+    gl_FragColor = vec4(own + mirrored, min(1.0, cover + 0.5 * fresnel));
+    #include <tonemapping_fragment>
+    #include <colorspace_fragment>
+  }
+`;
+
+/** A number for a place of a grid, 0 to 1. @param {number} x @param {number} y @param {number} z */
+function grain(x, y, z) {
+  let n = (x * 374761393 + y * 668265263 + z * 1274126177) | 0;
+  n = Math.imul(n ^ (n >>> 13), 1274126177);
+  return ((n ^ (n >>> 16)) >>> 0) / 0xffffffff;
+}
+/** How much of a spot is at a place, 0 to 1. @param {number} x @param {number} y @param {number} z mm */
+function spot(x, y, z) {
+  const at = [x / SPOT, y / SPOT, z / SPOT];
+  const low = at.map(Math.floor);
+  const part = at.map((value, k) => value - low[k]).map((t) => t * t * (3 - 2 * t));
+  let sum = 0;
+  for (let i = 0; i < 8; i++) {
+    const [dx, dy, dz] = [i & 1, (i >> 1) & 1, i >> 2];
+    sum += grain(low[0] + dx, low[1] + dy, low[2] + dz) * (dx ? part[0] : 1 - part[0]) * (dy ? part[1] : 1 - part[1]) * (dz ? part[2] : 1 - part[2]);
+  }
+  return Math.min(1, Math.max(0, (sum - 0.5) * 3.2 + 0.25));
+}
+
+/**
+ * What a style is made of, wherever it is then: corners that are placed by a fit.
+ * @param {import('./style.js').Style} style
+ */
+function make(style) {
+  const front = frontOf(style);
+  const isPlastic = style.plastic > 0.5;
+  /** @type {Record<'main' | 'metal' | 'plastic', { fixed: number, local: Float32Array, out: Float32Array, shift: Float32Array, triangles: number[], positions: Float32Array, normals: Float32Array }>} */
+  const bodies = /** @type {any} */ ({});
+  const armRings = (/** @type {number} */ from) => STATIONS - from + 5;
+  for (const kind of /** @type {const} */ (['main', 'metal', 'plastic'])) {
+    const { positions, normals, triangles, shift } = front.parts[kind];
+    const fixed = shift.length;
+    const list = [...triangles];
+    let many = fixed;
+    const add = (/** @type {number} */ rings) => {
+      weave(rings, false, list, many);
+      many += rings * AROUND;
+    };
+    for (let side = 0; side < 2; side++) {
+      if (kind === 'main') add(armRings(0));
+      if (kind === 'plastic' && !isPlastic) add(armRings(SLEEVE) + 5);
+      if (kind === (isPlastic ? 'main' : 'plastic')) add(PAD_RINGS);
+      if (kind === 'metal' && !isPlastic) add(HOLDER);
+    }
+    bodies[kind] = {
+      fixed,
+      local: Float32Array.from(positions),
+      out: Float32Array.from(normals),
+      shift: Float32Array.from(shift),
+      triangles: list,
+      positions: new Float32Array(3 * many),
+      normals: new Float32Array(3 * many),
+    };
+  }
+  const { lenses } = front;
+  const glass = { fixed: lenses.shift.length, local: Float32Array.from(lenses.positions), out: Float32Array.from(lenses.normals), shift: Float32Array.from(lenses.shift), triangles: lenses.triangles, positions: new Float32Array(lenses.positions.length), normals: new Float32Array(lenses.positions.length), edge: Float32Array.from(lenses.edge) };
+
+  /** @param {typeof glass | typeof bodies['main']} body @param {import('./fit.js').Fitted} fitted */
+  function placeFixed({ fixed, local, out, shift, positions, normals }, { scale, axes: [X, Y, Z], origin, aside }) {
+    for (let i = 0; i < fixed; i++) {
+      const o = 3 * i;
+      const x = scale * (local[o] + shift[i] * aside);
+      const y = scale * local[o + 1];
+      const z = scale * local[o + 2];
+      const [nx, ny, nz] = [out[o], out[o + 1], out[o + 2]];
+      for (let k = 0; k < 3; k++) {
+        positions[o + k] = origin[k] + X[k] * x + Y[k] * y + Z[k] * z;
+        normals[o + k] = X[k] * nx + Y[k] * ny + Z[k] * nz;
+      }
+    }
+  }
+
+  /** @param {import('./fit.js').Fitted} fitted */
+  function place(fitted) {
+    for (const body of [...Object.values(bodies), glass]) placeFixed(body, fitted);
+    const at = { main: 3 * bodies.main.fixed, metal: 3 * bodies.metal.fixed, plastic: 3 * bodies.plastic.fixed };
+    /** @param {keyof typeof at} kind @param {readonly import('./sweep.js').Station[]} way */
+    const draw = (kind, way) => {
+      at[kind] = rings(way, bodies[kind].positions, bodies[kind].normals, at[kind]);
+    };
+    for (const side of [0, 1]) {
+      const points = fitted.arms[side];
+      const way = along(points, UP, (i) => armHalf(style, i));
+      draw('main', ended(way, armRings(0)));
+      if (!isPlastic) {
+        const sleeve = way.slice(SLEEVE).map((one, i) => {
+          const thick = 0.5 * Math.min(1, 0.55 + 0.15 * i);
+          return { ...one, a: one.a + thick, b: one.b + 1.9 * thick };
+        });
+        draw('plastic', ended(sleeve, armRings(SLEEVE) + 5, true));
+      }
+      const { from, at: on, facing } = fitted.pads[side];
+      draw(isPlastic ? 'main' : 'plastic', pad(on, facing, isPlastic));
+      if (!isPlastic) draw('metal', holder(from, on, facing));
+    }
+  }
+
+  return { front, bodies, glass, place, isPlastic };
+}
+
+/** @type {import('./sweep.js').Point} */
+const UP = [0, 1, 0];
+
+/** A way with round ends, of just as many rings as there is room for. @param {readonly import('./sweep.js').Station[]} way @param {number} many @param {boolean} [both] ends are round */
+function ended(way, many, both = false) {
+  const done = capped(way, both);
+  if (done.length !== many) throw new Error(`an arm has ${done.length} rings and room for ${many}`);
+  return done;
+}
+/** @param {readonly import('./sweep.js').Station[]} way @param {boolean} both */
+function capped(way, both) {
+  const cap = (/** @type {import('./sweep.js').Station} */ end, /** @type {import('./sweep.js').Station} */ next) =>
+    [0.5, 0.75, 0.9, 0.97, 1].map((t) => {
+      const left = Math.max(0.02, Math.sqrt(1 - t * t));
+      const reach = 0.9 * Math.min(end.b, 2) * t;
+      const length = Math.hypot(end.at[0] - next.at[0], end.at[1] - next.at[1], end.at[2] - next.at[2]);
+      return { ...end, at: /** @type {import('./sweep.js').Point} */ (end.at.map((value, k) => value + ((value - next.at[k]) / length) * reach)), a: end.a * left, b: end.b * left };
+    });
+  const last = way.length - 1;
+  return [...(both ? cap(way[0], way[1]).reverse() : []), ...way, ...cap(way[last], way[last - 1])];
+}
+
+/** A pad lies flat on the skin. @param {import('./sweep.js').Point} on @param {import('./sweep.js').Point} facing @param {boolean} isPlastic */
+function pad(on, facing, isPlastic) {
+  // Along the nose, upright to the way it faces.
+  const d = facing[1];
+  const y = Math.sqrt(1 - d * d);
+  const long = /** @type {import('./sweep.js').Point} */ ([(-facing[0] * d) / y, (1 - d * d) / y, (-facing[2] * d) / y]);
+  const v = facing;
+  /** @type {import('./sweep.js').Point} */
+  const u = [v[1] * long[2] - v[2] * long[1], v[2] * long[0] - v[0] * long[2], v[0] * long[1] - v[1] * long[0]];
+  const [half, thick, broad] = isPlastic ? [6, 2.1, 3] : [5.6, 0.95, 3];
+  return Array.from({ length: PAD_RINGS }, (_, i) => {
+    const angle = (Math.PI * i) / (PAD_RINGS - 1);
+    const [s, c] = [Math.max(0.02, Math.sin(angle)), -Math.cos(angle)];
+    const at = /** @type {import('./sweep.js').Point} */ (on.map((value, k) => value + half * c * long[k] + thick * 0.8 * facing[k]));
+    return { at, u, v, a: broad * s ** 0.8, b: thick * s ** 0.8 };
+  });
+}
+
+/** The wire from the rim to a pad. @param {import('./sweep.js').Point} from @param {import('./sweep.js').Point} on @param {import('./sweep.js').Point} facing */
+function holder(from, on, facing) {
+  const to = /** @type {import('./sweep.js').Point} */ (on.map((value, k) => value + 1.6 * facing[k]));
+  // Back from the rim first, then over to the pad.
+  const over = [from[0] + 0.2 * (to[0] - from[0]), from[1] + 0.3 * (to[1] - from[1]), Math.min(from[2], to[2]) - 2.2];
+  const points = Array.from({ length: HOLDER }, (_, i) => {
+    const t = i / (HOLDER - 1);
+    return /** @type {import('./sweep.js').Point} */ ([0, 1, 2].map((k) => (1 - t) ** 2 * from[k] + 2 * t * (1 - t) * over[k] + t * t * to[k]));
+  });
+  return along(points, UP, () => [0.42, 0.42]);
+}
+
+/**
+ * @param {Parameters<typeof createFit>[0]} on the head at rest
+ * @param {{ heatStrength: { value: number } }} uniforms of the skin
+ */
+export function createGlasses(on, { heatStrength }) {
+  const { fit } = createFit(on);
+  /** @type {ReturnType<typeof make> | null} */
+  let made = null;
+  let key = '';
+  let lift = 0;
+  /** @type {import('./style.js').Style | null} */
+  let style = null;
+  let tints = tintsOf({});
+  let skin = new Color();
+
+  const group = new Group();
+  group.name = 'glasses';
+  /** @param {import('three').Material} material */
+  const hideInHeat = (material) => {
+    material.onBeforeCompile = (shader) => {
+      shader.uniforms.heatStrength = heatStrength;
+      shader.vertexShader = shader.vertexShader
+        .replace('#include <common>', '#include <common>\nuniform float heatStrength;')
+        .replace('#include <project_vertex>', '#include <project_vertex>\nif (heatStrength > 0.5) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);');
+    };
+    return material;
+  };
+  const depth = hideInHeat(new MeshDepthMaterial());
+  const materials = {
+    main: new MeshPhysicalMaterial({ vertexColors: true }),
+    metal: new MeshPhysicalMaterial({ vertexColors: true, metalness: 1, roughness: 0.3 }),
+    plastic: new MeshPhysicalMaterial({ vertexColors: true, roughness: 0.35 }),
+  };
+  const meshes = Object.fromEntries(
+    Object.entries(materials).map(([kind, material]) => {
+      const mesh = new Mesh(new BufferGeometry(), hideInHeat(material));
+      mesh.customDepthMaterial = depth;
+      mesh.castShadow = mesh.receiveShadow = true;
+      mesh.name = `glasses ${kind}`;
+      return [kind, mesh];
+    }),
+  );
+  const glass = {
+    tint: { value: new Color() },
+    taken: { value: 0 },
+    rimless: { value: 0 },
+  };
+  const lenses = new Mesh(
+    new BufferGeometry(),
+    new ShaderMaterial({ uniforms: { ...studioUniforms, ...glass, heatStrength }, vertexShader: LENS_VERTEX, fragmentShader: LENS_FRAGMENT, transparent: true, depthWrite: false, ...RUNS_OUT }),
+  );
+  lenses.name = 'lenses';
+  // After lashes, which are behind them.
+  lenses.renderOrder = 0.5;
+  for (const mesh of [...Object.values(meshes), lenses]) {
+    mesh.frustumCulled = false;
+    // Who clicks means the face behind them.
+    mesh.raycast = () => {};
+    group.add(mesh);
+  }
+  group.visible = false;
+  /** @type {readonly [ArrayLike<number>, readonly import('./fit.js').Eye[]] | null} */
+  let present = null;
+
+  /** The colours of a body's corners, linear. @param {'main' | 'metal' | 'plastic'} kind */
+  function coloursOf(kind) {
+    if (!made) return new Float32Array(0);
+    const { positions, local, fixed } = made.bodies[kind];
+    const colours = new Float32Array(positions.length);
+    const { colour, spots, metal } = tints.frame;
+    // What is small and of metal is of that of the frame, if that is one.
+    const silver = new Color('#bfc2c5');
+    const base = kind === 'main' ? colour : kind === 'metal' ? silver.lerp(colour, metal) : null;
+    const tip = new Color('#1b1310');
+    const pads = new Color('#e9e2d8').lerp(skin, 0.7);
+    const one = new Color();
+    const each = (positions.length / 3 - fixed) / 2;
+    for (let i = 0; i < positions.length / 3; i++) {
+      if (kind === 'plastic') {
+        one.copy((i - fixed) % each >= each - PAD_RINGS * AROUND ? pads : tip);
+      } else if (base) {
+        one.copy(base);
+        if (kind === 'main') {
+          const j = i - fixed;
+          // Arms have a grain of their own, along their way.
+          const at = j < 0 ? [local[3 * i], local[3 * i + 1], local[3 * i + 2]] : [60 + (j >= each ? 90 : 0), 3 * Math.sin((2 * Math.PI * (j % AROUND)) / AROUND), 6.5 * Math.floor((j % each) / AROUND)];
+          one.lerp(spots, spot(at[0], at[1], at[2]));
+        }
+      }
+      one.toArray(colours, 3 * i);
+    }
+    return colours;
+  }
+
+  function follow() {
+    if (!group.visible || !made || !style || !present) return;
+    made.place(fit(present[0], present[1], style, made.front, lift));
+    for (const mesh of group.children) {
+      const { attributes } = /** @type {Mesh} */ (mesh).geometry;
+      attributes.position.needsUpdate = attributes.normal.needsUpdate = true;
+    }
+  }
+
+  /** What is new of a style goes to the card. @param {ReturnType<typeof make>} made */
+  function load({ bodies, glass: sheet }) {
+    for (const [mesh, body] of /** @type {const} */ ([[meshes.main, bodies.main], [meshes.metal, bodies.metal], [meshes.plastic, bodies.plastic], [lenses, sheet]])) {
+      mesh.geometry.dispose();
+      const geometry = new BufferGeometry();
+      geometry.setIndex(body.triangles);
+      for (const name of /** @type {const} */ (['position', 'normal'])) geometry.setAttribute(name, new BufferAttribute(body[name === 'position' ? 'positions' : 'normals'], 3).setUsage(DynamicDrawUsage));
+      if ('edge' in body) geometry.setAttribute('edge', new BufferAttribute(body.edge, 1));
+      mesh.geometry = geometry;
+      mesh.visible = body.triangles.length > 0;
+    }
+  }
+
+  return {
+    group,
+    /** @param {ArrayLike<number>} positions of the face as it is @param {readonly import('./fit.js').Eye[]} eyes of it, the subject's right first */
+    update(positions, eyes) {
+      present = [positions, eyes];
+      follow();
+    },
+    /**
+     * @param {import('../head/colouring.js').Colouring} colouring
+     * @param {{ skin: Color, lift: number }} paints what the skin is of, and how far off it hair is that is cropped
+     */
+    paint(colouring, paints) {
+      group.visible = wearsGlasses(colouring);
+      if (!group.visible) return;
+      const now = styleOf(colouring);
+      tints = tintsOf(colouring);
+      skin = paints.skin;
+      const as = JSON.stringify(now);
+      if (as !== key || !made) {
+        key = as;
+        style = now;
+        made = make(now);
+        load(made);
+      }
+      lift = paints.lift;
+      for (const [kind, mesh] of Object.entries(meshes)) mesh.geometry.setAttribute('color', new BufferAttribute(coloursOf(/** @type {'main'} */ (kind)), 3));
+      const { metal } = tints.frame;
+      materials.main.metalness = metal;
+      materials.main.roughness = 0.3 - 0.02 * metal;
+      materials.main.clearcoat = 0.5 * (1 - metal);
+      materials.main.clearcoatRoughness = 0.08;
+      glass.tint.value.copy(tints.lens.colour);
+      glass.taken.value = tints.lens.taken;
+      glass.rimless.value = now.isRimless || now.half > 0.5 ? 1 : 0;
+      follow();
+    },
+    /**
+     * Where its corners are on any face of the model, by part.
+     * @param {ArrayLike<number>} positions @param {readonly import('./fit.js').Eye[]} eyes
+     */
+    on(positions, eyes) {
+      if (!made || !style || !group.visible) return null;
+      made.place(fit(positions, eyes, style, made.front, lift));
+      const { bodies, glass } = made;
+      const copy = (/** @type {{ positions: Float32Array, normals: Float32Array }} */ body) => ({ positions: body.positions.slice(), normals: body.normals.slice() });
+      const all = { main: copy(bodies.main), metal: copy(bodies.metal), plastic: copy(bodies.plastic), lenses: copy(glass) };
+      follow();
+      return all;
+    },
+    /** What the parts are made of, for files; none where no glasses are worn. */
+    get look() {
+      if (!made || !group.visible) return [];
+      const { bodies, glass: sheet } = made;
+      const { lens, frame } = tints;
+      const of = (/** @type {'main' | 'metal' | 'plastic'} */ kind) => ({ colours: coloursOf(kind), triangles: Uint32Array.from(bodies[kind].triangles) });
+      const all = [
+        { kind: /** @type {const} */ ('main'), name: 'glasses frame', ...of('main'), roughness: materials.main.roughness, metalness: frame.metal, opacity: 1 },
+        { kind: /** @type {const} */ ('metal'), name: 'glasses metal', ...of('metal'), roughness: materials.metal.roughness, metalness: 1, opacity: 1 },
+        { kind: /** @type {const} */ ('plastic'), name: 'glasses pads', ...of('plastic'), roughness: materials.plastic.roughness, metalness: 0, opacity: 1 },
+        { kind: /** @type {const} */ ('lenses'), name: 'lenses', colours: Float32Array.from(sheet.positions, (_, i) => lens.colour.toArray()[i % 3]), triangles: Uint32Array.from(sheet.triangles), roughness: 0.05, metalness: 0, opacity: Math.max(0.08, lens.taken) },
+      ];
+      return all.filter(({ triangles }) => triangles.length > 0);
+    },
+    dispose() {
+      for (const mesh of [...Object.values(meshes), lenses]) mesh.geometry.dispose();
+      for (const material of [...Object.values(materials), lenses.material, depth]) material.dispose();
+    },
+  };
+}
