@@ -14,9 +14,11 @@ const USUAL = { pupils: 63, across: 148 };
 const SMALLEST = 0.84;
 const LARGEST = 1.18;
 /** Where lenses end below, where they end above, and beside the eyes: what of the skin may come near a front, mm from the middle of the eyes. */
-const NEAR_FRONT = { down: 52, up: 42, aside: 78, back: 42 };
+const NEAR_FRONT = { down: 46, up: 36, aside: 62, back: 2 };
+/** Eyes and what is right beside them are behind the lenses of any glasses: they need not be looked at. */
+const EYES = { down: 9, up: 8, inner: 19 };
 /** How far the front stays off the skin: its rims, its lenses, and the bridge, which lies on the nose; mm. */
-const OFF = { rim: 0.6, nose: 0.4, lens: 1.6, bridge: 0.35, arm: 0.9, behind: 0.35 };
+const OFF = { rim: 0.6, nose: 0.4, lens: 1.6, bridge: 0.35, arm: 0.9, behind: 0.6 };
 /** For a broad nose lenses go so far aside of the pupils at most, and so far up, before they go ahead, mm. */
 const ASIDE = 6;
 const UP = 3.5;
@@ -39,8 +41,8 @@ export function armHalf({ plastic, rim, isRimless }, i) {
   const tip = Math.min(1, Math.max(0, (i - STRAIGHT + 3) / 8));
   const begin = 1 - Math.min(1, way * 3);
   const aside = mix(0.6 + 0.1 * begin, mix(1.35, 1.75, begin), plastic);
-  const up = mix((isRimless ? 0.75 : 0.9) + 0.25 * begin, mix(1.9, 1.3 + 0.36 * rim, begin), plastic);
-  return [mix(aside, mix(0.6, 1.2, plastic), tip), mix(up, mix(0.75, 2.3, plastic), tip)];
+  const up = mix((isRimless ? 0.75 : 0.9) + 0.25 * begin, mix(2.3, 1.7 + 0.42 * rim, begin), plastic);
+  return [mix(aside, mix(0.6, 1.1, plastic), tip), mix(up, mix(0.75, 2.3, plastic), tip)];
 }
 
 /** How an arm bows on its straight way. @param {number} s */
@@ -67,7 +69,7 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     const found = [...new Set(skin)].filter((v) => rest[3 * v] >= 0 && is(rest[3 * v], rest[3 * v + 1], rest[3 * v + 2], normals.subarray(3 * v, 3 * v + 3)));
     return [Uint32Array.from(found), Uint32Array.from(found, (v) => mirror[v])];
   };
-  const front = pick((x, y, z) => y > middle.y - NEAR_FRONT.down && y < middle.y + NEAR_FRONT.up && x < NEAR_FRONT.aside && z > middle.z - NEAR_FRONT.back);
+  const front = pick((x, y, z) => y > middle.y - NEAR_FRONT.down && y < middle.y + NEAR_FRONT.up && x < NEAR_FRONT.aside && z > middle.z - NEAR_FRONT.back && (x < EYES.inner || y > middle.y + EYES.up || y < middle.y - EYES.down));
   /** The side of the nose, below its root. */
   const flank = pick((x, y, z, [nx, , nz]) => x > 3 && x < 15 && y > middle.y - 22 && y < middle.y + 1 && z > middle.z + 7 && nx > 0.35 && nz > 0.1);
   // What stands off the head here is the ear, behind which the head is seen again.
@@ -157,16 +159,22 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     const half = { x: style.width / 2 + style.rim + 4, y: style.height / 2 + style.rim + 4 };
     const { bridge } = made;
     const bridged = bridge.reach + aside;
+    const [ox, oy, oz] = origin;
+    const [zx, zy, zz] = Z;
+    // With every event of a drag, of a thousand vertices a side: plain numbers.
     for (const list of front) {
       for (let i = 0; i < list.length; i++) {
         const o = 3 * list[i];
-        const [dx, dy, dz] = [p[o] - origin[0], p[o + 1] - origin[1], p[o + 2] - origin[2]];
-        const z = Z[0] * dx + Z[1] * dy + Z[2] * dz;
+        const dx = p[o] - ox;
+        const dy = p[o + 1] - oy;
+        const dz = p[o + 2] - oz;
+        const z = zx * dx + zy * dy + zz * dz;
         // The front is nowhere farther back than this.
         if (z + 14 * scale < ahead) continue;
         const x = (X[0] * dx + X[1] * dy) / scale;
         const y = (Y[0] * dx + Y[1] * dy + Y[2] * dz) / scale;
-        const [u, far] = [Math.abs(x) - centre, Math.abs(x)];
+        const far = Math.abs(x);
+        const u = far - centre;
         if (far < bridged) {
           const round = 1 - (far / bridged) ** 2;
           if (Math.abs(y - bridge.y - bridge.arch * round) < bridge.half + 1) ahead = Math.max(ahead, z - scale * (bridge.back + bridge.bulge * round) + OFF.bridge);
@@ -218,12 +226,15 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     }
     if (top > -Infinity) bendY = top + halfUp + OFF.behind;
     let bow = 0;
+    const highest = armHalf(style, 0)[1] + 1.5;
     for (let i = 0; i < list.length; i++) {
       const o = 3 * list[i];
       const s = (hz - p[o + 2]) / long;
       if (s < 0.02 || s > 0.98) continue;
+      const off = Math.abs(p[o + 1] - hy - s * (bendY - hy));
+      if (off > highest) continue;
       const [thick, high] = armHalf(style, s * (STRAIGHT - 1));
-      if (Math.abs(p[o + 1] - hy - s * (bendY - hy)) > high + 1.5) continue;
+      if (off > high + 1.5) continue;
       bow = Math.max(bow, (way * p[o] + thick + OFF.arm + raised(list[i]) - from - s * (bend - from)) / bowed(s));
     }
     /** @type {Point[]} */
@@ -253,8 +264,12 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
       const [y, z] = [p[o + 1], p[o + 2]];
       for (let n = 0; n < BENT; n++) {
         const one = drop[n];
+        const dy = one.y - y;
+        const dz = one.z - z;
+        const far = dy * dy + dz * dz;
+        if (far > 25) continue;
         const [thick, high] = armHalf(style, STRAIGHT + n);
-        if ((one.y - y) ** 2 + (one.z - z) ** 2 < (high + 1.8) ** 2) one.x = Math.max(one.x, way * p[o] + thick + OFF.behind);
+        if (far < (high + 1.8) * (high + 1.8)) one.x = Math.max(one.x, way * p[o] + thick + OFF.behind);
       }
     }
     const last = drop[BENT - 1];
@@ -281,7 +296,7 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     return { from, at: /** @type {Point} */ ([x0 + way * x, y, a + b * x + e * y]), facing };
   }
 
-  return { fit };
+  return { fit, counts: [front, side, back, rests, flank].map((one) => one[0].length) };
 }
 
 /** @typedef {ReturnType<ReturnType<typeof createFit>['fit']>} Fitted */

@@ -15,7 +15,7 @@ const BETWEEN = 18;
 /** Points of a rim, and how many numbers tell how far a lens goes. */
 const RIM = 84;
 export const ANGLES = 96;
-const LENS_RINGS = 9;
+const LENS_RINGS = 4;
 /** How far a rim holds a lens, mm. */
 const GROOVE = 0.45;
 
@@ -121,6 +121,7 @@ function lens(style, around, centre) {
  */
 export function frontOf(style) {
   const { width, height, plastic, deep, isRimless, rim, bar } = style;
+  const square = plastic > 0.5;
   const around = outline(style, RIM);
   const centre = BETWEEN / 2 + width / 2;
   /** @type {Front['parts']} */
@@ -143,7 +144,7 @@ export function frontOf(style) {
     const ahead = isThin[i] || wide < 0.2 ? Math.min(0.8, deep / 2) : deep / 2;
     const u = unit(plus([nx, ny, 0], out, -(nx * out[0] + ny * out[1])));
     const middle = plus([centre + x, y, sheet(x, y, style)], u, wide - GROOVE);
-    return { at: plus(middle, out, -0.12 * deep), u, v: out, a: wide, b: isRimless ? 0.3 : ahead };
+    return { at: plus(middle, out, -0.12 * deep), u, v: out, a: wide, b: isRimless ? 0.3 : ahead, square };
   });
   // The way goes counter-clockwise, seen from before: u is out of it, and v ahead, so it is drawn back to front.
   const turned = stations.map((one) => ({ ...one, u: one.v, v: one.u, a: one.b, b: one.a }));
@@ -155,7 +156,7 @@ export function frontOf(style) {
       const ordered = Array.from({ length: upper.length }, (_, n) => turned[(from + n) % RIM]);
       beside('main', rounded(ordered, [1.2, 1.2]));
       const wire = stations.map((one, i) => {
-        const half = Math.min(one.a, 0.5);
+        const half = Math.min(one.a, 0.6);
         const { x, y, nx, ny } = around[i];
         const out = facing(x, y);
         const u = unit(plus([nx, ny, 0], out, -(nx * out[0] + ny * out[1])));
@@ -173,7 +174,7 @@ export function frontOf(style) {
   const bridgeHeight = height * mix(0.16, 0.2, plastic) + Math.max(0, -style.sweep) * 0.06 * height;
   const inner = meets(bridgeHeight, -1);
   const edge = centre + inner.x - inner.wide + GROOVE;
-  const half = mix(0.75, 1.1 + 0.42 * rim, plastic);
+  const half = mix(0.75, 1.3 + 0.42 * rim, plastic);
   const [arch, bulge] = [mix(2.2, 1.6, plastic), mix(2, 2.2, plastic)];
   /** @param {number} y at its ends @param {number} rise @param {number} half @param {number} deepness @param {number} from the middle @param {number} at where it ends ahead @param {number} out how far it bulges ahead */
   const across = (y, rise, half, deepness, from, at, out) => {
@@ -182,8 +183,8 @@ export function frontOf(style) {
       const t = (2 * i) / steps - 1;
       return /** @type {import('./sweep.js').Point} */ ([t * from, y + rise * (1 - t * t), at + out * (1 - t * t)]);
     });
-    const flare = (/** @type {number} */ i) => 1 + plastic * 0.75 * Math.abs((2 * i) / steps - 1) ** 2.5;
-    sweep(between, along(points, [0, 1, 0], (i) => [deepness / 2, half * flare(i)]));
+    const flare = (/** @type {number} */ i) => 1 + plastic * 1.1 * Math.abs((2 * i) / steps - 1) ** 2.2;
+    sweep(between, along(points, [0, 1, 0], (i) => [deepness / 2, half * flare(i)], square));
     for (const [x] of points) for (let j = 0; j < AROUND; j++) between.shift.push(Math.max(-1, Math.min(1, x / edge)));
   };
   const ends = sheet(inner.x, inner.y, style);
@@ -201,7 +202,7 @@ export function frontOf(style) {
 
   // The ends that carry the arms: out of the rim and around the corner.
   const outer = meets(height * mix(0.2, 0.27, plastic) + Math.max(0, style.sweep) * 0.16 * height, 1);
-  const tall = mix(1.15, 1.2 + 0.36 * rim, plastic);
+  const tall = mix(1.15, 1.7 + 0.42 * rim, plastic);
   const thick = mix(0.7, 1.75, plastic);
   const corner = mix(3.4, 3, plastic);
   const rimEnd = outer.x + outer.wide - GROOVE;
@@ -214,7 +215,7 @@ export function frontOf(style) {
   });
   const hinge = /** @type {import('./sweep.js').Point} */ ([centre + rimEnd + corner, outer.y, z - round - mix(0.6, 1.4, plastic)]);
   const path = [/** @type {import('./sweep.js').Point} */ ([centre + begins, outer.y, z]), ...turn, hinge];
-  beside('main', rounded(along(path, [0, 1, 0], (i) => [thick, i === 0 ? tall * mix(1, 1.15, plastic) : tall]), [0, Math.min(0.35, thick)]));
+  beside('main', rounded(along(path, [0, 1, 0], (i) => [thick, i === 0 ? tall * mix(1, 1.15, plastic) : tall], square), [0, Math.min(0.35, thick)]));
   // The hinge, on the inner side.
   const pin = [-1, 1].map((side) => /** @type {import('./sweep.js').Point} */ ([hinge[0] - thick - 0.5, hinge[1] + side * Math.max(1.2, 0.75 * tall), hinge[2]]));
   beside('metal', rounded(along([pin[0], [pin[0][0], hinge[1], hinge[2]], pin[1]], [0, 0, 1], () => [0.95, 0.95]), [0.3, 0.3]));

@@ -1,5 +1,5 @@
 import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, MeshDepthMaterial, MeshPhysicalMaterial, ShaderMaterial } from 'three';
-import { wearsGlasses } from '../head/colouring.js';
+import { valueIn, wearsGlasses } from '../head/colouring.js';
 import { RUNS_OUT } from '../rendering/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { armHalf, createFit, STATIONS } from './fit.js';
@@ -22,11 +22,14 @@ const SPOT = 6.5;
 
 const LENS_VERTEX = /* glsl */ `
   attribute float edge;
+  attribute float high;
   uniform float heatStrength;
   varying vec3 vAt;
   varying vec3 vOut;
   varying float vEdge;
+  varying float vHigh;
   void main() {
+    vHigh = high;
     vec4 world = modelMatrix * vec4(position, 1.0);
     vAt = world.xyz;
     vOut = mat3(modelMatrix) * normal;
@@ -43,6 +46,7 @@ const LENS_FRAGMENT = /* glsl */ `
   varying vec3 vAt;
   varying vec3 vOut;
   varying float vEdge;
+  varying float vHigh;
   void main() {
     vec3 n = normalize(vOut);
     vec3 toEye = normalize(cameraPosition - vAt);
@@ -50,9 +54,11 @@ const LENS_FRAGMENT = /* glsl */ `
     float fresnel = ${MIRRORS.toFixed(3)} + (1.0 - ${MIRRORS.toFixed(3)}) * pow(1.0 - facing, 5.0);
     // What stands in a soft box is bright, and eyes are to be seen all the same: lenses are coated.
     vec3 mirrored = studioMirrored(reflect(-toEye, n), 0.0) * 0.62;
-    mirrored = mirrored / (1.0 + 0.12 * mirrored) * fresnel;
-    float cover = mix(taken, max(taken, 0.42), vEdge * rimless);
-    vec3 own = mix(tint * studioLightOn(n) * 0.62, vec3(0.55, 0.6, 0.58), 0.6 * vEdge * rimless * (1.0 - taken)) * cover;
+    mirrored = mirrored / (1.0 + 0.12 * mirrored) * fresnel * (1.0 + taken);
+    // Tinted ones are darker above.
+    float shaded = taken * mix(1.0, mix(0.55, 1.0, vHigh), 4.0 * taken * (1.0 - taken));
+    float cover = mix(shaded, max(taken, 0.55), vEdge * rimless);
+    vec3 own = mix(tint * studioLightOn(n) * 0.62, vec3(0.42, 0.5, 0.48), 0.7 * vEdge * rimless * (1.0 - taken)) * cover;
     // An edge in a rim is not seen.
     if (vEdge > 0.5 && rimless < 0.5) discard;
     gl_FragColor = vec4(own + mirrored, min(1.0, cover + 0.5 * fresnel));
@@ -116,20 +122,27 @@ function make(style) {
     };
   }
   const { lenses } = front;
-  const glass = { fixed: lenses.shift.length, local: Float32Array.from(lenses.positions), out: Float32Array.from(lenses.normals), shift: Float32Array.from(lenses.shift), triangles: lenses.triangles, positions: new Float32Array(lenses.positions.length), normals: new Float32Array(lenses.positions.length), edge: Float32Array.from(lenses.edge) };
+  const glass = { fixed: lenses.shift.length, local: Float32Array.from(lenses.positions), out: Float32Array.from(lenses.normals), shift: Float32Array.from(lenses.shift), triangles: lenses.triangles, positions: new Float32Array(lenses.positions.length), normals: new Float32Array(lenses.positions.length), edge: Float32Array.from(lenses.edge), high: Float32Array.from({ length: lenses.shift.length }, (_, i) => 0.5 + lenses.positions[3 * i + 1] / style.height) };
 
   /** @param {typeof glass | typeof bodies['main']} body @param {import('./fit.js').Fitted} fitted */
   function placeFixed({ fixed, local, out, shift, positions, normals }, { scale, axes: [X, Y, Z], origin, aside }) {
-    for (let i = 0; i < fixed; i++) {
-      const o = 3 * i;
+    const [xx, xy] = X;
+    const [yx, yy, yz] = Y;
+    const [zx, zy, zz] = Z;
+    const [ox, oy, oz] = origin;
+    for (let i = 0, o = 0; i < fixed; i++, o += 3) {
       const x = scale * (local[o] + shift[i] * aside);
       const y = scale * local[o + 1];
       const z = scale * local[o + 2];
-      const [nx, ny, nz] = [out[o], out[o + 1], out[o + 2]];
-      for (let k = 0; k < 3; k++) {
-        positions[o + k] = origin[k] + X[k] * x + Y[k] * y + Z[k] * z;
-        normals[o + k] = X[k] * nx + Y[k] * ny + Z[k] * nz;
-      }
+      positions[o] = ox + xx * x + yx * y + zx * z;
+      positions[o + 1] = oy + xy * x + yy * y + zy * z;
+      positions[o + 2] = oz + yz * y + zz * z;
+      const nx = out[o];
+      const ny = out[o + 1];
+      const nz = out[o + 2];
+      normals[o] = xx * nx + yx * ny + zx * nz;
+      normals[o + 1] = xy * nx + yy * ny + zy * nz;
+      normals[o + 2] = yz * ny + zz * nz;
     }
   }
 
@@ -143,7 +156,7 @@ function make(style) {
     };
     for (const side of [0, 1]) {
       const points = fitted.arms[side];
-      const way = along(points, UP, (i) => armHalf(style, i));
+      const way = along(points, UP, (i) => armHalf(style, i), isPlastic);
       draw('main', ended(way, armRings(0)));
       if (!isPlastic) {
         const sleeve = way.slice(SLEEVE).map((one, i) => {
@@ -192,7 +205,7 @@ function pad(on, facing, isPlastic) {
   const v = facing;
   /** @type {import('./sweep.js').Point} */
   const u = [v[1] * long[2] - v[2] * long[1], v[2] * long[0] - v[0] * long[2], v[0] * long[1] - v[1] * long[0]];
-  const [half, thick, broad] = isPlastic ? [6, 2.1, 3] : [5.6, 0.95, 3];
+  const [half, thick, broad] = isPlastic ? [5.5, 1.7, 2.4] : [5.6, 0.95, 3];
   return Array.from({ length: PAD_RINGS }, (_, i) => {
     const angle = (Math.PI * i) / (PAD_RINGS - 1);
     const [s, c] = [Math.max(0.02, Math.sin(angle)), -Math.cos(angle)];
@@ -222,6 +235,8 @@ export function createGlasses(on, { heatStrength }) {
   /** @type {ReturnType<typeof make> | null} */
   let made = null;
   let key = '';
+  /** What its corners are coloured for. */
+  let dye = '';
   let lift = 0;
   /** @type {import('./style.js').Style | null} */
   let style = null;
@@ -284,8 +299,8 @@ export function createGlasses(on, { heatStrength }) {
     const colours = new Float32Array(positions.length);
     const { colour, spots, metal } = tints.frame;
     // What is small and of metal is of that of the frame, if that is one.
-    const silver = new Color('#bfc2c5');
-    const base = kind === 'main' ? colour : kind === 'metal' ? silver.lerp(colour, metal) : null;
+    const trim = new Color('#b9975a');
+    const base = kind === 'main' ? colour : kind === 'metal' ? trim.lerp(colour, metal) : null;
     const tip = new Color('#1b1310');
     const pads = new Color('#e9e2d8').lerp(skin, 0.7);
     const one = new Color();
@@ -323,7 +338,8 @@ export function createGlasses(on, { heatStrength }) {
       const geometry = new BufferGeometry();
       geometry.setIndex(body.triangles);
       for (const name of /** @type {const} */ (['position', 'normal'])) geometry.setAttribute(name, new BufferAttribute(body[name === 'position' ? 'positions' : 'normals'], 3).setUsage(DynamicDrawUsage));
-      if ('edge' in body) geometry.setAttribute('edge', new BufferAttribute(body.edge, 1));
+      if (mesh !== lenses) geometry.setAttribute('color', new BufferAttribute(new Float32Array(body.positions.length), 3));
+      if ('edge' in body) for (const name of /** @type {const} */ (['edge', 'high'])) geometry.setAttribute(name, new BufferAttribute(body[name], 1));
       mesh.geometry = geometry;
       mesh.visible = body.triangles.length > 0;
     }
@@ -354,7 +370,15 @@ export function createGlasses(on, { heatStrength }) {
         load(made);
       }
       lift = paints.lift;
-      for (const [kind, mesh] of Object.entries(meshes)) mesh.geometry.setAttribute('color', new BufferAttribute(coloursOf(/** @type {'main'} */ (kind)), 3));
+      const dyed = JSON.stringify([as, valueIn(colouring, 'frameColour'), skin.getHex()]);
+      if (dyed !== dye) {
+        dye = dyed;
+        for (const [kind, mesh] of Object.entries(meshes)) {
+          const { color } = mesh.geometry.attributes;
+          color.array.set(coloursOf(/** @type {'main'} */ (kind)));
+          color.needsUpdate = true;
+        }
+      }
       const { metal } = tints.frame;
       materials.main.metalness = metal;
       materials.main.roughness = 0.3 - 0.02 * metal;

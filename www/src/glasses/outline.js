@@ -9,7 +9,7 @@ const DENSE = 360;
  */
 function point(angle, { form, sweep }) {
   // From a circle to a rectangle with round corners (Lame's curves).
-  const power = 2 / (2 + 3 * form ** 1.2);
+  const power = 2 / (2 + 4.5 * form ** 1.2);
   const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
   const u = Math.sign(cos) * Math.abs(cos) ** power;
   const v = Math.sign(sin) * Math.abs(sin) ** power;
@@ -24,8 +24,8 @@ function point(angle, { form, sweep }) {
   // A drop hangs down to the temple from a flat brow line.
   y -= drop * (below * (0.1 + 0.12 * u) + above * (0.1 + 0.1 * u + 0.1 * above));
   // The upper outer corner of the upswept rises and goes out.
-  y += cat * (above * (0.42 * outer ** 2.4 - 0.1 * nasal) + 0.16 * below * outer);
-  x += cat * 0.12 * above * outer ** 2;
+  y += cat * (above * (0.7 * outer ** 3 - 0.16 * nasal) + below * (0.3 * outer - 0.04));
+  x += cat * (0.24 * above * outer ** 2 - 0.1 * below * outer);
   return [x, y];
 }
 

@@ -3,43 +3,50 @@
 /** @typedef {[number, number, number]} Point */
 /**
  * A station of a way: where it is, the two axes of the section, which are unit and upright to the way and to each other so that `u` times `v`
- * points along it, and half of how wide the section is along each, mm.
- * @typedef {{ at: Point, u: Point, v: Point, a: number, b: number }} Station
+ * points along it, and half of how wide the section is along each, mm; whether it is rather square than round.
+ * @typedef {{ at: Point, u: Point, v: Point, a: number, b: number, square?: boolean }} Station
  */
 /** What bodies are gathered in. @typedef {{ positions: number[], normals: number[], triangles: number[] }} Body */
 
 /** @returns {Body} */
 export const empty = () => ({ positions: [], normals: [], triangles: [] });
 
-/** Points around a section, and how square that is: 2 is an ellipse. */
+/** Points around a section. */
 export const AROUND = 12;
-const SQUARE = 3.2;
 
-/** The points of a section of half size 1, and by what normals go from there. */
-const SECTION = Array.from({ length: AROUND }, (_, j) => {
-  const angle = (2 * Math.PI * (j + 0.5)) / AROUND;
-  const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
-  const on = (/** @type {number} */ x, /** @type {number} */ power) => Math.sign(x) * Math.abs(x) ** power;
-  return { x: on(cos, 2 / SQUARE), y: on(sin, 2 / SQUARE), nx: on(cos, 2 - 2 / SQUARE), ny: on(sin, 2 - 2 / SQUARE) };
-});
+/** The points of a section of half size 1, and by what normals go from there. @param {number} square 2 is an ellipse, and more is squarer */
+const sectionOf = (square) =>
+  Array.from({ length: AROUND }, (_, j) => {
+    // Three to a corner, which is where it bends.
+    const angle = (Math.PI / 2) * Math.floor(j / 3) + Math.PI / 4 + ((j % 3) - 1) * (square > 3 ? 0.36 : Math.PI / 6);
+    const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
+    const on = (/** @type {number} */ x, /** @type {number} */ power) => Math.sign(x) * Math.abs(x) ** power;
+    return { x: on(cos, 2 / square), y: on(sin, 2 / square), nx: on(cos, 2 - 2 / square), ny: on(sin, 2 - 2 / square) };
+  });
+const ROUND = sectionOf(2.2);
+const SQUARE = sectionOf(4.5);
 
 /**
  * Writes the rings of a way: plain numbers, as arms are drawn anew with every event of a drag.
- * @param {readonly Station[]} way @param {{ [at: number]: number }} positions @param {{ [at: number]: number }} normals @param {number} [o] where they begin
+ * @param {readonly Station[]} way @param {Float32Array} positions @param {Float32Array} normals @param {number} [o] where they begin
  */
 export function rings(way, positions, normals, o = 0) {
-  for (const { at, u, v, a, b } of way) {
-    for (const { x, y, nx, ny } of SECTION) {
-      const [p, q] = [a * x, b * y];
+  for (const { at: [x, y, z], u: [ux, uy, uz], v: [vx, vy, vz], a, b, square } of way) {
+    const section = square ? SQUARE : ROUND;
+    for (let j = 0; j < AROUND; j++, o += 3) {
+      const one = section[j];
+      const p = a * one.x;
+      const q = b * one.y;
+      positions[o] = x + p * ux + q * vx;
+      positions[o + 1] = y + p * uy + q * vy;
+      positions[o + 2] = z + p * uz + q * vz;
       // A section that is nothing has normals all the same.
-      let [m, n] = [nx * (b + 1e-6), ny * (a + 1e-6)];
-      const length = Math.sqrt(m * m + n * n);
-      m /= length;
-      n /= length;
-      for (let k = 0; k < 3; k++, o++) {
-        positions[o] = at[k] + p * u[k] + q * v[k];
-        normals[o] = m * u[k] + n * v[k];
-      }
+      const m = one.nx * (b + 1e-6);
+      const n = one.ny * (a + 1e-6);
+      const size = 1 / Math.sqrt(m * m + n * n);
+      normals[o] = size * (m * ux + n * vx);
+      normals[o + 1] = size * (m * uy + n * vy);
+      normals[o + 2] = size * (m * uz + n * vz);
     }
   }
   return o;
@@ -63,7 +70,10 @@ export function weave(many, closed, triangles, first) {
 /** @param {Body} body @param {readonly Station[]} way @param {boolean} [closed] */
 export function sweep(body, way, closed = false) {
   const first = body.positions.length / 3;
-  rings(way, body.positions, body.normals, body.positions.length);
+  const [positions, normals] = [new Float32Array(3 * AROUND * way.length), new Float32Array(3 * AROUND * way.length)];
+  rings(way, positions, normals);
+  body.positions.push(...positions);
+  body.normals.push(...normals);
   weave(way.length, closed, body.triangles, first);
 }
 
@@ -108,14 +118,14 @@ export function unit(a) {
 
 /**
  * Stations along points, with one axis of the section as near as can be to a way that is given.
- * @param {readonly Point[]} points @param {Point} near the second axis is as near as can be to this @param {(i: number) => readonly [number, number]} half sizes along both axes
+ * @param {readonly Point[]} points @param {Point} near the second axis is as near as can be to this @param {(i: number) => readonly [number, number]} half sizes along both axes @param {boolean} [square]
  * @returns {Station[]}
  */
-export function along(points, near, half) {
+export function along(points, near, half, square = false) {
   return points.map((at, i) => {
     const way = unit(minus(points[Math.min(points.length - 1, i + 1)], points[Math.max(0, i - 1)]));
     const v = unit(plus(near, way, -dot(near, way)));
     const [a, b] = half(i);
-    return { at, u: cross(v, way), v, a, b };
+    return { at, u: cross(v, way), v, a, b, square };
   });
 }

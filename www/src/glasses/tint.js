@@ -19,7 +19,7 @@ const FRAMES = [
 /** Metal is polished up to here, and from there on there is none of it to be seen. */
 const METAL = [0.28, 0.34];
 /** From fair to dark, what a lens that is that dark lets through is of. */
-const TINTS = ['#8d7f70', '#4a3a2c', '#141311'].map((colour) => new Color(colour));
+const TINTS = ['#7d6f60', '#3a2c20', '#0b0a09'].map((colour) => new Color(colour));
 
 /** The colour of a frame, linear, and of the spots in it. @param {number} at of the slider */
 export function frameColour(at) {
