@@ -75,7 +75,7 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
   // What stands off the head here is the ear, behind which the head is seen again.
   const isHead = (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ z, /** @type {number} */ nx) => nx > 0.2 && (z > root[2] + 2 || x < root[0] + 0.4) && (z > root[2] - 2 || y > above[1] - 7 || z < behind[2] + 7);
   const side = pick((x, y, z, [nx]) => x > 40 && isHead(x, y, z, nx) && z > root[2] - 16 && z < middle.z + 4 && y > middle.y - 22 && y < middle.y + 34);
-  const back = pick((x, y, z, [nx]) => isHead(x, y, z, nx) && z < root[2] - 2 && z > behind[2] - 24 && y < above[1] + 6 && y > above[1] - 52);
+  const back = pick((x, y, z, [nx]) => nx > 0.75 && isHead(x, y, z, nx) && z < root[2] - 2 && z > behind[2] - 24 && y < above[1] + 6 && y > above[1] - 52);
   /** What an arm rests on: where the ear grows out of the head. */
   const rests = pick((x, y, z, [, ny]) => ny > 0.25 && x > root[0] - 2.5 && x < root[0] + 4 && z < root[2] + 2 && z > above[2] - 4 && y > above[1] - 5 && y < above[1] + 3);
   /** The nearest vertex of some to a place. @param {readonly Uint32Array[]} some @param {Point} place */
@@ -274,9 +274,12 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     }
     const last = drop[BENT - 1];
     const end = last.x > -Infinity ? last.x : way * p[t] + halfAside + OFF.behind;
-    let bulge = 0;
-    for (const one of drop) if (one.u < 0.97) bulge = Math.max(bulge, (one.x - bend - one.u * (end - bend)) / bowed(one.u));
-    for (const one of drop) points.push([way * (bend + one.u * (end - bend) + bulge * bowed(one.u)), one.y, one.z]);
+    // As far out as the head wants it from place to place, without steps.
+    const out = drop.map(({ u, x }) => Math.max(x, bend + u * (end - bend)));
+    const at = (/** @type {number} */ n) => (n < 0 ? bend : out[Math.min(BENT - 1, n)]);
+    const wide = out.map((_, n) => Math.max(at(n - 1), at(n), at(n + 1)));
+    const within = (/** @type {number} */ n) => (n < 0 ? bend : wide[Math.min(BENT - 1, n)]);
+    drop.forEach(({ y, z }, n) => points.push([(way * (within(n - 1) + 2 * within(n) + within(n + 1))) / 4, y, z]));
     return points;
   }
 
@@ -296,7 +299,7 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     return { from, at: /** @type {Point} */ ([x0 + way * x, y, a + b * x + e * y]), facing };
   }
 
-  return { fit, counts: [front, side, back, rests, flank].map((one) => one[0].length) };
+  return { fit };
 }
 
 /** @typedef {ReturnType<ReturnType<typeof createFit>['fit']>} Fitted */

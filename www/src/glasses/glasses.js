@@ -166,7 +166,7 @@ function make(style) {
         draw('plastic', ended(sleeve, armRings(SLEEVE) + 5, true));
       }
       const { from, at: on, facing } = fitted.pads[side];
-      draw(isPlastic ? 'main' : 'plastic', pad(on, facing, isPlastic));
+      draw(isPlastic ? 'main' : 'plastic', pad(from, on, facing, isPlastic));
       if (!isPlastic) draw('metal', holder(from, on, facing));
     }
   }
@@ -196,8 +196,8 @@ function capped(way, both) {
   return [...(both ? cap(way[0], way[1]).reverse() : []), ...way, ...cap(way[last], way[last - 1])];
 }
 
-/** A pad lies flat on the skin. @param {import('./sweep.js').Point} on @param {import('./sweep.js').Point} facing @param {boolean} isPlastic */
-function pad(on, facing, isPlastic) {
+/** A pad lies flat on the skin; one of plastic is of a piece with the rim. @param {import('./sweep.js').Point} from @param {import('./sweep.js').Point} on @param {import('./sweep.js').Point} facing @param {boolean} isPlastic */
+function pad(from, on, facing, isPlastic) {
   // Along the nose, upright to the way it faces.
   const d = facing[1];
   const y = Math.sqrt(1 - d * d);
@@ -205,7 +205,9 @@ function pad(on, facing, isPlastic) {
   const v = facing;
   /** @type {import('./sweep.js').Point} */
   const u = [v[1] * long[2] - v[2] * long[1], v[2] * long[0] - v[0] * long[2], v[0] * long[1] - v[1] * long[0]];
-  const [half, thick, broad] = isPlastic ? [5.5, 1.7, 2.4] : [5.6, 0.95, 3];
+  const apart = from.map((value, k) => value - on[k]);
+  const off = Math.abs(apart[0] * v[0] + apart[1] * v[1] + apart[2] * v[2]);
+  const [half, thick, broad] = isPlastic ? [6, Math.max(1.2, 0.55 * off), 2.6] : [5.6, 0.95, 3];
   return Array.from({ length: PAD_RINGS }, (_, i) => {
     const angle = (Math.PI * i) / (PAD_RINGS - 1);
     const [s, c] = [Math.max(0.02, Math.sin(angle)), -Math.cos(angle)];
@@ -390,15 +392,16 @@ export function createGlasses(on, { heatStrength }) {
       follow();
     },
     /**
-     * Where its corners are on any face of the model, by part.
+     * Where its corners are on any face of the model, by part, and how that was found; null where none is worn.
      * @param {ArrayLike<number>} positions @param {readonly import('./fit.js').Eye[]} eyes
      */
     on(positions, eyes) {
       if (!made || !style || !group.visible) return null;
-      made.place(fit(positions, eyes, style, made.front, lift));
+      const fitted = fit(positions, eyes, style, made.front, lift);
+      made.place(fitted);
       const { bodies, glass } = made;
       const copy = (/** @type {{ positions: Float32Array, normals: Float32Array }} */ body) => ({ positions: body.positions.slice(), normals: body.normals.slice() });
-      const all = { main: copy(bodies.main), metal: copy(bodies.metal), plastic: copy(bodies.plastic), lenses: copy(glass) };
+      const all = { main: copy(bodies.main), metal: copy(bodies.metal), plastic: copy(bodies.plastic), lenses: copy(glass), fitted };
       follow();
       return all;
     },
