@@ -640,7 +640,8 @@ export const text = {
       'Lines are those most faces get over the years, each in its usual place; random faces that the model takes to be older have them. Expressions deepen them, and crease a young face a little.',
       'Hair is cropped or as long as you like: strands that fall by their weight, parted and combed. It grows where it does on most men who keep theirs and is cut above the eyes. What is measured is the head below it, and distances in mm are shown without hair.',
       'Marks of the skin, a dozen at most, are kept by the triangle of the mesh that they sit on, and go where it does; their millimetres are those of a head of the model’s mean size. Mixed faces have those of each, the fainter the less of it there is.',
-      'Saved faces, files and the link keep them. A face that wears a photo has the photo’s skin, lips and brows; marks lie over them, and its beard goes on where the photo does not show it.',
+      'Glasses have the sizes of those that are sold, lenses of 44 to 58 mm for a face of the usual size, and are fitted as an optician does: 12 mm or more before the eyes, leaning by 8 degrees, on the nose and the ears, and clear of the skin. What is measured is the head without them.',
+      'Saved faces, files and the link keep all that. A face that wears a photo has the photo’s skin, lips and brows; marks lie over them, and its beard goes on where the photo does not show it.',
     ],
     mix: [
       'A face is a list of numbers, one for each eigenmesh. Mixing two faces goes part of the way from one list to the other, for the whole face or for one feature.',

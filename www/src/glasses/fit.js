@@ -194,7 +194,7 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
       origin[2] + scale * (Y[2] * y + Z[2] * z),
     ];
     const arms = [0, 1].map((other) => armOn(p, other, place, scale, aside, style, made, lift));
-    const pads = planes.map((one, other) => padOn(one, other ? -1 : 1, x0, place, aside, made));
+    const pads = planes.map((one, other) => padOn(one, other ? -1 : 1, x0, place, aside, made, style.plastic > 0.5));
     return { scale, axes, origin, aside, arms, pads, ahead };
   }
 
@@ -285,15 +285,15 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
 
   /**
    * Where a pad lies on the side of the nose, and how that faces.
-   * @param {ReturnType<typeof plane>} on @param {number} way 1 for the left one @param {number} x0 @param {(x: number, y: number, z: number) => Point} place @param {number} aside @param {import('./frame.js').Front} made
+   * @param {ReturnType<typeof plane>} on @param {number} way 1 for the left one @param {number} x0 @param {(x: number, y: number, z: number) => Point} place @param {number} aside @param {import('./frame.js').Front} made @param {boolean} isPlastic
    */
-  function padOn({ a, b, e }, way, x0, place, aside, made) {
+  function padOn({ a, b, e }, way, x0, place, aside, made, isPlastic) {
     const from = place(way * (made.nasal.x + aside), made.nasal.y, made.nasal.z);
     const y = from[1] - 1.5;
     const edge = way * (from[0] - x0);
-    // Behind the lens, and between it and the ridge of the nose.
-    const z = from[2] - 3.4;
-    const x = Math.min(edge + 1.5, Math.max(3.5, (z - a - e * y) / b));
+    // Behind the lens, and between it and the ridge of the nose; what is of a piece with the rim is behind that.
+    const on = (/** @type {number} */ behind) => (from[2] - behind - a - e * y) / b;
+    const x = isPlastic ? Math.min(on(5), Math.max(edge, on(1.5))) : Math.min(edge + 1.5, Math.max(3.5, on(3.4)));
     const long = Math.hypot(b, e, 1);
     const facing = /** @type {Point} */ ([(-way * b) / long, -e / long, 1 / long]);
     return { from, at: /** @type {Point} */ ([x0 + way * x, y, a + b * x + e * y]), facing };

@@ -233,7 +233,7 @@ export function frontOf(style) {
   const backOf = (/** @type {number} */ x, /** @type {number} */ y) => sheet(x, y, style) - 0.12 * deep - (isRimless ? HALF_LENS : deep / 2);
   // What comes near the nose: where the rim ends there, and how far back.
   const noseSide = around.flatMap(({ x, y, nx, ny }, i) => (nx < -0.15 && y < 0.75 * (height / 2) ? [{ x: x + nx * (widths[i] - GROOVE), y: y + ny * (widths[i] - GROOVE), z: backOf(x, y) }] : []));
-  const padded = meets(bridgeHeight - 0.18 * height, -1);
+  const padded = meets(bridgeHeight - mix(0.18, 0.36, plastic) * height, -1);
   const lengths = radii(around, ANGLES);
   const breadths = radii(around.map((one, i) => ({ ...one, x: one.x + one.nx * widths[i], y: one.y + one.ny * widths[i] })), ANGLES);
   return {

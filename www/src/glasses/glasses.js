@@ -16,9 +16,13 @@ const SLEEVE = 17;
 const PAD_RINGS = 7;
 const HOLDER = 7;
 /** Glass mirrors more than this only where it is seen from aside; of both its sides together. */
-const MIRRORS = 0.055;
+const MIRRORS = 0.042;
+/** And no more than this, of the studio's, where it is seen from aside. */
+const MOST = 0.6;
 /** Spots of tortoiseshell are about as large, mm. */
 const SPOT = 6.5;
+/** Styles that are kept, of a quarter of a megabyte each. */
+const KEPT = 4;
 
 const LENS_VERTEX = /* glsl */ `
   attribute float edge;
@@ -51,12 +55,12 @@ const LENS_FRAGMENT = /* glsl */ `
     vec3 n = normalize(vOut);
     vec3 toEye = normalize(cameraPosition - vAt);
     float facing = max(0.0, dot(n, toEye));
-    float fresnel = ${MIRRORS.toFixed(3)} + (1.0 - ${MIRRORS.toFixed(3)}) * pow(1.0 - facing, 5.0);
+    float fresnel = ${MIRRORS.toFixed(3)} + ${(MOST - MIRRORS).toFixed(3)} * pow(1.0 - facing, 5.0);
     // What stands in a soft box is bright, and eyes are to be seen all the same: lenses are coated.
     vec3 mirrored = studioMirrored(reflect(-toEye, n), 0.0) * 0.62;
-    mirrored = mirrored / (1.0 + 0.12 * mirrored) * fresnel * (1.0 + taken);
+    mirrored = mirrored / (1.0 + 0.12 * mirrored) * fresnel * (1.0 + 0.3 * taken);
     // Tinted ones are darker above.
-    float shaded = taken * mix(1.0, mix(0.55, 1.0, vHigh), 4.0 * taken * (1.0 - taken));
+    float shaded = taken * mix(1.0, mix(0.5, 1.0, vHigh), min(1.0, 2.0 * (1.0 - taken)));
     float cover = mix(shaded, max(taken, 0.55), vEdge * rimless);
     vec3 own = mix(tint * studioLightOn(n) * 0.62, vec3(0.42, 0.5, 0.48), 0.7 * vEdge * rimless * (1.0 - taken)) * cover;
     // An edge in a rim is not seen.
@@ -234,11 +238,10 @@ function holder(from, on, facing) {
  */
 export function createGlasses(on, { heatStrength }) {
   const { fit } = createFit(on);
+  /** The styles that were worn last, and what of them is on the card: two faces side by side are drawn in turn. @type {Worn[]} */
+  const kept = [];
   /** @type {ReturnType<typeof make> | null} */
   let made = null;
-  let key = '';
-  /** What its corners are coloured for. */
-  let dye = '';
   let lift = 0;
   /** @type {import('./style.js').Style | null} */
   let style = null;
@@ -304,7 +307,7 @@ export function createGlasses(on, { heatStrength }) {
     const trim = new Color('#b9975a');
     const base = kind === 'main' ? colour : kind === 'metal' ? trim.lerp(colour, metal) : null;
     const tip = new Color('#1b1310');
-    const pads = new Color('#e9e2d8').lerp(skin, 0.7);
+    const pads = new Color('#e9e2d8').lerp(skin, 0.82);
     const one = new Color();
     const each = (positions.length / 3 - fixed) / 2;
     for (let i = 0; i < positions.length / 3; i++) {
@@ -333,18 +336,37 @@ export function createGlasses(on, { heatStrength }) {
     }
   }
 
-  /** What is new of a style goes to the card. @param {ReturnType<typeof make>} made */
-  function load({ bodies, glass: sheet }) {
-    for (const [mesh, body] of /** @type {const} */ ([[meshes.main, bodies.main], [meshes.metal, bodies.metal], [meshes.plastic, bodies.plastic], [lenses, sheet]])) {
-      mesh.geometry.dispose();
+  /** A style with what is drawn of it. @param {string} key @param {import('./style.js').Style} style @returns {Worn} */
+  function tailor(key, style) {
+    const made = make(style);
+    /** @param {typeof made.glass | typeof made.bodies['main']} body */
+    const geometryOf = (body) => {
       const geometry = new BufferGeometry();
       geometry.setIndex(body.triangles);
-      for (const name of /** @type {const} */ (['position', 'normal'])) geometry.setAttribute(name, new BufferAttribute(body[name === 'position' ? 'positions' : 'normals'], 3).setUsage(DynamicDrawUsage));
-      if (mesh !== lenses) geometry.setAttribute('color', new BufferAttribute(new Float32Array(body.positions.length), 3));
+      geometry.setAttribute('position', new BufferAttribute(body.positions, 3).setUsage(DynamicDrawUsage));
+      geometry.setAttribute('normal', new BufferAttribute(body.normals, 3).setUsage(DynamicDrawUsage));
       if ('edge' in body) for (const name of /** @type {const} */ (['edge', 'high'])) geometry.setAttribute(name, new BufferAttribute(body[name], 1));
+      else geometry.setAttribute('color', new BufferAttribute(new Float32Array(body.positions.length), 3));
+      return geometry;
+    };
+    const { main, metal, plastic } = made.bodies;
+    return { key, style, made, dye: '', geometries: { main: geometryOf(main), metal: geometryOf(metal), plastic: geometryOf(plastic), lenses: geometryOf(made.glass) } };
+  }
+
+  /** @param {string} key @param {import('./style.js').Style} now */
+  function wear(key, now) {
+    const at = kept.findIndex((one) => one.key === key);
+    const one = at < 0 ? tailor(key, now) : kept.splice(at, 1)[0];
+    kept.unshift(one);
+    for (const old of kept.splice(KEPT)) for (const geometry of Object.values(old.geometries)) geometry.dispose();
+    made = one.made;
+    style = one.style;
+    for (const [kind, geometry] of Object.entries(one.geometries)) {
+      const mesh = kind === 'lenses' ? lenses : meshes[kind];
       mesh.geometry = geometry;
-      mesh.visible = body.triangles.length > 0;
+      mesh.visible = (geometry.index?.count ?? 0) > 0;
     }
+    return one;
   }
 
   return {
@@ -364,20 +386,14 @@ export function createGlasses(on, { heatStrength }) {
       const now = styleOf(colouring);
       tints = tintsOf(colouring);
       skin = paints.skin;
-      const as = JSON.stringify(now);
-      if (as !== key || !made) {
-        key = as;
-        style = now;
-        made = make(now);
-        load(made);
-      }
       lift = paints.lift;
-      const dyed = JSON.stringify([as, valueIn(colouring, 'frameColour'), skin.getHex()]);
-      if (dyed !== dye) {
-        dye = dyed;
-        for (const [kind, mesh] of Object.entries(meshes)) {
-          const { color } = mesh.geometry.attributes;
-          color.array.set(coloursOf(/** @type {'main'} */ (kind)));
+      const one = wear(JSON.stringify(now), now);
+      const dye = JSON.stringify([valueIn(colouring, 'frameColour'), skin.getHex()]);
+      if (one.dye !== dye) {
+        one.dye = dye;
+        for (const kind of /** @type {const} */ (['main', 'metal', 'plastic'])) {
+          const { color } = one.geometries[kind].attributes;
+          color.array.set(coloursOf(kind));
           color.needsUpdate = true;
         }
       }
@@ -420,8 +436,13 @@ export function createGlasses(on, { heatStrength }) {
       return all.filter(({ triangles }) => triangles.length > 0);
     },
     dispose() {
-      for (const mesh of [...Object.values(meshes), lenses]) mesh.geometry.dispose();
+      for (const { geometries } of kept) for (const geometry of Object.values(geometries)) geometry.dispose();
       for (const material of [...Object.values(materials), lenses.material, depth]) material.dispose();
     },
   };
 }
+
+/**
+ * A style that was worn, and what its corners are coloured for.
+ * @typedef {{ key: string, style: import('./style.js').Style, made: ReturnType<typeof make>, dye: string, geometries: Record<'main' | 'metal' | 'plastic' | 'lenses', BufferGeometry> }} Worn
+ */
