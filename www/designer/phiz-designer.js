@@ -432,7 +432,7 @@ export class PhizDesigner extends HTMLElement {
     const { model, head, face, scene } = this.#need();
     if (!this.#expressive && model.expressions.length) {
       this.#expressive = true;
-      head.expressBy(measureTurns(model), measureShifts(model, head.anchors));
+      head.expressBy(measureTurns(model), (vertices) => measureShifts(model, vertices));
       const known = Object.entries(this.#kept.expression ?? {}).filter(([name]) => model.expressions.includes(name));
       if (!Object.keys(face.expression).length) face.expression = Object.fromEntries(known);
     }

@@ -194,7 +194,7 @@ export async function createDesigner(model, stage, chosen) {
     say: toast.say,
   });
   const file = createExpressionFile(model, chosen.expressions, () => {
-    head.expressBy(measureTurns(model), measureShifts(model, head.anchors));
+    head.expressBy(measureTurns(model), (vertices) => measureShifts(model, vertices));
     // Some of the faces that are shown small may have one.
     portraits.retake();
   });

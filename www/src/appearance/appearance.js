@@ -13,7 +13,7 @@ const STILL = { expression: 0.15, slider: 0.1 };
 /** The same of teeth, which nobody sees the roots of. */
 const STILL_TEETH = { expression: 0.25, slider: 0.2 };
 /** The same of glasses, all of which goes along. */
-const STILL_GLASSES = { expression: 0.25, slider: 0.25 };
+const STILL_GLASSES = { expression: 0, slider: 0.25 };
 /** The same of hair, which is large in a file and goes with the whole head, mm. */
 const STILL_HAIR = 1;
 /** Strands that go less far than this stay while others go, mm. */
@@ -283,17 +283,16 @@ function glasses(head, rest) {
   const first = head.glassesOn(rest);
   if (!first) return [];
   // All their parts are placed at once.
-  /** @type {{ face: Float32Array, expression: Float32Array | null, placed: typeof first } | null} */
-  let last = { face: rest, expression: null, placed: first };
-  const on = (/** @type {Float32Array} */ face, /** @type {Float32Array | null} */ expression) => {
-    if (last?.face !== face || last.expression !== expression) last = { face, expression, placed: head.glassesOn(together(face, expression)) ?? first };
+  let last = { face: rest, placed: first };
+  const on = (/** @type {Float32Array} */ face) => {
+    if (last.face !== face) last = { face, placed: head.glassesOn(face) ?? first };
     return last.placed;
   };
   return head.glasses.map(({ kind, ...look }) => ({
     ...look,
     normals: first[kind].normals,
     still: STILL_GLASSES,
-    on: (face, expression) => on(face, expression)[kind].positions,
+    on: (face) => on(face)[kind].positions,
   }));
 }
 

@@ -21,6 +21,12 @@ const EYES = { down: 9, up: 8, inner: 19 };
 const OFF = { rim: 0.6, nose: 0.4, lens: 1.6, bridge: 0.35, arm: 0.9, behind: 0.6 };
 /** For a broad nose lenses go so far aside of the pupils at most, and so far up, before they go ahead, mm. */
 const ASIDE = 6;
+/**
+ * Skin beside the front lets it come the nearer the farther beside it is: for each mm so many, up to so far. What would matter on one side of
+ * an edge alone would make glasses jump when it comes over it.
+ */
+const STEEP = 4;
+const EDGE = 3;
 const UP = 3.5;
 
 /** Stations of an arm to where it bends, and behind. */
@@ -156,8 +162,10 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     // As far ahead as opticians have it, and as all of the skin needs.
     const pupil = made.lensBack(pupils / 2 / scale - centre, (eyesAt[1] - origin[1]) / scale) * scale;
     let ahead = VERTEX - pupil;
-    const half = { x: style.width / 2 + style.rim + 4, y: style.height / 2 + style.rim + 4 };
+    const half = { x: style.width / 2 + style.rim + EDGE + 3, y: style.height / 2 + style.rim + EDGE + 3 };
     const { bridge } = made;
+    // Of rim and lens what is farther back, which is the same everywhere.
+    const off = Math.max(OFF.rim, OFF.lens + made.back(0, 0) - made.lensBack(0, 0));
     const bridged = bridge.reach + aside;
     const [ox, oy, oz] = origin;
     const [zx, zy, zz] = Z;
@@ -175,15 +183,17 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
         const y = (Y[0] * dx + Y[1] * dy + Y[2] * dz) / scale;
         const far = Math.abs(x);
         const u = far - centre;
-        if (far < bridged) {
+        if (far < bridged + EDGE) {
           const round = 1 - (far / bridged) ** 2;
-          if (Math.abs(y - bridge.y - bridge.arch * round) < bridge.half + 1) ahead = Math.max(ahead, z - scale * (bridge.back + bridge.bulge * round) + OFF.bridge);
+          const over = Math.max(0, Math.abs(y - bridge.y - bridge.arch * round) - bridge.half) + Math.max(0, far - bridged);
+          if (over < EDGE) ahead = Math.max(ahead, z - scale * (bridge.back + bridge.bulge * round) + OFF.bridge - STEEP * over);
         }
         if (Math.abs(u) > half.x || Math.abs(y) > half.y) continue;
-        const at = (Math.round((Math.atan2(y, u) / (2 * Math.PI)) * ANGLES) + ANGLES) % ANGLES;
-        const radius = Math.hypot(u, y);
-        if (radius > made.reach[at] + 0.6) continue;
-        ahead = Math.max(ahead, z - scale * made.back(u, y) + (radius < made.rimAt(u, y) - 1 ? OFF.lens : OFF.rim));
+        const turn = ((Math.atan2(y, u) / (2 * Math.PI)) * ANGLES + ANGLES) % ANGLES;
+        const at = Math.floor(turn);
+        const edge = made.reach[at] + (turn - at) * (made.reach[(at + 1) % ANGLES] - made.reach[at]);
+        const over = Math.max(0, Math.hypot(u, y) - edge);
+        if (over < EDGE) ahead = Math.max(ahead, z - scale * made.back(u, y) + off - STEEP * over);
       }
     }
     for (let k = 0; k < 3; k++) origin[k] += ahead * Z[k];
@@ -222,7 +232,8 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     let top = -Infinity;
     for (let i = 0; i < on.length; i++) {
       const o = 3 * on[i];
-      if (Math.abs(way * p[o] - bend) < halfAside + 1.2) top = Math.max(top, p[o + 1]);
+      const beside = Math.max(0, Math.abs(way * p[o] - bend) - halfAside);
+      if (beside < EDGE) top = Math.max(top, p[o + 1] - 2 * beside);
     }
     if (top > -Infinity) bendY = top + halfUp + OFF.behind;
     let bow = 0;
@@ -299,7 +310,11 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     return { from, at: /** @type {Point} */ ([x0 + way * x, y, a + b * x + e * y]), facing };
   }
 
-  return { fit };
+  return {
+    fit,
+    /** All that it looks at. */
+    vertices: [...new Set([...[front, flank, side, back, rests].flatMap((both) => both.flatMap((list) => [...list])), ...crest, ...tip, ear, otherEar, nose])],
+  };
 }
 
 /** @typedef {ReturnType<ReturnType<typeof createFit>['fit']>} Fitted */

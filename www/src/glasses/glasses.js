@@ -237,7 +237,9 @@ function holder(from, on, facing) {
  * @param {{ heatStrength: { value: number } }} uniforms of the skin
  */
 export function createGlasses(on, { heatStrength }) {
-  const { fit } = createFit(on);
+  const { fit, vertices } = createFit(on);
+  /** Where these are in a face that does nothing, while it does something. */
+  const calm = new Float32Array(on.rest.length);
   /** The styles that were worn last, and what of them is on the card: two faces side by side are drawn in turn. @type {Worn[]} */
   const kept = [];
   /** @type {ReturnType<typeof make> | null} */
@@ -371,9 +373,21 @@ export function createGlasses(on, { heatStrength }) {
 
   return {
     group,
-    /** @param {ArrayLike<number>} positions of the face as it is @param {readonly import('./fit.js').Eye[]} eyes of it, the subject's right first */
-    update(positions, eyes) {
-      present = [positions, eyes];
+    /** The vertices whose shifts it wants to know. */
+    vertices,
+    /**
+     * @param {ArrayLike<number>} positions of the face as it is @param {readonly import('./fit.js').Eye[]} eyes of it, the subject's right first
+     * @param {ArrayLike<number> | null} shifts how far what it does moves `vertices`, 3 each, mm: glasses stay on a nose that is wrinkled, and
+     *   do not shake with each blink
+     */
+    update(positions, eyes, shifts) {
+      if (shifts) {
+        for (let i = 0; i < vertices.length; i++) {
+          const o = 3 * vertices[i];
+          for (let k = 0; k < 3; k++) calm[o + k] = positions[o + k] - shifts[3 * i + k];
+        }
+      }
+      present = [shifts ? calm : positions, eyes];
       follow();
     },
     /**
@@ -409,7 +423,7 @@ export function createGlasses(on, { heatStrength }) {
     },
     /**
      * Where its corners are on any face of the model, by part, and how that was found; null where none is worn.
-     * @param {ArrayLike<number>} positions @param {readonly import('./fit.js').Eye[]} eyes
+     * @param {ArrayLike<number>} positions at rest @param {readonly import('./fit.js').Eye[]} eyes
      */
     on(positions, eyes) {
       if (!made || !style || !group.visible) return null;

@@ -334,7 +334,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     if (expression !== folded || !isAtRest) eyes.turn(turnsOf(expression), !isAtRest);
     folded = expression;
     for (const one of tresses) one.update(present);
-    glasses?.update(present, eyes.balls);
+    if (glasses) glasses.update(present, eyes.balls, steadied(expression));
     teeth?.update(present, shiftsOf(expression));
   }
 
@@ -411,6 +411,16 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   let wardrobe = null;
   /** Until they are there. @type {Promise<void> | null} */
   let fetching = null;
+  /** How far expressions move some vertices. @type {((vertices: number[]) => typeof shiftsOf) | null} */
+  let measure = null;
+  /** The same of those that glasses go by, measured when it first matters. @type {typeof shiftsOf | null} */
+  let steady = null;
+  /** @param {Readonly<Record<string, number>>} expression */
+  function steadied(expression) {
+    if (!glasses || !measure || Object.keys(expression).length === 0) return null;
+    steady ??= measure(glasses.vertices);
+    return steady(expression);
+  }
   /** @type {import('./colouring.js').Colouring} */
   let colouring = {};
   /**
@@ -438,7 +448,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
       ({ createGlasses }) => {
         glasses = createGlasses({ rest, normals: restNormals, skin: onSkin, mirror: model.mirror, scalp: grows.scalp, at, vertexOf, eyes: ballsOn(rest) }, skin.uniforms);
         group.add(glasses.group);
-        glasses.update(present, eyes.balls);
+        steady = null;
+        glasses.update(present, eyes.balls, steadied(folded ?? {}));
         glasses.paint(colouring, pigments(tone, colouring));
         fetching = null;
         onCome();
@@ -515,7 +526,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     get glasses() {
       return glasses?.look ?? [];
     },
-    /** @param {Float32Array} positions */
+    /** @param {Float32Array} positions of a face at rest */
     glassesOn: (positions) => glasses?.on(positions, ballsOn(positions)) ?? null,
     /**
      * Until what is fetched for a colouring is there, or will not be; null where nobody has to wait.
@@ -584,15 +595,15 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     /** The triangles of the model's mesh that are drawn as skin, and where their vertices are: at rest, and now. */
     surface: { triangles: ofSkin, rest, positions, normals },
     divide,
-    /** The vertices whose shifts the teeth go by. */
-    anchors: teeth?.anchors ?? [],
     /**
      * @param {typeof turnsOf} turns how far expressions turn the eyes
-     * @param {typeof shiftsOf} shifts how far they move the anchors
+     * @param {(vertices: number[]) => typeof shiftsOf} shifts how far they move vertices
      */
     expressBy(turns, shifts) {
       turnsOf = turns;
-      shiftsOf = shifts;
+      shiftsOf = shifts(teeth?.anchors ?? []);
+      measure = shifts;
+      steady = null;
     },
     /** @param {number} index of a vertex, on the face as it is now */
     vertex: (index) => new Vector3().fromArray(present, 3 * index),
