@@ -12,6 +12,7 @@ import { frameColour, lensColour } from '../../www/src/glasses/tint.js';
 import { growth } from '../../www/src/hair/growth.js';
 import { carriedOf, COLOURS, GLASSES, mixture, readColouring, REST, wearsGlasses, whole } from '../../www/src/head/colouring.js';
 import { fitSphere } from '../../www/src/head/eyes.js';
+import { measureShifts } from '../../www/src/head/shifts.js';
 import { createLashes } from '../../www/src/head/lashes.js';
 import { coloursAlong, told } from '../../www/src/head/someone.js';
 import { decodeColouring, encodeColouring } from '../../www/src/keep/addresscode.js';
@@ -295,6 +296,62 @@ describe('on a head', () => {
         });
       }
     }
+  });
+
+  test('they do not jump while a slider is drawn', () => {
+    const face = model.face();
+    const most = (/** @type {Float32Array} */ one, /** @type {Float32Array} */ other) => one.reduce((far, value, i) => Math.max(far, Math.abs(value - other[i])), 0);
+    for (const name of ['nose 1', 'nose 3', 'eyes 1', 'eyes 2', 'head 1', 'head 2', 'head 5']) {
+      face.reset();
+      /** @type {{ at: Float32Array, face: Float32Array } | null} */
+      let last = null;
+      for (let percent = 6; percent <= 94; percent += 1) {
+        face.set(name, percent / 100);
+        const positions = face.positions.slice();
+        const now = { at: head.on(SOME.rectangular, positions, 2).main.positions, face: positions };
+        // Steps of half a millimetre nobody sees; arms are levers of what the nose does.
+        if (last) {
+          const [far, own] = [most(now.at, last.at), most(now.face, last.face)];
+          assert.ok(far < Math.max(0.1, 1.5 * own), `${name} at ${percent}: glasses go ${far.toFixed(2)} mm, and the face ${own.toFixed(2)}`);
+        }
+        last = now;
+      }
+    }
+    face.free();
+  });
+
+  test('they stay while the face does something, and are not in its skin then', async () => {
+    const moving = await load(await readFile(new URL('www/public/model.phiz', root)));
+    await moving.loadExpressions(await readFile(new URL('www/public/expressions.phiz', root)));
+    const { glasses } = head;
+    const shiftsOf = measureShifts(moving, glasses.vertices);
+    const face = moving.face();
+    const mesh = glasses.group.children.find(({ name }) => name === 'glasses main');
+    for (const seed of [0, 7, 58]) {
+      if (seed) face.randomize({ seed, spread: 0.9 });
+      face.expression = {};
+      const rest = face.positions.slice();
+      const { fitted } = head.on(SOME.rectangular, rest);
+      glasses.update(rest, head.eyesOf(rest), null);
+      const before = mesh.geometry.attributes.position.array.slice();
+      for (const name of ['eyeBlinkLeft', 'browInnerUp', 'browDownLeft', 'cheekSquintLeft', 'noseSneerRight', 'jawOpen', 'mouthSmileLeft', 'mouthFunnel', 'cheekPuff']) {
+        face.expression = { [name]: 1 };
+        const positions = face.positions.slice();
+        glasses.update(positions, head.eyesOf(positions), shiftsOf(face.expression));
+        const { array } = mesh.geometry.attributes.position;
+        const far = before.reduce((most, value, i) => Math.max(most, Math.abs(value - array[i])), 0);
+        // Without what is taken off they go by 1.6. What is left is how a face does it otherwise than the median one.
+        assert.ok(far < 0.5, `seed ${seed}, ${name}: ${far} mm`);
+        const outside = outsideOf(head.skin, positions, face.normals.slice());
+        const front = cornersOf({ positions: array }).filter(([, , z], i) => i % 3 === 0 && z > 5);
+        for (const corner of front) {
+          if (fitted.pads.some(({ at }) => Math.hypot(...at.map((value, k) => value - corner[k])) < 9)) continue;
+          // A brow that is drawn down comes a little into the back of a rim, where nobody sees it.
+          assert.ok(outside(corner) > -0.7, `seed ${seed}, ${name}: ${corner} is ${outside(corner)} mm off the skin`);
+        }
+      }
+    }
+    face.free();
   });
 
   test('they lie on hair that is cropped', () => {

@@ -21,13 +21,13 @@ const EYES = { down: 9, up: 8, inner: 19 };
 const OFF = { rim: 0.6, nose: 0.4, lens: 1.6, bridge: 0.35, arm: 0.9, behind: 0.6 };
 /** For a broad nose lenses go so far aside of the pupils at most, and so far up, before they go ahead, mm. */
 const ASIDE = 6;
+const UP = 3.5;
 /**
- * Skin beside the front lets it come the nearer the farther beside it is: for each mm so many, up to so far. What would matter on one side of
+ * Skin beside what is over it lets that come the nearer the farther beside it is: the front for each mm so many, up to so far, and arms two. What would matter on one side of
  * an edge alone would make glasses jump when it comes over it.
  */
 const STEEP = 4;
 const EDGE = 3;
-const UP = 3.5;
 
 /** Stations of an arm to where it bends, and behind. */
 const STRAIGHT = 15;
@@ -225,8 +225,8 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     for (let i = 0; i < list.length; i++) {
       const o = 3 * list[i];
       const s = (hz - p[o + 2]) / long;
-      if (s < 0.86 || s > 1.12 || Math.abs(p[o + 1] - bendY) > halfUp + 1.5) continue;
-      bend = Math.max(bend, way * p[o] + halfAside + OFF.arm + raised(list[i]));
+      const beside = 2 * Math.max(0, Math.abs(p[o + 1] - bendY) - halfUp) + long * Math.max(0, 0.88 - s, s - 1.1);
+      if (beside < EDGE) bend = Math.max(bend, way * p[o] + halfAside + OFF.arm + raised(list[i]) - beside);
     }
     const on = rests[other];
     let top = -Infinity;
@@ -237,16 +237,16 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
     }
     if (top > -Infinity) bendY = top + halfUp + OFF.behind;
     let bow = 0;
-    const highest = armHalf(style, 0)[1] + 1.5;
+    const highest = armHalf(style, 0)[1] + EDGE;
     for (let i = 0; i < list.length; i++) {
       const o = 3 * list[i];
       const s = (hz - p[o + 2]) / long;
-      if (s < 0.02 || s > 0.98) continue;
+      // Nearer to the bend that goes out as far as it has to.
+      if (s < 0.05 || s > 0.9) continue;
       const off = Math.abs(p[o + 1] - hy - s * (bendY - hy));
       if (off > highest) continue;
       const [thick, high] = armHalf(style, s * (STRAIGHT - 1));
-      if (off > high + 1.5) continue;
-      bow = Math.max(bow, (way * p[o] + thick + OFF.arm + raised(list[i]) - from - s * (bend - from)) / bowed(s));
+      bow = Math.max(bow, (way * p[o] + thick + OFF.arm + raised(list[i]) - 2 * Math.max(0, off - high) - from - s * (bend - from)) / bowed(s));
     }
     /** @type {Point[]} */
     const points = [];
@@ -280,7 +280,7 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
         const far = dy * dy + dz * dz;
         if (far > 25) continue;
         const [thick, high] = armHalf(style, STRAIGHT + n);
-        if (far < (high + 1.8) * (high + 1.8)) one.x = Math.max(one.x, way * p[o] + thick + OFF.behind);
+        one.x = Math.max(one.x, way * p[o] + thick + OFF.behind - Math.max(0, Math.sqrt(far) - high));
       }
     }
     const last = drop[BENT - 1];
