@@ -6,7 +6,7 @@ import { mix, smooth } from './style.js';
 // lenses, z ahead from the middle of a lens that is as thin as a sheet; mm.
 
 /** Lenses are parts of spheres of so many mm (a base curve of 4 dioptres), and each is turned back to its temple. */
-export const CURVE = 135;
+const CURVE = 135;
 const WRAP = (4.5 * Math.PI) / 180;
 /** Half of how thick a lens is at its edge, mm. */
 const HALF_LENS = 0.9;
@@ -19,22 +19,25 @@ const LENS_RINGS = 4;
 /** How far a rim holds a lens, mm. */
 const GROOVE = 0.45;
 
-/** How many a body is of its maker. */
-const KINDS = /** @type {const} */ (['main', 'metal', 'plastic']);
-/** @typedef {typeof KINDS[number]} Kind of what a part is made: what the rim is, the metal of what is small, the plastic of what touches the skin */
+/** Of what a part is made: what the rim is of, the metal of what is small, the plastic of what touches the skin. */
+export const KINDS = /** @type {const} */ (['main', 'metal', 'plastic']);
+/** @typedef {typeof KINDS[number]} Kind */
+
+/** A body of the front: for each corner how far along with the left lens it goes when that goes aside, -1 to 1. @typedef {import('./sweep.js').Body & { shift: number[] }} FrontBody */
 
 /**
- * The front in parts. `shift` tells for each corner how far along with the left lens it goes when that goes aside, -1 to 1.
- * @typedef {{
- *   parts: Record<Kind, import('./sweep.js').Body & { shift: number[] }>,
- *   lenses: import('./sweep.js').Body & { shift: number[], edge: number[] },
- *   centre: number, reach: Float32Array, hinge: import('./sweep.js').Point, nasal: { x: number, y: number, z: number },
- *   noseSide: { x: number, y: number, z: number }[],
- *   bridge: { y: number, half: number, arch: number, bulge: number, reach: number, back: number },
- *   rimAt: (x: number, y: number) => number, back: (x: number, y: number) => number, lensBack: (x: number, y: number) => number,
- * }} Front
- * `centre` is where the left lens's middle is; `noseSide` has the points of its rim that come near the nose, from there; `reach` how far rim and lens go from there, by angle; `hinge` where the left arm begins;
- * `back` and `lensBack` how far back the front goes and its lens at a point of that, from its middle
+ * @typedef {object} Front
+ * @property {Record<Kind, FrontBody>} parts
+ * @property {FrontBody & { edge: number[] }} lenses `edge` is 1 at their edges and 0 elsewhere
+ * @property {number} centre how far aside the middle of the left lens is
+ * @property {Float32Array} reach how far rim and lens go from there, by the angle
+ * @property {(x: number, y: number) => number} back how far back the front goes at a point from there
+ * @property {(x: number, y: number) => number} lensBack the same of the lens
+ * @property {{ x: number, y: number, z: number }[]} noseSide the points of the left rim that come near the nose, from there
+ * @property {{ y: number, half: number, arch: number, bulge: number, reach: number, back: number }} bridge half of how tall it is, how far it rises
+ *   and bulges ahead in its middle, how far aside it goes, and how far back at its ends
+ * @property {import('./sweep.js').Point} hinge where the left arm begins
+ * @property {{ x: number, y: number, z: number }} nasal where the left pad does
  */
 
 /** How far ahead the sheet of a lens is. @param {number} x from the lens's middle @param {number} y @param {import('./style.js').Style} style */
@@ -51,7 +54,7 @@ function breadth(u, v, { rim, half, plastic, form }) {
   return Math.max(0.05, rim * shaped * left);
 }
 
-/** The mirror image of a body, beside it. @param {import('./sweep.js').Body & { shift: number[] }} body */
+/** The mirror image of a body, beside it. @param {FrontBody} body */
 function mirror(body) {
   const { positions, normals, triangles, shift } = body;
   const many = positions.length / 3;
@@ -63,7 +66,7 @@ function mirror(body) {
   for (let t = 0, end = triangles.length; t < end; t += 3) triangles.push(many + triangles[t], many + triangles[t + 2], many + triangles[t + 1]);
 }
 
-/** @param {import('./sweep.js').Body & { shift: number[] }} body @param {import('./sweep.js').Body & { shift: number[] }} other goes to its end */
+/** @param {FrontBody} body @param {FrontBody} other goes to its end */
 function append(body, other) {
   const first = body.shift.length;
   body.positions.push(...other.positions);
@@ -144,7 +147,7 @@ export function frontOf(style) {
     const ahead = isThin[i] || wide < 0.2 ? Math.min(0.8, deep / 2) : deep / 2;
     const u = unit(plus([nx, ny, 0], out, -(nx * out[0] + ny * out[1])));
     const middle = plus([centre + x, y, sheet(x, y, style)], u, wide - GROOVE);
-    return { at: plus(middle, out, -0.12 * deep), u, v: out, a: wide, b: isRimless ? 0.3 : ahead, square };
+    return { at: plus(middle, out, -0.12 * deep), u, v: out, a: wide, b: ahead, square };
   });
   // The way goes counter-clockwise, seen from before: u is out of it, and v ahead, so it is drawn back to front.
   const turned = stations.map((one) => ({ ...one, u: one.v, v: one.u, a: one.b, b: one.a }));
@@ -234,21 +237,15 @@ export function frontOf(style) {
   // What comes near the nose: where the rim ends there, and how far back.
   const noseSide = around.flatMap(({ x, y, nx, ny }, i) => (nx < -0.15 && y < 0.75 * (height / 2) ? [{ x: x + nx * (widths[i] - GROOVE), y: y + ny * (widths[i] - GROOVE), z: backOf(x, y) }] : []));
   const padded = meets(bridgeHeight - mix(0.18, 0.36, plastic) * height, -1);
-  const lengths = radii(around, ANGLES);
-  const breadths = radii(around.map((one, i) => ({ ...one, x: one.x + one.nx * widths[i], y: one.y + one.ny * widths[i] })), ANGLES);
+  const reach = radii(around.map((one, i) => ({ ...one, x: one.x + one.nx * widths[i], y: one.y + one.ny * widths[i] })), ANGLES);
   return {
     parts,
     lenses: lens(style, around, centre),
     centre,
-    reach: breadths,
+    reach,
     hinge,
-    // Where a pad's arm begins, beside the nose.
     nasal: { x: centre + padded.x, y: padded.y, z: sheet(padded.x, padded.y, style) - mix(0.9, 0.3 * deep, plastic) },
     bridge,
-    rimAt(x, y) {
-      const at = (Math.round((Math.atan2(y, x) / (2 * Math.PI)) * ANGLES) + ANGLES) % ANGLES;
-      return lengths[at];
-    },
     noseSide,
     back: backOf,
     lensBack: (x, y) => sheet(x, y, style) - HALF_LENS,

@@ -3,7 +3,7 @@ import { valueIn, wearsGlasses } from '../head/colouring.js';
 import { RUNS_OUT } from '../rendering/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { armHalf, createFit, STATIONS } from './fit.js';
-import { frontOf } from './frame.js';
+import { frontOf, KINDS } from './frame.js';
 import { along, AROUND, rings, rounded, weave } from './sweep.js';
 import { styleOf } from './style.js';
 import { tintsOf } from './tint.js';
@@ -97,10 +97,9 @@ function spot(x, y, z) {
 function make(style) {
   const front = frontOf(style);
   const isPlastic = style.plastic > 0.5;
-  /** @type {Record<'main' | 'metal' | 'plastic', { fixed: number, local: Float32Array, out: Float32Array, shift: Float32Array, triangles: number[], positions: Float32Array, normals: Float32Array }>} */
-  const bodies = /** @type {any} */ ({});
   const armRings = (/** @type {number} */ from) => STATIONS - from + 5;
-  for (const kind of /** @type {const} */ (['main', 'metal', 'plastic'])) {
+  /** With room for what each face has elsewhere: first what is fixed to the front, then for either side arm, tip, pad and what holds that. @param {import('./frame.js').Kind} kind */
+  function bodyOf(kind) {
     const { positions, normals, triangles, shift } = front.parts[kind];
     const fixed = shift.length;
     const list = [...triangles];
@@ -115,7 +114,7 @@ function make(style) {
       if (kind === (isPlastic ? 'main' : 'plastic')) add(PAD_RINGS);
       if (kind === 'metal' && !isPlastic) add(HOLDER);
     }
-    bodies[kind] = {
+    return {
       fixed,
       local: Float32Array.from(positions),
       out: Float32Array.from(normals),
@@ -125,6 +124,7 @@ function make(style) {
       normals: new Float32Array(3 * many),
     };
   }
+  const bodies = { main: bodyOf('main'), metal: bodyOf('metal'), plastic: bodyOf('plastic') };
   const { lenses } = front;
   const glass = { fixed: lenses.shift.length, local: Float32Array.from(lenses.positions), out: Float32Array.from(lenses.normals), shift: Float32Array.from(lenses.shift), triangles: lenses.triangles, positions: new Float32Array(lenses.positions.length), normals: new Float32Array(lenses.positions.length), edge: Float32Array.from(lenses.edge), high: Float32Array.from({ length: lenses.shift.length }, (_, i) => 0.5 + lenses.positions[3 * i + 1] / style.height) };
 
@@ -299,7 +299,7 @@ export function createGlasses(on, { heatStrength }) {
   /** @type {readonly [ArrayLike<number>, readonly import('./fit.js').Eye[]] | null} */
   let present = null;
 
-  /** The colours of a body's corners, linear. @param {'main' | 'metal' | 'plastic'} kind */
+  /** The colours of a body's corners, linear. @param {import('./frame.js').Kind} kind */
   function coloursOf(kind) {
     if (!made) return new Float32Array(0);
     const { positions, local, fixed } = made.bodies[kind];
@@ -405,7 +405,7 @@ export function createGlasses(on, { heatStrength }) {
       const dye = JSON.stringify([valueIn(colouring, 'frameColour'), skin.getHex()]);
       if (one.dye !== dye) {
         one.dye = dye;
-        for (const kind of /** @type {const} */ (['main', 'metal', 'plastic'])) {
+        for (const kind of KINDS) {
           const { color } = one.geometries[kind].attributes;
           color.array.set(coloursOf(kind));
           color.needsUpdate = true;
@@ -440,7 +440,7 @@ export function createGlasses(on, { heatStrength }) {
       if (!made || !group.visible) return [];
       const { bodies, glass: sheet } = made;
       const { lens, frame } = tints;
-      const of = (/** @type {'main' | 'metal' | 'plastic'} */ kind) => ({ colours: coloursOf(kind), triangles: Uint32Array.from(bodies[kind].triangles) });
+      const of = (/** @type {import('./frame.js').Kind} */ kind) => ({ colours: coloursOf(kind), triangles: Uint32Array.from(bodies[kind].triangles) });
       const all = [
         { kind: /** @type {const} */ ('main'), name: 'glasses frame', ...of('main'), roughness: materials.main.roughness, metalness: frame.metal, opacity: 1 },
         { kind: /** @type {const} */ ('metal'), name: 'glasses metal', ...of('metal'), roughness: materials.metal.roughness, metalness: 1, opacity: 1 },
@@ -458,5 +458,5 @@ export function createGlasses(on, { heatStrength }) {
 
 /**
  * A style that was worn, and what its corners are coloured for.
- * @typedef {{ key: string, style: import('./style.js').Style, made: ReturnType<typeof make>, dye: string, geometries: Record<'main' | 'metal' | 'plastic' | 'lenses', BufferGeometry> }} Worn
+ * @typedef {{ key: string, style: import('./style.js').Style, made: ReturnType<typeof make>, dye: string, geometries: Record<import('./frame.js').Kind | 'lenses', BufferGeometry> }} Worn
  */

@@ -14,6 +14,9 @@ import { subdivide } from './subdivision.js';
 import { createTeeth } from './teeth.js';
 import { createMap, createTile } from '../rendering/textures.js';
 
+/** The landmarks that glasses sit by: a model that has them not wears none. */
+const SEATS = ['ibug_00', 'ibug_16', 'ibug_27', 'superaurale left', 'postaurale left', 'helix root left'];
+
 /** As many parts of the mesh as are uploaded one by one with a frame. */
 const MOST_RANGES = 32;
 
@@ -442,7 +445,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
 
   /** Most faces have none on: what draws them comes for the first that has. */
   function fetchGlasses() {
-    if (glasses || !wardrobe) return;
+    if (glasses || !wardrobe || !SEATS.every((name) => at.has(name)) || eyeVertices.length < 2) return;
     const { come, onCome, onMiss } = wardrobe;
     fetching ??= come().then(
       ({ createGlasses }) => {
