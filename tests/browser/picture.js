@@ -148,10 +148,10 @@ const PEOPLE = [
 ];
 const WIDTH = 300;
 const HEIGHT = 400;
-  page.setDefaultTimeout(PATIENCE);
 /** A page whose stage has so much room, without what lies on it. */
 async function portraitPage() {
   const { page } = await open(browser, site, { prepare: asByCard, sharp: true, fine: true, deviceScaleFactor: 2, viewport: { width: 900, height: HEIGHT + 55 }, colorScheme: 'light' });
+  page.setDefaultTimeout(PATIENCE);
   await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
   await page.locator('.explain-open').evaluate((button) => (button.style.visibility = 'hidden'));
   return page;
