@@ -21,7 +21,7 @@ export const packageAlias = [
 ];
 
 /** What comes when somebody first wants it. */
-const LATE = /(^|\/)(room|appearance|export|gif|video|legend|sheet)-[^/]*\.js$/;
+const LATE = /(^|\/)(room|appearance|export|gif|video|legend|sheet|glasses)-[^/]*\.js$/;
 
 /** @param {string} name */
 const page = (name) => fileURLToPath(new URL(`${name}/index.html`, import.meta.url));

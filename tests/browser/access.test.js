@@ -47,6 +47,9 @@ async function inspect(page, what, rules = ALL) {
     if (name === 'Lengths') await page.waitForFunction(() => !document.querySelector('.awaited'));
     await look(name);
     if (name === 'Looks') {
+      await page.getByRole('button', { name: 'Pilot', exact: true }).click();
+      await page.getByRole('slider', { name: 'Tint, clear to dark' }).waitFor();
+      await look('glasses');
       await page.getByRole('group', { name: 'Put on' }).getByRole('button', { name: 'Scar' }).click();
       await look('a scar that is to be put');
       const box = await page.locator('canvas.view').boundingBox();

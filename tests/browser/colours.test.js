@@ -312,7 +312,7 @@ describe('colours', () => {
     await linked.context.close();
 
     // It can be hidden, by a key and a button, and is the face's all the same; who picks a style sees it.
-    const hide = page.getByRole('button', { name: 'Hide the hair' });
+    const hide = page.getByRole('button', { name: 'Hide hair and glasses' });
     await page.locator('.view').focus();
     await page.keyboard.press('h');
     assert.equal(await hide.getAttribute('aria-pressed'), 'true');

@@ -284,15 +284,16 @@ describe('what is taken along leaves the page as it was', () => {
     await moveSlider(page, 'Iris, blue to brown', 0);
     await moveSlider(page, 'Length, cropped to below the chin', 0.4);
     await moveSlider(page, 'Beard, short to long', 0.3);
+    await page.getByRole('button', { name: 'Half-rim', exact: true }).click();
     // What the stage hides is the face's, and the file's.
-    await page.getByRole('button', { name: 'Hide the hair' }).click();
+    await page.getByRole('button', { name: 'Hide hair and glasses' }).click();
     const shown = await picture(page, 'exports-glb-before');
     await page.getByRole('button', { name: 'Take the face with you' }).click();
     const { bytes } = await download(page, 'GLB');
     const { issues } = await validator.validateBytes(new Uint8Array(bytes));
     assert.deepEqual([issues.numErrors, issues.numWarnings], [0, 0], JSON.stringify(issues.messages));
     const json = glbJson(bytes);
-    assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow', 'lashes', 'hair', 'beard']);
+    assert.deepEqual(json.nodes.map(({ name }) => name), ['face', 'upper teeth', 'lower teeth', 'lip shadow', 'lashes', 'hair', 'beard', 'glasses frame', 'glasses metal', 'glasses pads', 'lenses']);
     const [, upper, lower] = json.meshes;
     const controls = await page.evaluate(() => window.designer.face.controls.map(({ name }) => name));
     assert.deepEqual(upper.extras.targetNames.filter((name) => !controls.includes(name)), [], 'no expression moves the upper row: it goes with the skull');
@@ -314,6 +315,18 @@ describe('what is taken along leaves the page as it was', () => {
     const there = json.accessors[shadow.primitives[0].attributes.POSITION];
     assert.ok(there.max[2] < lip[2] && there.max[2] > place.max[2] - 0.002, `${there.max[2]} between ${place.max[2]} and ${lip[2]}`);
     assert.ok(shadow.extras.targetNames.includes('mouthUpperUpLeft') && !shadow.extras.targetNames.includes('eyeBlinkLeft'), shadow.extras.targetNames.join());
+
+    // Glasses go with the head, and stay when it says something. One sees through them.
+    for (const mesh of json.meshes.slice(7)) {
+      const { targetNames } = mesh.extras;
+      assert.ok(targetNames.includes('head 1') && targetNames.includes('nose 1'), `${mesh.name}: ${targetNames}`);
+      assert.ok(!targetNames.includes('jawOpen') && !targetNames.includes('mouthSmileLeft') && !targetNames.includes('eyeBlinkLeft'), `${mesh.name}: ${targetNames}`);
+    }
+    const { alphaMode, pbrMetallicRoughness } = json.materials[json.meshes[10].primitives[0].material];
+    assert.equal(alphaMode, 'BLEND');
+    assert.ok(pbrMetallicRoughness.baseColorFactor[3] < 0.2);
+    const glass = json.accessors[json.meshes[10].primitives[0].attributes.POSITION];
+    assert.ok(glass.min[2] > lip[2] - 0.01 && glass.max[0] > 0.05 && glass.min[0] < -0.05, `lenses from ${glass.min} to ${glass.max}`);
 
     // Lashes stand before the eyes and go down with the lids; the jaw leaves them alone.
     const fringe = json.meshes[4];

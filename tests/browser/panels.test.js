@@ -54,7 +54,7 @@ describe('the panels of one page', () => {
     const { page } = visit;
     await page.getByRole('tab', { name: 'Looks' }).click();
     await page.getByRole('button', { name: 'Bob', exact: true }).click();
-    const hide = page.getByRole('button', { name: 'Hide the hair' });
+    const hide = page.getByRole('button', { name: 'Hide hair and glasses' });
     assert.match((await hide.getAttribute('title')) ?? '', /On the face, the key is H\./);
     await page.keyboard.press('h');
     assert.equal(await hide.getAttribute('aria-pressed'), 'false', 'a key on another control');

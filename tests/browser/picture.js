@@ -148,10 +148,10 @@ const PEOPLE = [
 ];
 const WIDTH = 300;
 const HEIGHT = 400;
-  page.setDefaultTimeout(PATIENCE);
 /** A page whose stage has so much room, without what lies on it. */
 async function portraitPage() {
   const { page } = await open(browser, site, { prepare: asByCard, sharp: true, fine: true, deviceScaleFactor: 2, viewport: { width: 900, height: HEIGHT + 55 }, colorScheme: 'light' });
+  page.setDefaultTimeout(PATIENCE);
   await page.locator('.invitation').getByRole('button', { name: 'Close' }).click();
   await page.locator('.explain-open').evaluate((button) => (button.style.visibility = 'hidden'));
   return page;
@@ -173,7 +173,8 @@ function put(onto, place, { data, width }) {
 }
 const sheet = new PNG({ width: 3 * WIDTH, height: 2 * HEIGHT });
 const small = await portraitPage();
-for (const [i, { seed, colours }] of PEOPLE.entries()) {
+/** @param {{ seed: number, colours: Record<string, number> }} person of the sheet */
+async function seat({ seed, colours }) {
   await small.evaluate((number) => {
     const { model } = window.designer;
     const other = model.face();
@@ -187,9 +188,25 @@ for (const [i, { seed, colours }] of PEOPLE.entries()) {
     await slider.fill(String(value));
     await slider.dispatchEvent('change');
   }
+}
+for (const [i, person] of PEOPLE.entries()) {
+  await seat(person);
   put(sheet, i, halved(await picture(small, `people-${i}`)));
 }
 writeFileSync(place('page-colours'), PNG.sync.write(sheet));
+
+// Three of them with glasses.
+const WEARERS = /** @type {const} */ ([[5, 'Half-rim', 'Three-quarter'], [2, 'Cat-eye', 'Front'], [1, 'Pilot', 'Three-quarter']]);
+const spectacles = new PNG({ width: 3 * WIDTH, height: HEIGHT });
+for (const [i, [who, kind, view]] of WEARERS.entries()) {
+  await seat(PEOPLE[who]);
+  await small.getByRole('group', { name: 'Glasses to start from' }).getByRole('button', { name: kind, exact: true }).click();
+  await small.locator('.views').getByRole('button', { name: view, exact: true }).click();
+  put(spectacles, i, halved(await picture(small, `glasses-${i}`)));
+}
+await small.locator('.views').getByRole('button', { name: 'Front', exact: true }).click();
+await small.getByRole('group', { name: 'Glasses to start from' }).getByRole('button', { name: 'None', exact: true }).click();
+writeFileSync(place('page-glasses'), PNG.sync.write(spectacles));
 
 // One person, and what labels make of them.
 const VARIANTS = [{ Age: 0.05 }, { Age: 0.6 }, { Age: 1 }, { Sex: 0.95 }, { 'African shape': 0.9 }, { 'Asian shape': 0.9 }];

@@ -393,6 +393,8 @@ export class PhizDesigner extends HTMLElement {
   async toPng(options) {
     const { width = 1024, height = width, transparent = false } = optionsOf('toPng', options, ['width', 'height', 'transparent']);
     const { head, scene } = this.#need();
+    const fetched = head.equipping();
+    if (fetched) await fetched;
     head.finish();
     // Hair that grew just now is in view as well.
     scene.reframe();
@@ -430,7 +432,7 @@ export class PhizDesigner extends HTMLElement {
     const { model, head, face, scene } = this.#need();
     if (!this.#expressive && model.expressions.length) {
       this.#expressive = true;
-      head.expressBy(measureTurns(model), measureShifts(model, head.anchors));
+      head.expressBy(measureTurns(model), (vertices) => measureShifts(model, vertices));
       const known = Object.entries(this.#kept.expression ?? {}).filter(([name]) => model.expressions.includes(name));
       if (!Object.keys(face.expression).length) face.expression = Object.fromEntries(known);
     }
@@ -539,9 +541,14 @@ export class PhizDesigner extends HTMLElement {
       ]);
       if (isStale() || !this.#head || !this.#scene) return model.free();
       const [head, scene] = [this.#head, this.#scene];
-      head.adorn(growHair, layFinework, createMarking, () => {
+      const come = () => {
         scene.shapeChanged();
         this.#reframe();
+      };
+      head.adorn(growHair, layFinework, createMarking, come, {
+        come: () => part(() => import('../src/glasses/glasses.js')),
+        onCome: come,
+        onMiss: (why) => isStale() || this.#complain(new Error(text.noGlasses(sentence(why)))),
       });
       const wrong = this.#show(model, head, scene);
       for (const error of wrong) this.#complain(error);

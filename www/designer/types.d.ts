@@ -14,7 +14,8 @@ type Colour =
   | 'skin' | 'blood' | 'lips' | 'lines' | 'freckles'
   | 'hair' | 'red' | 'grey' | 'brows' | 'iris'
   | 'crop' | 'hairline' | 'length' | 'comb' | 'parting' | 'curl' | 'thin'
-  | 'beard' | 'beardLength' | 'beardThin' | 'moustache' | 'chinBeard' | 'cheekBeard';
+  | 'beard' | 'beardLength' | 'beardThin' | 'moustache' | 'chinBeard' | 'cheekBeard'
+  | 'glasses' | 'lensForm' | 'lensSize' | 'lensHeight' | 'lensSweep' | 'rim' | 'halfRim' | 'noseBar' | 'frameColour' | 'tint';
 
 /** Numbers from 0 to 1, and the marks of the skin as a link of the page has them. */
 export type PhizColours = { readonly [name in Colour]?: number } & { readonly marks?: string };

@@ -9,6 +9,7 @@ import { createDisplay } from './stage/display.js';
 import { createDistributions } from './panel/distribution.js';
 import { createEditor } from './editing/editor.js';
 import { element } from './frame/element.js';
+import { part } from './frame/download.js';
 import { createExports } from './keep/exports.js';
 import { createExpressions } from './panel/expressions.js';
 import { measureTurns } from './head/eyeturns.js';
@@ -193,7 +194,7 @@ export async function createDesigner(model, stage, chosen) {
     say: toast.say,
   });
   const file = createExpressionFile(model, chosen.expressions, () => {
-    head.expressBy(measureTurns(model), measureShifts(model, head.anchors));
+    head.expressBy(measureTurns(model), (vertices) => measureShifts(model, vertices));
     // Some of the faces that are shown small may have one.
     portraits.retake();
   });
@@ -310,9 +311,18 @@ export async function createDesigner(model, stage, chosen) {
     combing = false;
     frame();
   });
-  head.adorn(growHair, layFinework, createMarking, () => {
+  const come = () => {
     scene.shapeChanged();
     frame();
+  };
+  head.adorn(growHair, layFinework, createMarking, come, {
+    come: () => part(() => import('./glasses/glasses.js')),
+    onCome() {
+      come();
+      // Some of the faces that are shown small may have some on.
+      portraits.retake();
+    },
+    onMiss: (why) => toast.say(text.noGlasses(why instanceof Error ? why.message : String(why))),
   });
   head.paint(colours);
   editor.onRefusal((why) => toast.say(text.refused(why)));

@@ -67,6 +67,10 @@ function checkPart(part, at, withTargets) {
   const beyond = triangles.find((vertex) => vertex >= vertices);
   if (beyond !== undefined) throw new Error(`the triangles ${of} name vertex ${beyond}, and it has ${vertices}`);
   if (!(typeof roughness === 'number' && roughness >= 0 && roughness <= 1)) throw new Error(`the roughness ${of} must be a number from 0 to 1, not ${roughness}`);
+  for (const key of /** @type {const} */ (['metalness', 'opacity'])) {
+    const value = part[key];
+    if (value !== undefined && !(typeof value === 'number' && value >= 0 && value <= 1)) throw new Error(`the ${key} ${of} must be a number from 0 to 1, not ${value}`);
+  }
   if (!withTargets) return;
   if (typeof part.targets !== 'object' || !part.targets) throw new TypeError(`the targets ${of} must be an object`);
   for (const [target, moves] of Object.entries(part.targets)) checkVectors(`the target "${target}" ${of}`, moves, vertices);

@@ -303,13 +303,18 @@ export function toGlb(face, options) {
   const { about } = face.model;
   const shown = face.expression;
   /** @param {import('./index.js').Part} part a mesh beside the face */
-  function beside({ name, positions: points, normals: outward, colours: rgb, triangles: list, roughness, targets: moves }) {
+  function beside({ name, positions: points, normals: outward, colours: rgb, triangles: list, roughness, metalness = 0, opacity = 1, targets: moves }) {
     const many = points.length / 3;
     const shape = { componentType: FLOAT, count: many, type: 'VEC3' };
     const metres = points.map((x) => x * METRES);
     const named = Object.entries(targets ? moves : {});
     const each = Uint32Array.from({ length: many }, (_, v) => v);
-    materials.push({ name, doubleSided: true, pbrMetallicRoughness: { metallicFactor: 0, roughnessFactor: roughness } });
+    materials.push({
+      name,
+      doubleSided: true,
+      pbrMetallicRoughness: { ...(opacity < 1 && { baseColorFactor: [1, 1, 1, opacity] }), metallicFactor: metalness, roughnessFactor: roughness },
+      ...(opacity < 1 && { alphaMode: 'BLEND' }),
+    });
     return {
       name,
       primitives: [

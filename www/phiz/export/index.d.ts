@@ -94,6 +94,10 @@ export interface Part {
   readonly colours: Float32Array;
   readonly triangles: Uint32Array;
   readonly roughness: number;
+  /** 0 to 1, as glTF has it; 0 by default. */
+  readonly metalness?: number | undefined;
+  /** 0 to 1: less than 1, the default, is seen through. */
+  readonly opacity?: number | undefined;
   /** By a control's or an expression's name how far weight 1 of it moves each vertex, mm. */
   readonly targets: Readonly<Record<string, Float32Array>>;
 }

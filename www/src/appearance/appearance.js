@@ -12,6 +12,8 @@ import { EYE_REACH, eyeColours, eyeMap, skinColours, skinMaps } from './maps.js'
 const STILL = { expression: 0.15, slider: 0.1 };
 /** The same of teeth, which nobody sees the roots of. */
 const STILL_TEETH = { expression: 0.25, slider: 0.2 };
+/** The same of glasses, all of which goes along. */
+const STILL_GLASSES = { expression: 0, slider: 0.25 };
 /** The same of hair, which is large in a file and goes with the whole head, mm. */
 const STILL_HAIR = 1;
 /** Strands that go less far than this stay while others go, mm. */
@@ -127,6 +129,8 @@ export async function glbAsShown(renderer, head, face, { targets = true, colouri
   const asked = face.clone();
   const coloured = colouredAs(head, colouring);
   try {
+    const fetched = head.equipping(colouring);
+    if (fetched) await fetched;
     // They take long, and all of it goes by them.
     const measured = targets ? { controls: morphTargets(asked), expressions: expressionTargets(asked) } : undefined;
     const parts = coloured(() => beside(head, asked, measured));
@@ -166,6 +170,7 @@ function beside(head, face, measured) {
     ...(head.teeth ? [...teeth(head.teeth, rest), ...lipShadow(face.model)] : []),
     lashes(head, rest),
     ...head.tresses.flatMap((tresses) => hair(tresses, rest)),
+    ...glasses(head, rest),
   ];
   if (!measured) {
     const shown = Object.keys(face.expression).length > 0 ? face.positions.map((value, i) => value - rest[i]) : null;
@@ -267,6 +272,28 @@ function hair(tresses, rest) {
       },
     },
   ];
+}
+
+/**
+ * Glasses, which stay where they are on nose and ears whatever the face does with its mouth.
+ * @param {ReturnType<typeof import('../head/head.js').createHead>} head @param {Float32Array} rest
+ * @returns {Follower[]}
+ */
+function glasses(head, rest) {
+  const first = head.glassesOn(rest);
+  if (!first) return [];
+  // All their parts are placed at once.
+  let last = { face: rest, placed: first };
+  const on = (/** @type {Float32Array} */ face) => {
+    if (last.face !== face) last = { face, placed: head.glassesOn(face) ?? first };
+    return last.placed;
+  };
+  return head.glasses.map(({ kind, ...look }) => ({
+    ...look,
+    normals: first[kind].normals,
+    still: STILL_GLASSES,
+    on: (face) => on(face)[kind].positions,
+  }));
 }
 
 /**

@@ -36,14 +36,36 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
   browSlant: 0.5,
   browApart: 0.5,
   browRaise: 0.5,
+  glasses: 0,
+  lensForm: 0.5,
+  lensSize: 0.5,
+  lensHeight: 0.5,
+  lensSweep: 0.5,
+  rim: 0.7,
+  halfRim: 0,
+  noseBar: 0,
+  frameColour: 0.66,
+  tint: 0,
 });
 
 export const COLOURS = Object.keys(REST);
+
+/** What a pair of glasses is of; the first tells whether some is worn. */
+export const GLASSES = /** @type {const} */ (['glasses', 'lensForm', 'lensSize', 'lensHeight', 'lensSweep', 'rim', 'halfRim', 'noseBar', 'frameColour', 'tint']);
 
 /** One of a colouring, from 0 to 1. @param {Colouring} colouring @param {string} name */
 export function valueIn(colouring, name) {
   const value = colouring[name];
   return typeof value === 'number' ? value : REST[name];
+}
+
+/** Whether a face has glasses on. @param {Colouring} colouring */
+export const wearsGlasses = (colouring) => valueIn(colouring, 'glasses') >= 0.5;
+
+/** What of a colouring stays with a face whatever else it looks like: its glasses, and its marks. @param {Colouring} colouring @returns {Colouring} */
+export function carriedOf(colouring) {
+  const { marks } = colouring;
+  return { ...Object.fromEntries(GLASSES.flatMap((name) => (name in colouring ? [[name, valueIn(colouring, name)]] : []))), ...(marks && { marks }) };
 }
 
 /** All numbers of it. @param {Colouring} colouring @returns {Record<string, number>} */
@@ -70,8 +92,12 @@ export function readColouring(values) {
  */
 export function mixture(parts) {
   const mean = (/** @type {string} */ name) => parts.reduce((sum, [colouring, amount]) => sum + amount * valueIn(colouring, name), 0);
+  // Half a pair of glasses is none: those who have some on have them between them.
+  const wearing = parts.filter(([colouring]) => wearsGlasses(colouring));
+  const worn = wearing.reduce((sum, [, amount]) => sum + amount, 0);
+  const glasses = GLASSES.map((name) => [name, worn < 0.5 ? REST[name] : wearing.reduce((sum, [colouring, amount]) => sum + (amount / worn) * valueIn(colouring, name), 0)]);
   const marks = mixedMarks(parts.map(([colouring, amount]) => [colouring.marks, amount]));
-  return readColouring({ ...Object.fromEntries(COLOURS.map((name) => [name, mean(name)])), marks });
+  return readColouring({ ...Object.fromEntries(COLOURS.map((name) => [name, mean(name)])), ...Object.fromEntries(glasses), marks });
 }
 
 /**

@@ -423,6 +423,10 @@ export function createEyes(sockets, pores) {
   return {
     meshes: eyes.map((eye) => eye.mesh),
     centres: eyes.map((eye) => eye.mesh.position),
+    /** Where they are and how large. */
+    get balls() {
+      return eyes.map(({ mesh }) => ({ centre: mesh.position, radius: mesh.scale.x }));
+    },
     /** What it goes by beside the eyeballs. */
     landmarks: names.flat(),
     /** What `EYE_GLSL` goes by. */

@@ -3,6 +3,7 @@ import { paintBrows } from './brows.js';
 import { createEyes, fitSphere } from './eyes.js';
 import { growth } from '../hair/growth.js';
 import { createLashes } from './lashes.js';
+import { wearsGlasses } from './colouring.js';
 import { foldingOf } from './folds.js';
 import { nostrils } from './nostrils.js';
 import { smoothed } from '../groundwork/occlusion.js';
@@ -12,6 +13,9 @@ import { manlyOf, toldOf } from './someone.js';
 import { subdivide } from './subdivision.js';
 import { createTeeth } from './teeth.js';
 import { createMap, createTile } from '../rendering/textures.js';
+
+/** The landmarks that glasses sit by: a model that has them not wears none. */
+const SEATS = ['ibug_00', 'ibug_16', 'ibug_27', 'superaurale left', 'postaurale left', 'helix root left'];
 
 /** As many parts of the mesh as are uploaded one by one with a frame. */
 const MOST_RANGES = 32;
@@ -333,6 +337,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     if (expression !== folded || !isAtRest) eyes.turn(turnsOf(expression), !isAtRest);
     folded = expression;
     for (const one of tresses) one.update(present);
+    if (glasses) glasses.update(present, eyes.balls, steadied(expression));
     teeth?.update(present, shiftsOf(expression));
   }
 
@@ -403,6 +408,22 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
 
   /** Draws marks of the skin, once that has come. @type {import('./marking.js').Marking | null} */
   let marking = null;
+  /** Once a face has had some on. @type {ReturnType<typeof import('../glasses/glasses.js').createGlasses> | null} */
+  let glasses = null;
+  /** Where they come from. @type {Wardrobe | null} */
+  let wardrobe = null;
+  /** Until they are there. @type {Promise<void> | null} */
+  let fetching = null;
+  /** How far expressions move some vertices. @type {((vertices: number[]) => typeof shiftsOf) | null} */
+  let measure = null;
+  /** The same of those that glasses go by, measured when it first matters. @type {typeof shiftsOf | null} */
+  let steady = null;
+  /** @param {Readonly<Record<string, number>>} expression */
+  function steadied(expression) {
+    if (!glasses || !measure || Object.keys(expression).length === 0) return null;
+    steady ??= measure(glasses.vertices);
+    return steady(expression);
+  }
   /** @type {import('./colouring.js').Colouring} */
   let colouring = {};
   /**
@@ -416,9 +437,33 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     const paints = { ...pigments(tone, now), bald };
     for (const part of [skin, lashes, eyes]) part.paint(paints);
     for (const one of tresses) one.paint(paints, asks);
+    glasses?.paint(now, paints);
     if (wornIn) skin.tint(paints, wornIn);
+    if (wearsGlasses(now)) fetchGlasses();
   }
   paint(colouring);
+
+  /** Most faces have none on: what draws them comes for the first that has. */
+  function fetchGlasses() {
+    if (glasses || !wardrobe || !SEATS.every((name) => at.has(name)) || eyeVertices.length < 2) return;
+    const { come, onCome, onMiss } = wardrobe;
+    fetching ??= come().then(
+      ({ createGlasses }) => {
+        glasses = createGlasses({ rest, normals: restNormals, skin: onSkin, mirror: model.mirror, scalp: grows.scalp, at, vertexOf, eyes: ballsOn(rest) }, skin.uniforms);
+        group.add(glasses.group);
+        steady = null;
+        glasses.update(present, eyes.balls, steadied(folded ?? {}));
+        glasses.paint(colouring, pigments(tone, colouring));
+        fetching = null;
+        onCome();
+      },
+      (why) => {
+        // Whoever puts some on asks again.
+        fetching = null;
+        onMiss(why);
+      },
+    );
+  }
 
   /**
    * Lets longer hair grow and what is fine on the skin come, which the head that shows first does without. Both are made beside
@@ -427,8 +472,10 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
    * @param {typeof import('./finework.js').layFinework} lay
    * @param {typeof import('./marking.js').createMarking} mark
    * @param {() => void} onCome something that was wanted has come
+   * @param {Wardrobe} glasses
    */
-  function adorn(grow, lay, mark, onCome) {
+  function adorn(grow, lay, mark, onCome, glasses) {
+    wardrobe = glasses;
     skin.refine(lay, onCome);
     marking = mark({ positions: rest, normals: restNormals, triangles: ofSkin });
     const grown = grow({ positions: rest, normals: restNormals, triangles: ofSkin, landmarks: at }, grows, skin.uniforms, fade, onCome);
@@ -452,14 +499,14 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     soft.clear();
   }
 
-  /** The middles of the eyeballs on a face of the model. @param {Float32Array} positions */
-  function centresOn(positions) {
+  /** The eyeballs on a face of the model. @param {Float32Array} positions */
+  function ballsOn(positions) {
     return eyeVertices.map((vertices) => {
       const centre = new Vector3();
-      fitSphere(positions, vertices, centre);
-      return centre;
+      return { centre, radius: fitSphere(positions, vertices, centre) };
     });
   }
+  const centresOn = (/** @type {Float32Array} */ positions) => ballsOn(positions).map(({ centre }) => centre);
 
   /** @param {number} corner of what is drawn */
   const groupAt = (corner) => groups[regionOf[finer.rootsOf(corner)[0]]];
@@ -473,14 +520,25 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     look: skin.look,
     eyeLook: eyes.look,
     /** Where they are on the head at rest. */
-    eyeballs: eyeVertices.map((vertices) => {
-      const centre = new Vector3();
-      return { centre, radius: fitSphere(rest, vertices, centre) };
-    }),
+    eyeballs: ballsOn(rest),
     /** What the lashes are on a face of the model. @param {Float32Array} positions */
     lashesOn: (positions) => ({ ...lashes.bodies(positions, centresOn(positions)), colour: lashes.colour }),
     /** Where their corners are on another. @param {Float32Array} positions */
     lashesAt: (positions) => lashes.bodiesAt(positions, centresOn(positions)),
+    /** The glasses that are worn, part by part, and where their corners are on a face of the model; none where no face has had some on. */
+    get glasses() {
+      return glasses?.look ?? [];
+    },
+    /** @param {Float32Array} positions of a face at rest */
+    glassesOn: (positions) => glasses?.on(positions, ballsOn(positions)) ?? null,
+    /**
+     * Until what is fetched for a colouring is there, or will not be; null where nobody has to wait.
+     * @param {import('./colouring.js').Colouring} [now] @returns {Promise<void> | null}
+     */
+    equipping(now = colouring) {
+      if (wearsGlasses(now)) fetchGlasses();
+      return fetching;
+    },
     /** Longer hair and a beard. */
     get tresses() {
       return tresses;
@@ -488,7 +546,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     adorn,
     /** Whether something that is to be seen is still being made. */
     get isUnfinished() {
-      return skin.isUnfinished || tresses.some((one) => one.isGrowing);
+      return fetching !== null || skin.isUnfinished || tresses.some((one) => one.isGrowing);
     },
     /** Makes it at once, for who cannot wait. */
     finish() {
@@ -515,6 +573,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     /** Ends what is made beside the page. */
     dispose() {
       skin.dispose();
+      glasses?.dispose();
       disposeHair();
     },
     teeth,
@@ -539,15 +598,15 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
     /** The triangles of the model's mesh that are drawn as skin, and where their vertices are: at rest, and now. */
     surface: { triangles: ofSkin, rest, positions, normals },
     divide,
-    /** The vertices whose shifts the teeth go by. */
-    anchors: teeth?.anchors ?? [],
     /**
      * @param {typeof turnsOf} turns how far expressions turn the eyes
-     * @param {typeof shiftsOf} shifts how far they move the anchors
+     * @param {(vertices: number[]) => typeof shiftsOf} shifts how far they move vertices
      */
     expressBy(turns, shifts) {
       turnsOf = turns;
-      shiftsOf = shifts;
+      shiftsOf = shifts(teeth?.anchors ?? []);
+      measure = shifts;
+      steady = null;
     },
     /** @param {number} index of a vertex, on the face as it is now */
     vertex: (index) => new Vector3().fromArray(present, 3 * index),
@@ -575,4 +634,9 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
  * Colours that a head wears in place of its skin's, as `PhotoEdit.texture` has them, and the looks in which they are worn as they are: others
  * change them by as much as the skin's own.
  * @typedef {{ size: number, rgba: Uint8ClampedArray, colouring: import('./colouring.js').Colouring }} Worn
+ */
+
+/**
+ * Where glasses are fetched from when a face first has some on; what is to be done when they have come, and when they have not.
+ * @typedef {{ come: () => Promise<typeof import('../glasses/glasses.js')>, onCome: () => void, onMiss: (why: unknown) => void }} Wardrobe
  */

@@ -107,6 +107,7 @@ export function createExports({ face, view, head, expressions, named, colouring,
           const said = legend();
           const make = async () => {
             await settle();
+            await head.equipping();
             head.finish();
             const picture = await portrait(view, { ...size, transparent: transparent.checked });
             return said ? (await part(() => import('./legend.js'))).withLegend(picture, said) : picture;

@@ -1,7 +1,8 @@
 import './colours.css';
-import { REST, whole } from '../head/colouring.js';
+import { carriedOf, GLASSES, REST, wearsGlasses, whole } from '../head/colouring.js';
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
+import { frameColour, lensColour } from '../glasses/tint.js';
 import { createSlider } from './slider.js';
 import { someone } from '../head/someone.js';
 import { text } from '../text.js';
@@ -13,6 +14,7 @@ const GROUPS = /** @type {const} */ ([
   ['beard', ['beard', 'beardLength', 'moustache', 'chinBeard', 'cheekBeard']],
   ['brows', ['brows', 'browBreadth', 'browArch', 'browSlant', 'browApart', 'browRaise']],
   ['eyes', ['iris']],
+  ['glasses', ['lensForm', 'lensSize', 'lensHeight', 'lensSweep', 'rim', 'halfRim', 'noseBar', 'frameColour', 'tint']],
 ]);
 
 /** Where to begin from: what a group's sliders have then. @type {Partial<Record<string, Record<string, import('../head/colouring.js').Colouring>>>} */
@@ -47,10 +49,25 @@ const STARTS = {
     drooping: { brows: 0.55, browSlant: 0.15 },
     joined: { brows: 0.8, browBreadth: 0.65, browApart: 0 },
   },
+  glasses: {
+    none: {},
+    round: { glasses: 1, lensForm: 0, lensSize: 0.25, lensHeight: 0.9, rim: 0.22, frameColour: 0.14 },
+    oval: { glasses: 1, lensForm: 0.05, lensSize: 0.5, lensHeight: 0.42, rim: 0.2, frameColour: 0 },
+    rectangular: { glasses: 1, lensForm: 0.7, lensSize: 0.6, lensHeight: 0.38, rim: 0.6 },
+    pilot: { glasses: 1, lensForm: 0.3, lensSize: 0.85, lensHeight: 0.66, lensSweep: 0.05, rim: 0.2, noseBar: 0.6, frameColour: 0.14, tint: 0.35 },
+    catEye: { glasses: 1, lensForm: 0.3, lensSize: 0.55, lensHeight: 0.45, lensSweep: 0.92, rim: 0.62, frameColour: 0.88 },
+    browline: { glasses: 1, lensForm: 0.3, lensSize: 0.45, lensHeight: 0.55, lensSweep: 0.55, rim: 0.7, halfRim: 0.9 },
+    halfRim: { glasses: 1, lensForm: 0.55, lensSize: 0.6, lensHeight: 0.3, rim: 0.24, halfRim: 1, frameColour: 0.66 },
+    rimless: { glasses: 1, lensForm: 0.4, lensSize: 0.55, lensHeight: 0.36, rim: 0, frameColour: 0.14 },
+    sunglasses: { glasses: 1, lensForm: 0.5, lensSize: 0.75, lensHeight: 0.58, lensSweep: 0.6, rim: 0.68, tint: 0.85 },
+  },
 };
 
 /** What else a group's beginnings have. @type {Partial<Record<string, import('../head/colouring.js').Colouring>>} */
-const BEGUN = { style: { thin: 0 }, beard: { beardThin: 0, moustache: 1, chinBeard: 1, cheekBeard: 1 }, brows: { browBreadth: 0.5, browArch: 0.5, browSlant: 0.5, browApart: 0.5, browRaise: 0.5 } };
+const BEGUN = { style: { thin: 0 }, beard: { beardThin: 0, moustache: 1, chinBeard: 1, cheekBeard: 1 }, brows: { browBreadth: 0.5, browArch: 0.5, browSlant: 0.5, browApart: 0.5, browRaise: 0.5 }, glasses: Object.fromEntries(GLASSES.map((name) => [name, REST[name]])) };
+
+/** A group whose sliders are there only while they show something. @type {Partial<Record<string, (colouring: import('../head/colouring.js').Colouring) => boolean>>} */
+const SHOWS = { glasses: wearsGlasses };
 
 /** How dense hair is goes for what is cropped and for what has a length. @type {Record<string, { thin: string, long: string, at: 0 | 1 }>} */
 const DENSE = { crop: { thin: 'thin', long: 'length', at: 0 }, beard: { thin: 'beardThin', long: 'beardLength', at: 1 } };
@@ -73,6 +90,11 @@ const PAINTED = {
   crop: ({ skin, hair, dense }) => skin.clone().lerp(hair, 0.9 * dense[0]),
   beard: ({ skin, hair, dense }) => skin.clone().lerp(hair, 0.7 * dense[1]),
   iris: ({ iris }) => iris.outer.clone().lerp(iris.inner, 0.3),
+};
+/** What a slider paints that is no pigment, by where it is. @type {Record<string, (at: number, paints: Pigments) => import('three').Color>} */
+const MADE = {
+  frameColour: (at) => frameColour(at).colour,
+  tint: (at, { skin }) => skin.clone().lerp(lensColour(at).colour, lensColour(at).taken),
 };
 
 /**
@@ -124,9 +146,8 @@ export function createColours(editor, paints, ownSkin, marks) {
   );
   const own = element('button', { type: 'button', class: 'button', onclick: () => editor.paint({}) }, icon('reset'), text.ownColours);
   function paintSome() {
-    const { marks } = editor.colouring;
-    // Marks were put on this face, and it is still the same one.
-    editor.paint({ ...someone(editor.face, Math.floor(2 ** 32 * Math.random())), ...(marks && { marks }) });
+    // Marks were put on this face, and glasses, and it is still the same one.
+    editor.paint({ ...someone(editor.face, Math.floor(2 ** 32 * Math.random())), ...carriedOf(editor.colouring) });
   }
   const some = element('button', { type: 'button', class: 'button', onclick: paintSome }, icon('dice'), text.someColours);
 
@@ -136,7 +157,7 @@ export function createColours(editor, paints, ownSkin, marks) {
   function startsOf(group) {
     const buttons = Object.entries(STARTS[group] ?? {}).map(([name, start]) => {
       const values = { ...BEGUN[group], ...start };
-      const button = element('button', { type: 'button', class: 'button small', 'aria-pressed': 'false', onclick: () => editor.paint({ ...editor.colouring, ...values }) }, text.hairStarts[name]);
+      const button = element('button', { type: 'button', class: 'button small', 'aria-pressed': 'false', onclick: () => editor.paint({ ...editor.colouring, ...values }) }, text.starts[group][name]);
       starts.push({ button, values });
       return button;
     });
@@ -152,11 +173,16 @@ export function createColours(editor, paints, ownSkin, marks) {
       start.button.setAttribute('aria-pressed', String(Object.entries(start.values).every(([name, value]) => values[name] === value)));
     }
     own.disabled = Object.keys(colouring).length === 0;
+    for (const [group, names] of GROUPS) {
+      for (const name of names) sliders.get(name)?.root.toggleAttribute('hidden', SHOWS[group]?.(colouring) === false);
+    }
     for (const [name, slider] of sliders) {
       slider.show(DENSE[name] ? paints(colouring).dense[DENSE[name].at] : values[name]);
-      if (!PAINTED[name]) continue;
+      if (!PAINTED[name] && !MADE[name]) continue;
       const ramp = Array.from({ length: STOPS }, (_, i) => {
-        const colour = PAINTED[name](paints({ ...colouring, ...moved(name, i / (STOPS - 1)) }));
+        const at = i / (STOPS - 1);
+        const pigments = paints({ ...colouring, ...moved(name, at) });
+        const colour = MADE[name]?.(at, pigments) ?? PAINTED[name](pigments);
         return `#${colour.getHexString()}`;
       });
       slider.root.style.setProperty('--ramp', `linear-gradient(90deg, ${ramp.join(', ')})`);

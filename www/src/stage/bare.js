@@ -1,17 +1,17 @@
-import { valueIn } from '../head/colouring.js';
+import { GLASSES, valueIn } from '../head/colouring.js';
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
 import { letterOf } from '../frame/keys.js';
 import { text } from '../text.js';
 
-const BARE = { crop: 0, length: 0, beard: 0, beardLength: 0 };
-/** What else tells how it grows. */
-const GROWS = ['thin', 'hairline', 'beardThin', 'moustache', 'chinBeard', 'cheekBeard'];
+const BARE = { crop: 0, length: 0, beard: 0, beardLength: 0, glasses: 0 };
+/** What else tells how hair grows, and what glasses are of. */
+const TELLS = ['thin', 'hairline', 'beardThin', 'moustache', 'chinBeard', 'cheekBeard', ...GLASSES];
 /** @param {import('../head/colouring.js').Colouring} colouring @param {readonly string[]} names */
 const valuesOf = (colouring, names) => names.map((name) => valueIn(colouring, name));
 
 /**
- * Hides hair and beard, to see the head below while it is shaped: a button, and a key on the stage. (Anywhere else,
+ * Hides hair, beard and glasses, to see the head below while it is shaped: a button, and a key on the stage. (Anywhere else,
  * a key alone would be in the way of who speaks to the page.) The face keeps
  * them, and who changes them sees them again.
  *
@@ -30,11 +30,11 @@ export function createBare(editor, stage, repaint) {
     button.setAttribute('aria-pressed', String(bare));
   }
   function refresh() {
-    const hair = valuesOf(editor.colouring, Object.keys(BARE));
-    const now = [...hair, ...valuesOf(editor.colouring, GROWS)].join();
+    const hidden = valuesOf(editor.colouring, Object.keys(BARE));
+    const now = [...hidden, ...valuesOf(editor.colouring, TELLS)].join();
     if (now === before) return;
     before = now;
-    button.hidden = hair.every((value) => value === 0);
+    button.hidden = hidden.every((value) => value === 0);
     show(false);
   }
   function toggle() {
