@@ -18,7 +18,7 @@ const face = model.face();
 const blank = { size: 1, rgba: new Uint8Array(4) };
 
 const head = createHead(model, atRest(model, face), /** @type {any} */ ({ open: new Float32Array(model.vertexCount).fill(1), paint: { map: blank, frame: [0, 0, 1, 1] }, pores: blank }));
-head.expressBy(measureTurns(model), measureShifts(model, head.anchors));
+head.expressBy(measureTurns(model), (vertices) => measureShifts(model, vertices));
 
 describe('the head', () => {
   test('has eyes behind their lids by the size that they have now', () => {
