@@ -60,15 +60,19 @@ impl Eye {
         middle + self.left * at.x + self.down * at.y
     }
 
+    fn is_between_lids(&self, p: DVec2) -> bool {
+        let after = self.lids[1..].iter().chain(&self.lids[..1]);
+        let crossed = self.lids.iter().zip(after).filter(|(a, b)| {
+            (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
+        });
+        crossed.count() % 2 == 1
+    }
+
+    /// Whether it is between the lids however they are fitted.
     fn is_open(&self, p: DVec2) -> bool {
-        let crossed = |p: DVec2| {
-            let edges = self.lids.iter().zip(self.lids.iter().cycle().skip(1));
-            let crossed = edges.filter(|(a, b)| {
-                (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
-            });
-            crossed.count() % 2 == 1
-        };
-        crossed(p + self.down * LIDS) && crossed(p - self.down * LIDS)
+        [LIDS, -LIDS]
+            .iter()
+            .all(|&off| self.is_between_lids(p + self.down * off))
     }
 }
 
@@ -157,7 +161,7 @@ impl Head<'_> {
     fn darkest_disc(&self, eye: &Eye) -> Option<DVec2> {
         let radius = eye.down.length();
         let step = (radius / ACROSS).max(1.0);
-        let pixels = self.between_lids(&eye.lids, step);
+        let pixels = self.between_lids(eye, step);
         let mean = |inside: &dyn Fn(f64) -> bool, centre: DVec2| {
             let all = pixels.iter().filter(|p| inside(p.0.distance(centre)));
             let (sum, count) = all.fold((0.0, 0), |(s, n), p| (s + p.1.dot(BRIGHTNESS), n + 1));
@@ -175,22 +179,19 @@ impl Head<'_> {
     }
 
     /// Places between lids, so many px apart, and the light around each.
-    fn between_lids(&self, lids: &[DVec2], step: f64) -> Vec<(DVec2, DVec3)> {
-        let low = lids.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-        let high = lids.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-        let inside = |p: DVec2| {
-            let edges = lids.iter().zip(lids.iter().cycle().skip(1));
-            let crossed = edges.filter(|(a, b)| {
-                (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
-            });
-            crossed.count() % 2 == 1
-        };
+    fn between_lids(&self, eye: &Eye, step: f64) -> Vec<(DVec2, DVec3)> {
+        let lids = eye.lids.iter().copied();
+        let low = lids.clone().fold(DVec2::INFINITY, DVec2::min);
+        let high = lids.fold(DVec2::NEG_INFINITY, DVec2::max);
         let count = ((high - low) / step).ceil().as_usizevec2();
         let places = (0..count.y).flat_map(|y| (0..count.x).map(move |x| [x, y]));
         // Of a small eye these are its pixels.
         let low = low.floor() + 0.5;
         let places = places.map(|p| low + step * DVec2::from_array(p.map(|c| c as f64)));
         let light = |p| Some((p, self.skin.image.mean(p, 0.5 * step)? * self.skin.exposure));
-        places.filter(|&p| inside(p)).filter_map(light).collect()
+        places
+            .filter(|&p| eye.is_between_lids(p))
+            .filter_map(light)
+            .collect()
     }
 }

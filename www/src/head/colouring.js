@@ -50,6 +50,9 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
 
 export const COLOURS = Object.keys(REST);
 
+/** Which form brows have. */
+export const BROW_FORM = /** @type {const} */ (['browBreadth', 'browArch', 'browSlant', 'browApart', 'browRaise']);
+
 /** What a pair of glasses is of; the first tells whether some is worn. */
 export const GLASSES = /** @type {const} */ (['glasses', 'lensForm', 'lensSize', 'lensHeight', 'lensSweep', 'rim', 'halfRim', 'noseBar', 'frameColour', 'tint']);
 

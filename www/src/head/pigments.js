@@ -1,5 +1,5 @@
 import { Color } from 'three';
-import { REST, valueIn, whole } from './colouring.js';
+import { BROW_FORM, REST, valueIn, whole } from './colouring.js';
 
 // Skin. Light crosses the epidermis twice, and melanin takes from it by its absorption, 6.6e11 nm^-3.33 per cm
 // of pure melanosomes (S. Jacques, "Optical properties of biological tissues", 2013), of which they fill 1.3 % in the
@@ -36,7 +36,7 @@ const GREY = new Color('#a3a09b');
 const BROWS_GREY = 0.58;
 /** So far from rest hairs carry brows, of any of these sliders. */
 const BROWED = 0.06;
-const BROWS = ['brows', 'browBreadth', 'browArch', 'browSlant', 'browApart', 'browRaise'];
+const BROWS = ['brows', ...BROW_FORM];
 /** Lashes at rest, as the screen shows them. They follow brows by less: they are paler only at their ends. */
 const LASHES = [0.075, 0.045, 0.035];
 const FOLLOWS = 0.45;

@@ -1,5 +1,5 @@
 import './colours.css';
-import { carriedOf, GLASSES, REST, wearsGlasses, whole } from '../head/colouring.js';
+import { BROW_FORM, carriedOf, GLASSES, REST, wearsGlasses, whole } from '../head/colouring.js';
 import { element } from '../frame/element.js';
 import { icon } from '../frame/icons.js';
 import { frameColour, lensColour } from '../glasses/tint.js';
@@ -12,7 +12,7 @@ const GROUPS = /** @type {const} */ ([
   ['hair', ['hair', 'red', 'grey']],
   ['style', ['crop', 'hairline', 'length', 'comb', 'parting', 'curl']],
   ['beard', ['beard', 'beardLength', 'moustache', 'chinBeard', 'cheekBeard']],
-  ['brows', ['brows', 'browBreadth', 'browArch', 'browSlant', 'browApart', 'browRaise']],
+  ['brows', ['brows', ...BROW_FORM]],
   ['eyes', ['iris']],
   ['glasses', ['lensForm', 'lensSize', 'lensHeight', 'lensSweep', 'rim', 'halfRim', 'noseBar', 'frameColour', 'tint']],
 ]);
@@ -63,8 +63,10 @@ const STARTS = {
   },
 };
 
+/** @param {readonly string[]} names */
+const restOf = (names) => Object.fromEntries(names.map((name) => [name, REST[name]]));
 /** What else a group's beginnings have. @type {Partial<Record<string, import('../head/colouring.js').Colouring>>} */
-const BEGUN = { style: { thin: 0 }, beard: { beardThin: 0, moustache: 1, chinBeard: 1, cheekBeard: 1 }, brows: { browBreadth: 0.5, browArch: 0.5, browSlant: 0.5, browApart: 0.5, browRaise: 0.5 }, glasses: Object.fromEntries(GLASSES.map((name) => [name, REST[name]])) };
+const BEGUN = { style: { thin: 0 }, beard: { beardThin: 0, moustache: 1, chinBeard: 1, cheekBeard: 1 }, brows: restOf(BROW_FORM), glasses: restOf(GLASSES) };
 
 /** A group whose sliders are there only while they show something. @type {Partial<Record<string, (colouring: import('../head/colouring.js').Colouring) => boolean>>} */
 const SHOWS = { glasses: wearsGlasses };
