@@ -439,11 +439,13 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     outdated = false;
     grower.later(kind, asked.style, (grown) => {
       growing = false;
+      const before = [shown, hair];
       const one = keep(asked, grown);
       // While a slider is drawn, what comes is of a moment ago. It may be somebody's whom nobody looks at any more.
       if (one && wanted && !outdated) wear(one);
       ask();
-      onGrown();
+      // Whoever could not wait has shown it already.
+      if (before[0] !== shown || before[1] !== hair) onGrown();
     });
   }
 
