@@ -19,8 +19,8 @@
 //!
 //! The residual moves with the shape in two ways: by the normals, and by where in the photo a sample
 //! lands. The photo's slope for the latter is that of a larger square than its light, so that the
-//! pixels' noise does not make up slopes. Patches that are off are believed less (Student's t): hair,
-//! glasses, hands and shadows are none of the model's.
+//! pixels' noise does not make up slopes. What is behind a mask, glasses or hair is not compared (`skin`), and
+//! patches that are off are believed less (Student's t): hands and shadows are none of the model's.
 //!
 //! Colour is left out: of faces under lamps of different colours the three channels together told the
 //! shape no better than brightness alone, because what the model cannot say of a shape is wrong
@@ -28,17 +28,18 @@
 
 use std::cell::OnceCell;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::camera::POSE;
-use super::light::{HARMONICS, Image, harmonics};
+use super::light::{HARMONICS, Image, Light, harmonics};
 use super::pixels::Pixels;
 use super::sight::Sight;
 use super::solver::{self, Normal, Observed, State, Terms};
 use super::surface::{Level, Surface};
-use super::{albedo, expression_shown};
+use super::{albedo, expression_shown, skin};
 use crate::expression::Expression;
+use crate::face::Face;
 use crate::model::FaceModel;
 
 /// Steps at each level. One more at the first and the last leave the mean error of 24 people as it is.
@@ -240,8 +241,9 @@ impl Comparison<'_> {
         let mut pixels = None;
         let mut skin: Option<Skin> = None;
         let mut last = None;
+        let hidden = self.hidden(image, &state, &shown);
         for (level, steps) in self.surface.levels.iter().zip(STEPS) {
-            let (visible, corners) = self.visible(&state, &shown)?;
+            let (visible, corners) = self.visible(&state, &shown, hidden.as_deref())?;
             if pixels.is_none() {
                 pixels = Pixels::new(image, corners);
             }
@@ -285,7 +287,7 @@ impl Comparison<'_> {
         let told = match asked {
             true => {
                 let level = self.surface.levels.last()?;
-                let (visible, _) = self.visible(&state, &shown)?;
+                let (visible, _) = self.visible(&state, &shown, hidden.as_deref())?;
                 let positions = self.positions(&state, &shown);
                 let pixels = pixels.as_ref()?;
                 let looks = self.looks(pixels, &state, &visible, &positions);
@@ -321,8 +323,19 @@ impl Comparison<'_> {
             .positions(&self.coefficients(state), &expressions)
     }
 
-    /// The samples that are seen, and the corners of the head's part of the image, px.
-    fn visible(&self, state: &State, shown: &[usize]) -> Option<(Vec<usize>, [DVec2; 2])> {
+    /// Whether a mask, glasses or hair are before each vertex; `None` when nobody knows.
+    fn hidden(&self, image: &Image, state: &State, shown: &[usize]) -> Option<Vec<bool>> {
+        let (face, places) = self.head(state, shown)?;
+        let camera = state.pose.camera();
+        let positions: Vec<Vec3> = places.iter().map(|p| p.as_vec3()).collect();
+        let normals = face.normals();
+        let light = Light::on(self.model, [&positions, normals], &camera, image).ok()?;
+        let skin = skin::Skin::new(self.model, &camera, &light, (&places, normals), image).ok()?;
+        Some(skin.hidden)
+    }
+
+    /// The whole head: the face without expressions, and where its vertices are with them, mm.
+    fn head(&self, state: &State, shown: &[usize]) -> Option<(Face, Vec<DVec3>)> {
         let mut face = self.model.face();
         let mut all = vec![0.0_f32; self.model.parts().coefficients()];
         let farthest = f64::from(crate::face::FARTHEST);
@@ -335,12 +348,24 @@ impl Comparison<'_> {
             let moved = expression.support.iter().zip(&expression.displacements);
             moved.for_each(|(&v, d)| positions[v as usize] += d.as_dvec3() * weight);
         }
+        Some((face, positions))
+    }
+
+    /// The samples that are seen, and the corners of the head's part of the image, px.
+    fn visible(
+        &self,
+        state: &State,
+        shown: &[usize],
+        hidden: Option<&[bool]>,
+    ) -> Option<(Vec<usize>, [DVec2; 2])> {
+        let (face, positions) = self.head(state, shown)?;
         let triangles = self.model.parts().topology.triangles();
         let seen = Sight::new(&state.pose.camera(), &positions, &triangles)?;
         let surface = self.surface;
         let visible = (0..surface.samples.len()).filter(|&i| {
-            let v = surface.vertices[surface.samples[i].own] as usize;
-            seen.sees(positions[v], face.normals()[v].as_dvec3())
+            let v = surface.vertex(i);
+            let is_hidden = hidden.is_some_and(|hidden| hidden[v]);
+            !is_hidden && seen.sees(positions[v], face.normals()[v].as_dvec3())
         });
         Some((visible.collect(), seen.corners))
     }
@@ -756,7 +781,7 @@ mod tests {
             light: [0.5, 0.1, 0.2, 0.2, 0.03, -0.04, 0.05, 0.02, 0.03],
             modes: DVector::from_fn(level.albedo.modes.nrows(), |_, _| 0.3 * random.normal()),
         };
-        let (visible, _) = comparison.visible(&state, &shown).unwrap();
+        let (visible, _) = comparison.visible(&state, &shown, None).unwrap();
         // What is off in the first place is taken off, as the scale is meant to stand still.
         let look = |state: &State| {
             let positions = comparison.positions(state, &shown);

@@ -7,8 +7,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::looks::{BLACK, Head};
+use super::looks::Head;
 use super::median;
+use super::skin::BLACK;
 use crate::srgb::BRIGHTNESS;
 
 /// An iris's radius, mm; people differ by a tenth.
@@ -122,7 +123,7 @@ impl Head<'_> {
             left: across(DVec3::X),
             down: across(-DVec3::Y),
         };
-        if RADIUS * self.scale(centre) < LEAST {
+        if RADIUS * self.skin.scale(centre) < LEAST {
             return None;
         }
         let step = 1.0 / ACROSS.min(eye.down.length());

@@ -8,7 +8,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::sight::Sight;
-use super::skin::Skin;
+use super::skin::{BLACK, Skin};
 use super::{Camera, Image, Light};
 use super::{median, middle};
 use crate::srgb::BRIGHTNESS;
@@ -77,8 +77,6 @@ const OTHER_HUE: f64 = 0.3;
 const UNUSUAL: f64 = 1.6;
 /// A head whose scalp is covered less is bald.
 const LEAST_COVER: f64 = 0.3;
-/// Below this light colours are the camera's noise.
-pub(super) const BLACK: f64 = 0.01;
 /// Hair differs from its median by this logarithm at most: it shines and has shadows.
 const VARIES: f64 = 1.8;
 /// Steps in which hair is followed, mm, and how many in a row may be none.
@@ -112,8 +110,6 @@ const BESIDE_STRAND: f64 = 1.5;
 const BEHIND_HAIRLINE: f64 = 15.0;
 /// Less contrast than this logarithm is no strand's.
 const FAINT: f64 = 0.03;
-/// Contrast is told over so many mm.
-const ACROSS_STRANDS: f64 = 2.0;
 /// A scalp with less, in the median, shines. Those of bald heads that the page drew have up to 0.022, hair that is brighter
 /// than the skin 0.11 and more.
 const SMOOTH: f64 = 0.05;
@@ -203,34 +199,6 @@ impl Head<'_> {
         Some([here, landmark.position(mean).as_dvec3()])
     }
 
-    /// px a mm at a point.
-    pub fn scale(&self, p: DVec3) -> f64 {
-        self.camera.focal / self.camera.to_camera(p).z
-    }
-
-    /// The light of the person's within a mm of a point.
-    fn light(&self, p: DVec3) -> Option<DVec3> {
-        let light = self
-            .skin
-            .image
-            .mean(self.camera.project(p), self.scale(p))?;
-        Some(light * self.skin.exposure)
-    }
-
-    /// By how much the logarithm of the light at a vertex differs from the mean of that on two sides of it, along the
-    /// direction in which that is more: by strands, and not by shading, which changes evenly.
-    fn contrast(&self, v: usize) -> Option<f64> {
-        let place = self.places[v];
-        let (across, along) = self.skin.normals[v].as_dvec3().any_orthonormal_pair();
-        let brightness = |p: DVec3| Some(self.light(p)?.dot(BRIGHTNESS).max(BLACK).ln());
-        let own = brightness(place)?;
-        let off = |way: DVec3| {
-            let [a, b] = [1.0, -1.0].map(|side| brightness(place + way * side * ACROSS_STRANDS));
-            Some((own - (a? + b?) / 2.0).abs())
-        };
-        Some(off(across)?.max(off(along)?))
-    }
-
     /// The shading of a vertex over the usual one, where that is believed.
     fn shade(&self, v: usize) -> DVec3 {
         let shade = self.skin.light.shade(self.skin.normals[v].as_dvec3()) / self.skin.usual;
@@ -298,7 +266,7 @@ impl Head<'_> {
             let facing = sight.facing(self.places[v], self.skin.normals[v].as_dvec3());
             let Some(light) = facing
                 .filter(|&f| f > FACING)
-                .and(self.light(self.places[v]))
+                .and(self.skin.lit(self.places[v]))
             else {
                 continue;
             };
@@ -310,14 +278,14 @@ impl Head<'_> {
             match darker > DARKER || hue > OTHER_HUE {
                 true if darker < 0.0 => {
                     bright.push(sample);
-                    contrasts.extend(self.contrast(v));
+                    contrasts.extend(self.skin.contrast(v));
                 }
                 true => samples.push(sample),
                 false => bare += 1,
             }
         }
         // What is brighter than skin and of another hue is fair or grey hair, or a bald head that shines.
-        let is_seen = self.scale(self.point("trichion")?[0]) > STRANDS_SEEN;
+        let is_seen = self.skin.scale(self.point("trichion")?[0]) > STRANDS_SEEN;
         let is_smooth = middle(contrasts).is_some_and(|contrast| contrast < SMOOTH);
         let all = samples.len() + bright.len() + bare;
         let some = samples.len() + bright.len();
@@ -377,7 +345,7 @@ impl Head<'_> {
         let hair_at = |down: f64| {
             let found = places.iter().filter(|&&beside| {
                 let p = tragion + DVec3::new(side * beside, -down, 12.0);
-                self.light(p).is_some_and(|light| tones.is_hair(light))
+                self.skin.lit(p).is_some_and(|light| tones.is_hair(light))
             });
             found.count() > 1
         };
@@ -393,7 +361,9 @@ impl Head<'_> {
             let steps = (FARTHEST_OFF / STEP) as usize;
             let at = |i: usize| from + along * (i as f64 * STEP);
             let far = followed(steps, |i| {
-                self.light(at(i)).is_some_and(|light| tones.is_hair(light))
+                self.skin
+                    .lit(at(i))
+                    .is_some_and(|light| tones.is_hair(light))
             });
             // Where the photo ends hair goes on that nobody sees.
             let ends = (far / STEP) as usize;
@@ -452,7 +422,7 @@ impl Head<'_> {
         let mut halves = [Covered::default(); 2];
         let mean = &self.skin.model.parts().mean;
         for v in self.on_forehead(-8.0) {
-            if let Some(light) = self.light(self.places[v]) {
+            if let Some(light) = self.skin.lit(self.places[v]) {
                 let half = &mut halves[usize::from(mean[v].x > 0.0)];
                 half.sum += tones.share(light / self.shade(v));
                 half.count += 1;
@@ -465,13 +435,13 @@ impl Head<'_> {
     /// gradients there tell their direction (the structure tensor; Bigun and Granlund 1987).
     fn lean(&self, tones: &Tones) -> f64 {
         let brightness = |p: DVec3| {
-            let light = self.light(p)?;
+            let light = self.skin.lit(p)?;
             Some(light.dot(BRIGHTNESS).max(BLACK).ln())
         };
         let gradients: Vec<DVec2> = (self.on_forehead(BEHIND_HAIRLINE).into_iter())
             .filter_map(|v| {
                 let p = self.places[v];
-                let is_hair = tones.share(self.light(p)? / self.shade(v)) > 0.5;
+                let is_hair = tones.share(self.skin.lit(p)? / self.shade(v)) > 0.5;
                 let along = |axis: DVec3| {
                     let step = axis * BESIDE_STRAND;
                     Some(brightness(p + step)? - brightness(p - step)?)

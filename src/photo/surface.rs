@@ -96,6 +96,11 @@ impl Surface {
         }
     }
 
+    /// The model's vertex that a sample is.
+    pub fn vertex(&self, sample: usize) -> usize {
+        self.vertices[self.samples[sample].own] as usize
+    }
+
     /// How a vertex moves with each coefficient of the population, mm.
     pub fn rates(&self, place: usize) -> &[Vec3] {
         &self.rates[place * self.population..(place + 1) * self.population]
