@@ -318,6 +318,30 @@ impl PhotoEdit {
         looks.serialize(&serializer).map_err(error)
     }
 
+    /// The albedo at mixes of three vertices, and how much it is believed, of pixels of the size that the photo was opened with:
+    /// four numbers a place, of three `corners` and three `shares` each.
+    pub fn albedos(
+        &self,
+        rgba: &[u8],
+        corners: &[u32],
+        shares: &[f32],
+    ) -> Result<Vec<f32>, JsError> {
+        let [width, height] = self.size;
+        let image = Image::new(width, height, rgba).map_err(error)?;
+        let (triples, rest) = corners.as_chunks::<3>();
+        let (mixes, more) = shares.as_chunks::<3>();
+        if triples.len() != mixes.len() || !rest.is_empty() || !more.is_empty() {
+            return Err(error("a place has three corners and three shares"));
+        }
+        let places = triples
+            .iter()
+            .zip(mixes)
+            .map(|(&c, s)| (c, s.map(f64::from)));
+        let places: Vec<_> = places.collect();
+        let albedos = self.edit.albedos(&image, &places).map_err(error)?;
+        Ok(albedos.as_flattened().iter().map(|&x| x as f32).collect())
+    }
+
     /// The photo of another face and expression, of pixels of the size that it was opened with.
     pub fn render(
         &mut self,

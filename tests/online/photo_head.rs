@@ -1328,6 +1328,51 @@ fn a_portrait_on_a_large_dark_page_is_of_no_fairer_person() {
     assert!(ratio(there, alone) < 1.02, "{there:?}, {alone:?} alone");
 }
 
+/// The albedo is asked at single places of the face: between vertices it is between theirs, and behind the head nobody sees it.
+#[test]
+fn places_have_the_albedo_of_their_skin() {
+    let mut face = Portrait::new(5);
+    let [tip, brow] = ["ibug_30", "ibug_24"].map(|name| face.at(name).0);
+    let stain = DVec3::new(0.2, 0.15, 0.1);
+    face.paint(stain, |p| p.distance(brow) < 12.0);
+    let rgba = face.rgba();
+    let image = Image::new(SIZE[0], SIZE[1], &rgba).unwrap();
+    let edit = edit(&face.face, &face.camera, Some(face.light));
+    let mean = &face.face.model().parts().mean;
+    let skin = face.face.model().parts().topology.part_vertices("skin");
+    let nearest = |at: Vec3| -> u32 {
+        let all = skin.iter().copied();
+        let found = all.min_by(|&a, &b| {
+            let [a, b] = [a, b].map(|v| mean[v as usize].distance(at));
+            a.total_cmp(&b)
+        });
+        found.unwrap()
+    };
+    let back = skin.iter().copied();
+    let back = back.min_by(|&a, &b| mean[a as usize].z.total_cmp(&mean[b as usize].z));
+    let [nose, dark, back] = [nearest(tip), nearest(brow), back.unwrap()];
+    let ends = [1.0, 0.0, 0.0];
+    let places = [
+        ([nose, dark, back], ends),
+        ([dark, nose, nose], ends),
+        ([back, nose, dark], ends),
+    ];
+    let told = edit.albedos(&image, &places).unwrap();
+    let [light, darker, hidden] = [told[0], told[1], told[2]];
+    let usual = edit.looks(&image, None).unwrap().skin;
+    let colour = |[r, g, b, _]: [f64; 4]| DVec3::new(r, g, b);
+    assert!(light[3] > 0.9 && darker[3] > 0.5, "{light:?} {darker:?}");
+    assert!(ratio(colour(light), usual) < 1.1, "{light:?} {usual:?}");
+    assert!(
+        ratio(colour(darker) / colour(light), stain / SKIN) < 1.1,
+        "{darker:?} {light:?}"
+    );
+    assert_eq!(hidden, [0.0; 4], "behind the head");
+    let count = mean.len() as u32;
+    let why = edit.albedos(&image, &[([0, 1, count], ends)]).unwrap_err();
+    assert_eq!(why.to_string(), format!("there is no vertex {count}"));
+}
+
 #[test]
 fn looks_that_nobody_knows_are_refused() {
     let face = person(1);

@@ -70,6 +70,12 @@ export class PhotoEdit {
     if (irises !== undefined && irises?.length !== 4) throw new TypeError(`irises must be an array of x, y, x, y, not ${irises}`);
     return this.#live.looks(rgbaOf('rgba', rgba), Float64Array.from(irises ?? [], (value) => number('a place of an iris', value)));
   }
+  /** @param {Uint8Array | Uint8ClampedArray} rgba @param {Uint32Array} corners @param {Float32Array} shares */
+  albedos(rgba, corners, shares) {
+    if (!(corners instanceof Uint32Array)) throw new TypeError(`corners must be a Uint32Array, not ${corners}`);
+    if (!(shares instanceof Float32Array)) throw new TypeError(`shares must be a Float32Array, not ${shares}`);
+    return this.#live.albedos(this.#checks.rgbaOf('rgba', rgba), corners, shares);
+  }
   /** @param {import('phiz').PhotoShape} shape @returns {[string, Float64Array]} */
   #shape(shape) {
     if (typeof shape?.expression !== 'object' || !shape.expression) throw new TypeError('a shape is a code and an expression, as a Face or a fit has them');

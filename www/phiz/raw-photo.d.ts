@@ -38,6 +38,7 @@ export class PhotoEdit {
   render(rgba: Uint8Array | Uint8ClampedArray, code: string, weights: Float64Array): Uint8Array<ArrayBuffer>;
   texture(rgba: Uint8Array | Uint8ClampedArray, size: number, finer: Uint8Array | undefined, place: Float64Array): Uint8Array<ArrayBuffer>;
   looks(rgba: Uint8Array | Uint8ClampedArray, irises: Float64Array): import('phiz').PhotoLooks;
+  albedos(rgba: Uint8Array | Uint8ClampedArray, corners: Uint32Array, shares: Float32Array): Float32Array<ArrayBuffer>;
   free(): void;
 }
 

@@ -19,6 +19,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::light::bare;
 use super::raster::{NOTHING, Raster, barycentric};
 use super::sight::BEHIND;
+use super::skin::Skin;
 use super::{Camera, Detail, Image, Light, Looks, Texture, View, check_mesh};
 use crate::{Error, FaceModel, Result};
 use border::stay_within;
@@ -350,6 +351,27 @@ impl Edit {
             image,
             irises,
         )
+    }
+
+    /// The albedo that a photo of the size that this one has shows at mixes of three vertices, linear light in its white
+    /// balance, and how much that is believed, 0 to 1: 0 where the face is not seen.
+    ///
+    /// # Errors
+    /// When no light is known, or there is no such vertex.
+    pub fn albedos(&self, image: &Image, places: &[([u32; 3], [f64; 3])]) -> Result<Vec<[f64; 4]>> {
+        image.check_size(self.size)?;
+        let count = self.positions.len();
+        if let Some(v) = (places.iter().flat_map(|p| p.0)).find(|&v| v as usize >= count) {
+            return Err(Error::Mismatch(format!("there is no vertex {v}")));
+        }
+        let mesh = (&self.positions[..], &self.normals[..]);
+        let skin = Skin::new(&self.model, &self.camera, self.light()?, mesh, image)?;
+        let each = places.iter().map(|&(corners, shares)| {
+            let (albedo, trust) = skin.albedo(corners.map(|v| v as usize), shares, None);
+            let [r, g, b] = albedo.to_array();
+            [r, g, b, trust]
+        });
+        Ok(each.collect())
     }
 
     fn light(&self) -> Result<&Light> {

@@ -76,7 +76,7 @@ export function movesOf(form, { outer, length }) {
 /** @typedef {ReturnType<typeof movesOf>} BrowMoves */
 
 /** How high the line is, a share of its length from the outer end. @param {BrowLine} line @param {number} w */
-const heightOf = ({ heights: [a, b, c, d] }, w) => a + w * (b + w * (c + w * d));
+export const heightOf = ({ heights: [a, b, c, d] }, w) => a + w * (b + w * (c + w * d));
 
 /** @param {BrowMoves} moves @param {number} w */
 const raised = ({ raise, arch, slant }, w) => raise + arch * (0.6 - ((1 - w - PEAK) / 0.5) ** 2) + slant * (1 - w - PIVOT);
@@ -106,7 +106,18 @@ export function turnOfBrow(line, moves, x) {
   return way((at, y) => movedBrow(line, moves, at, y)) - way((at, y) => [at, y]);
 }
 
-/** Back from there, in a shader that has `browLine` (the heights), `browSpan` (outer end, length), `browMoves` (apart, broad, raise, arch) and `browSlant`. */
+/**
+ * Which place of the model's own brows a place in a form is of: a share of the line's length from its outer end, and how far it is above the line, mm.
+ * @param {BrowLine} line @param {BrowMoves} moves @param {number} x @param {number} y mm
+ */
+export function unmovedBrow(line, moves, x, y) {
+  const far = (line.outer - Math.abs(x)) / line.length;
+  // The place w for which w - apart / length w^2 is that far.
+  const w = (2 * far) / (1 + Math.sqrt(Math.max(0, 1 - ((4 * moves.apart) / line.length) * far)));
+  return [w, (y - heightOf(line, w) - raised(moves, w)) / moves.broad];
+}
+
+/** The same, but for the place itself, in a shader that has `browLine` (the heights), `browSpan` (outer end, length), `browMoves` (apart, broad, raise, arch) and `browSlant`. */
 export const UNMOVED_GLSL = /* glsl */ `
   vec2 unmovedBrow(vec2 at) {
     float far = (browSpan.x - abs(at.x)) / browSpan.y;

@@ -164,8 +164,12 @@ export function createFitter({ modelUrl, expressionsUrl }, lost) {
      * @returns {Promise<{ size: number, rgba: Uint8ClampedArray } | null>}
      */
     texture: (size, detail) => ask('texture', { size, detail }),
-    /** What the photo tells of the person beside the shape. @returns {Promise<import('phiz').PhotoLooks | null>} */
-    looks: () => ask('looks', {}),
+    /**
+     * What the photo tells of the person beside the shape, and the skin's albedo at some places.
+     * @param {import('./browtold.js').Places | undefined} places
+     * @returns {Promise<{ looks: import('phiz').PhotoLooks, albedos?: Float32Array } | null>}
+     */
+    looks: (places) => ask('looks', { places }),
     /** @param {{ code: string, expression: Record<string, number> }} state */
     field: (state) => ask('field', { state }),
     cancel: () => end(new Cancelled()),

@@ -170,12 +170,14 @@ function styleOf({ colour, cover, off, hangs, forehead, aside, lean }, colourles
  * The colouring that looks like a person in a photo. What a photo does not tell is at rest.
  * @param {import('phiz').PhotoLooks} looks
  * @param {import('three').Color} tone of the head's skin at rest
+ * @param {import('../head/colouring.js').Colouring} [brows] their form
  */
-export function colouringOf({ skin, irises, beard, hair }, tone) {
+export function colouringOf({ skin, irises, beard, hair }, tone, brows = {}) {
   const colourless = isGrey(skin);
   const own = skinOf(colourless ? skinAsBright(brightnessOf(skin), tone) : skin, tone);
   return readColouring({
     ...own,
+    ...brows,
     ...(irises && !colourless && irisOf(irises, own.skin)),
     ...(hair ? styleOf(hair, colourless) : { crop: 0, length: 0 }),
     ...(beard > BEARDS[1] ? { beard: 0.7, beardLength: 0.08 } : beard > BEARDS[0] ? { beard: 0.3 } : {}),

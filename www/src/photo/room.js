@@ -1,8 +1,10 @@
 import { Failure } from '../frame/failure.js';
 import { stepOf } from '../frame/keys.js';
 import { sameWeights } from '../editing/history.js';
+import { atRest } from '../head/head.js';
 import { text } from '../text.js';
 import { MOST_PHOTOS, besides, createAlbum, fitOn, inWholePerCents, seenIn, shotOf } from './album.js';
+import { createBrowTeller } from './browtold.js';
 import { createChoice } from './choose.js';
 import { createColours } from './colours.js';
 import { createComparison } from './compare.js';
@@ -49,6 +51,17 @@ const LEAST_FACE = 40;
 export function createRoom(editor, { panel, stage, files, expressions, display, sleep, tone, wear }) {
   const { model, face } = editor;
   const fitter = createFitter(files, toolsLost);
+  /** Made for the first photo. @type {ReturnType<typeof createBrowTeller> | undefined} */
+  let browTeller;
+  function brows() {
+    if (browTeller !== undefined) return browTeller;
+    const median = model.face();
+    try {
+      return (browTeller = createBrowTeller(atRest(model, median)));
+    } finally {
+      median.free();
+    }
+  }
 
   /** @type {import('./read.js').Photo | null} */
   let photo = null;
@@ -596,6 +609,9 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     }
   }
 
+  /** @param {NonNullable<Awaited<ReturnType<typeof fitter.looks>>>} told */
+  const wornBy = ({ looks, albedos }) => colouringOf(looks, tone, albedos && brows()?.told(albedos));
+
   /** @param {Float64Array} points px of the photo */
   async function fit(points) {
     if (!photo) return;
@@ -650,13 +666,13 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       // Who corrects points, or adds a photo, has seen the looks, and may have changed them. Without a light nobody knows them.
       const looks = dressed
         ? null
-        : await fitter.looks().catch((error) => {
+        : await fitter.looks(brows()?.places).catch((error) => {
             if (error instanceof Over) throw error;
             return null;
           });
       if (here !== visit) return;
       if (!fitted) number = people += 1;
-      editor.take({ code: found.code, expression, ...(looks && { colouring: colouringOf(looks, tone) }) }, number);
+      editor.take({ code: found.code, expression, ...(looks && { colouring: wornBy(looks) }) }, number);
       own = { code: face.code, expression: face.expression };
       if (!dressed) colouring = editor.colouring;
       others = beside;

@@ -72,8 +72,11 @@ const TASKS = {
       if (others.length > 0) all.free();
     }
   },
-  async looks() {
-    return { answer: edit && edited && edit.looks(edited.photo.rgba, edited.irises) };
+  async looks({ places }) {
+    if (!edit || !edited) return { answer: null };
+    const { rgba } = edited.photo;
+    const looks = edit.looks(rgba, edited.irises);
+    return { answer: { looks, albedos: places && edit.albedos(rgba, places.corners, places.shares) } };
   },
   async field({ state }) {
     const field = edit?.field(state) ?? null;
