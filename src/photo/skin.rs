@@ -169,20 +169,34 @@ impl<'a> Skin<'a> {
         detail: Option<&Detail>,
     ) -> (DVec3, f64) {
         let trust: f64 = (0..3).map(|i| share[i] * self.trust[corners[i]]).sum();
-        if !(trust > 0.0) {
-            return (DVec3::ZERO, 0.0);
-        }
+        let albedo = (trust > 0.0).then(|| self.unlit(corners, share, detail));
+        albedo.flatten().map_or((DVec3::ZERO, 0.0), |a| (a, trust))
+    }
+
+    /// The same of whatever tone it is, brows and hair among it, and how well it is seen.
+    pub fn shown(&self, corners: [usize; 3], share: [f64; 3]) -> (DVec3, f64) {
+        let facing: f64 = (0..3).map(|i| share[i] * self.facings[corners[i]]).sum();
+        let sight = ((facing - FACING[0]) / (FACING[1] - FACING[0])).clamp(0.0, 1.0);
+        let is_hidden = corners.iter().any(|&v| self.hidden[v]);
+        let albedo = (sight > 0.0 && !is_hidden).then(|| self.unlit(corners, share, None));
+        albedo.flatten().map_or((DVec3::ZERO, 0.0), |a| (a, sight))
+    }
+
+    /// The photo's colour at a mix of three vertices without the light.
+    fn unlit(
+        &self,
+        corners: [usize; 3],
+        share: [f64; 3],
+        detail: Option<&Detail>,
+    ) -> Option<DVec3> {
         let place: DVec2 = (0..3).map(|i| self.seen[corners[i]] * share[i]).sum();
         let normal: DVec3 = (0..3)
             .map(|i| self.normals[corners[i]].as_dvec3() * share[i])
             .sum();
-        let Some(seen) = self.image.at(place) else {
-            return (DVec3::ZERO, 0.0);
-        };
+        let seen = self.image.at(place)?;
         let seen = detail.and_then(|d| d.at(place)).unwrap_or(seen);
         let shading = self.light.shade(normal.normalize_or_zero()) / self.usual;
-        let albedo = seen * self.exposure / shading.max(DVec3::splat(DARKEST));
-        (albedo, trust)
+        Some(seen * self.exposure / shading.max(DVec3::splat(DARKEST)))
     }
 
     /// The albedo of a vertex that is seen.

@@ -318,7 +318,7 @@ impl PhotoEdit {
         looks.serialize(&serializer).map_err(error)
     }
 
-    /// The albedo at mixes of three vertices, and how much it is believed, of pixels of the size that the photo was opened with:
+    /// The albedo at mixes of three vertices, and how well it is seen, of pixels of the size that the photo was opened with:
     /// four numbers a place, of three `corners` and three `shares` each.
     pub fn albedos(
         &self,

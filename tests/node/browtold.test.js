@@ -75,7 +75,7 @@ describe('the form of brows from a photo', async () => {
   test('nothing is told of bare skin, of brows as fair as it, or of what is not seen', () => {
     assert.deepEqual(teller.told(photo({}, 1, { strength: 0 })), {});
     assert.deepEqual(teller.told(photo({}, 2, { strength: -0.5 })), {});
-    assert.deepEqual(teller.told(photo({}, 3, { seen: (x) => x > 40 })), {});
+    assert.deepEqual(teller.told(photo({}, 3, { seen: (x) => x > 55 })), {});
     assert.deepEqual(teller.told(photo({}, 4, { seen: () => false })), {});
     // A fringe to the eyes: dark above, and no brow.
     const fringe = photo({}, 5, { strength: 0 });

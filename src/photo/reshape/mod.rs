@@ -354,7 +354,7 @@ impl Edit {
     }
 
     /// The albedo that a photo of the size that this one has shows at mixes of three vertices, linear light in its white
-    /// balance, and how much that is believed, 0 to 1: 0 where the face is not seen.
+    /// balance, and how well that is seen, 0 to 1: 0 behind the head, glasses, a mask or hair.
     ///
     /// # Errors
     /// When no light is known, or there is no such vertex.
@@ -367,9 +367,9 @@ impl Edit {
         let mesh = (&self.positions[..], &self.normals[..]);
         let skin = Skin::new(&self.model, &self.camera, self.light()?, mesh, image)?;
         let each = places.iter().map(|&(corners, shares)| {
-            let (albedo, trust) = skin.albedo(corners.map(|v| v as usize), shares, None);
+            let (albedo, sight) = skin.shown(corners.map(|v| v as usize), shares);
             let [r, g, b] = albedo.to_array();
-            [r, g, b, trust]
+            [r, g, b, sight]
         });
         Ok(each.collect())
     }

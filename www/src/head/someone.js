@@ -78,7 +78,7 @@ function browsOf(manly, random) {
     browArch: about(0.5 - 0.2 * (manly - 0.5), 0.35),
     browSlant: about(0.5, 0.25),
     browApart: about(0.5, 0.3),
-    browRaise: about(0.5 - 0.16 * (manly - 0.5), 0.3),
+    browRaise: about(0.5 - 0.1 * (manly - 0.5), 0.19),
   };
 }
 

@@ -10,8 +10,8 @@ import { reliefAround } from '../hair/relief.js';
 const ALONG = [-0.3, 1.25];
 const COLUMNS = 26;
 /** How far it goes down, where lids are, and up from the line, mm; and how far apart its rows are. */
-const DOWN = -8;
-const UP = 13;
+const DOWN = -14;
+const UP = 11;
 const ROW = 1;
 /** So many hairs tell how dense the model's own brows are, in cells so long (a share of the line) and high (mm). */
 const HAIRS = 6000;
@@ -21,14 +21,16 @@ const BLUR = [2, 2];
 /** Brows that differ from the skin by less than this logarithm have no form that could be told. */
 const FAINT = 0.1;
 /** Where fewer of the cells are seen nothing is told. */
-const FEWEST = 0.5;
+const FEWEST = 0.35;
 /** A slider's end has to tell so much of what varies: what else is dark there is no brow's form. */
 const USUAL = 0.04;
-/** More than this is not left of what varies by brows that are seen: those of 16 heads that the page drew left 0.18 to 0.51. */
-const MOST_LEFT = 0.6;
+/** More than this is not left of what varies by brows that are seen: those of 15 heads that the page drew left 0.15 to 0.55, of what is none 0.58 and more. */
+const MOST_LEFT = 0.56;
 /** What is darker above brows than below by this part of how dark they are is a fringe; so many mm at both edges tell. */
 const FRINGE = 0.5;
 const EDGE = 3;
+/** How high brows are that are looked at first. */
+const RAISES = [0.1, 0.3, 0.7, 0.9];
 /** Logarithms of what is seen are within these. */
 const DARKEST = 2;
 
@@ -79,7 +81,7 @@ export function createBrowTeller(rest) {
     /** Where the photo's albedo is asked. @type {Places} */
     places: { corners, shares },
     /**
-     * @param {Float32Array} albedos four numbers a place: linear light, and how far it is believed
+     * @param {Float32Array} albedos four numbers a place: linear light, and how well it is seen
      * @returns {import('../head/colouring.js').Colouring} nothing where too little is seen
      */
     told(albedos) {
@@ -109,6 +111,12 @@ export function createBrowTeller(rest) {
         return { left, strength, cost: left + USUAL * values.reduce((sum, value) => sum + (2 * value - 1) ** 2, 0) };
       };
       let best = { values: BROW_FORM.map(() => 0.5), ...cost(BROW_FORM.map(() => 0.5)) };
+      // Where nothing of them overlaps no step is better than another.
+      for (const raise of RAISES) {
+        const values = BROW_FORM.map((name) => (name === 'browRaise' ? raise : 0.5));
+        const here = cost(values);
+        if (here.cost < best.cost) best = { values, ...here };
+      }
       for (const step of [0.2, 0.1, 0.05, 0.02]) {
         for (let moved = true; moved; ) {
           moved = false;
