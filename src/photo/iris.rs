@@ -115,11 +115,14 @@ impl Head<'_> {
         let points = points?;
         let centre = points.iter().sum::<DVec3>() / 6.0;
         let across = |way: DVec3| {
-            let [a, b] = [1.0, -1.0].map(|s| self.camera.project(centre + way * s * RADIUS));
+            let [a, b] = [1.0, -1.0].map(|s| self.skin.camera.project(centre + way * s * RADIUS));
             (a - b) / 2.0
         };
         let eye = Eye {
-            lids: points.iter().map(|&p| self.camera.project(p)).collect(),
+            lids: points
+                .iter()
+                .map(|&p| self.skin.camera.project(p))
+                .collect(),
             left: across(DVec3::X),
             down: across(-DVec3::Y),
         };

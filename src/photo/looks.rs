@@ -133,12 +133,7 @@ impl Looks {
     ) -> Result<Self> {
         let skin = Skin::new(model, camera, light, (places, normals), image)?;
         let own = skin.own();
-        let head = Head {
-            camera,
-            places,
-            skin: &skin,
-            own,
-        };
+        let head = Head { skin: &skin, own };
         let beard = head.beard();
         Ok(Self {
             skin: own,
@@ -151,8 +146,6 @@ impl Looks {
 
 /// A head in a photo.
 pub(super) struct Head<'a> {
-    pub camera: &'a Camera,
-    places: &'a [DVec3],
     pub skin: &'a Skin<'a>,
     /// The skin's albedo.
     own: DVec3,
@@ -194,7 +187,9 @@ impl Head<'_> {
     pub fn point(&self, name: &str) -> Option<[DVec3; 2]> {
         let landmark = self.skin.landmark(name)?;
         let stencil = landmark.stencil.iter();
-        let here = stencil.map(|&(v, w)| self.places[v as usize] * w).sum();
+        let here = stencil
+            .map(|&(v, w)| self.skin.places[v as usize] * w)
+            .sum();
         let mean = &self.skin.model.parts().mean;
         Some([here, landmark.position(mean).as_dvec3()])
     }
@@ -250,7 +245,7 @@ impl Head<'_> {
         let trichion = self.point("trichion")?[1];
         let mean = &self.skin.model.parts().mean;
         let topology = &self.skin.model.parts().topology;
-        let sight = Sight::new(self.camera, self.places, &topology.triangles())?;
+        let sight = Sight::new(self.skin.camera, self.skin.places, &topology.triangles())?;
         let tall = (trichion.y - tragion.y) as f32;
         let axis = tragion.z as f32 + 0.11 * tall;
         let inside =
@@ -263,10 +258,10 @@ impl Head<'_> {
             if inside(mean[v]) < INSIDE {
                 continue;
             }
-            let facing = sight.facing(self.places[v], self.skin.normals[v].as_dvec3());
+            let facing = sight.facing(self.skin.places[v], self.skin.normals[v].as_dvec3());
             let Some(light) = facing
                 .filter(|&f| f > FACING)
-                .and(self.skin.lit(self.places[v]))
+                .and(self.skin.lit(self.skin.places[v]))
             else {
                 continue;
             };
@@ -332,7 +327,7 @@ impl Head<'_> {
     /// How far hair hangs down from beside an ear. Of a head that is turned the nape is seen there, so only
     /// what hangs before the ear counts; beside a beard only what hangs outside of it.
     fn hangs(&self, tragion: DVec3, side: f64, bearded: bool, tones: &Tones) -> f64 {
-        let to_eye = (self.camera.position() - tragion).normalize_or_zero();
+        let to_eye = (self.skin.camera.position() - tragion).normalize_or_zero();
         let turned = to_eye.x.abs() > TURNED;
         let places = BESIDE.iter().filter(|&&b| {
             if turned {
@@ -369,12 +364,12 @@ impl Head<'_> {
             let ends = (far / STEP) as usize;
             self.skin
                 .image
-                .contains(self.camera.project(at(ends)))
+                .contains(self.skin.camera.project(at(ends)))
                 .then_some(far)
         };
         let mut all = Vec::new();
         let mut farthest = |along: DVec3, near: &dyn Fn(DVec3) -> bool| {
-            let places = self.places.iter().copied().filter(|&p| near(p));
+            let places = self.skin.places.iter().copied().filter(|&p| near(p));
             let out = places.max_by(|a, b| a.dot(along).total_cmp(&b.dot(along)));
             all.extend(out.and_then(|out| away(out, along)));
         };
@@ -422,7 +417,7 @@ impl Head<'_> {
         let mut halves = [Covered::default(); 2];
         let mean = &self.skin.model.parts().mean;
         for v in self.on_forehead(-8.0) {
-            if let Some(light) = self.skin.lit(self.places[v]) {
+            if let Some(light) = self.skin.lit(self.skin.places[v]) {
                 let half = &mut halves[usize::from(mean[v].x > 0.0)];
                 half.sum += tones.share(light / self.shade(v));
                 half.count += 1;
@@ -440,7 +435,7 @@ impl Head<'_> {
         };
         let gradients: Vec<DVec2> = (self.on_forehead(BEHIND_HAIRLINE).into_iter())
             .filter_map(|v| {
-                let p = self.places[v];
+                let p = self.skin.places[v];
                 let is_hair = tones.share(self.skin.lit(p)? / self.shade(v)) > 0.5;
                 let along = |axis: DVec3| {
                     let step = axis * BESIDE_STRAND;

@@ -95,8 +95,9 @@ pub(super) struct Skin<'a> {
     pub trust: Vec<f64>,
     /// Whether a mask, glasses or hair are before each vertex, for all that is known.
     pub hidden: Vec<bool>,
-    camera: &'a Camera,
-    places: &'a [DVec3],
+    pub camera: &'a Camera,
+    /// Where vertices are, mm.
+    pub places: &'a [DVec3],
     /// Below this height on the mean head a beard may be, which is no skin.
     beard_below: f32,
     /// How near hair is, 0..=1, where single strands are looked for.

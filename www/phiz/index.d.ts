@@ -270,7 +270,8 @@ export interface PhotoEdit {
   looks(rgba: Uint8Array | Uint8ClampedArray, irises?: ArrayLike<number>): PhotoLooks;
   /**
    * The skin's colours at places of the face, mixes of three vertices each: three of `corners` and three of `shares` a place. Four numbers a
-   * place: red, green and blue, linear light in the photo's white balance without the light on the face, and how well that is seen, 0 to 1.
+   * place: red, green and blue, linear light in the photo's white balance without the light on the face, and how well that is seen, 0 to 1: 0
+   * behind the head, glasses, a mask or hair.
    * @throws Error when the fit has no light (see `PhotoPoints.rgba`), a place is incomplete, or there is no such vertex.
    */
   albedos(rgba: Uint8Array | Uint8ClampedArray, corners: Uint32Array, shares: Float32Array): Float32Array<ArrayBuffer>;

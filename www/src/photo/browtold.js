@@ -3,6 +3,7 @@ import { BROW_FORM } from '../head/colouring.js';
 import { browLine, heightOf, movesOf, unmovedBrow } from '../hair/browform.js';
 import { browLines, growBrows } from '../hair/browline.js';
 import { reliefAround } from '../hair/relief.js';
+import { brightnessOf } from './looks.js';
 
 // Which form brows have in a photo: where the skin is darker than around them, in a grid along the line that the model's own have.
 
@@ -13,9 +14,11 @@ const COLUMNS = 26;
 const DOWN = -14;
 const UP = 11;
 const ROW = 1;
-/** So many hairs tell how dense the model's own brows are, in cells so long (a share of the line) and high (mm). */
+/** So many hairs tell how dense the model's own brows are, in cells so long (a share of the line) and high (mm), from one place to another. */
 const HAIRS = 6000;
 const CELL = [0.02, 0.5];
+const FROM = [-0.4, -12];
+const TO = [1.4, 14];
 /** Photos, points and fits blur them by so many cells. */
 const BLUR = [2, 2];
 /** Brows that differ from the skin by less than this logarithm have no form that could be told. */
@@ -33,6 +36,8 @@ const EDGE = 3;
 const RAISES = [0.1, 0.3, 0.7, 0.9];
 /** Logarithms of what is seen are within these. */
 const DARKEST = 2;
+/** Below this, light is noise. */
+const BLACK = 0.003;
 
 /** @typedef {import('../hair/browform.js').BrowForm} BrowForm */
 /** @typedef {{ corners: Uint32Array, shares: Float32Array }} Places of the head's skin, mixes of three vertices each */
@@ -61,6 +66,7 @@ export function createBrowTeller(rest) {
   cells.forEach(({ x, y }, n) => {
     [-1, 1].forEach((side, k) => {
       const bound = reliefs[k].bind(side * x, y);
+      // A place beside the head is a mix of nothing, which nobody sees.
       if (!bound) return;
       corners.set(bound.corners, 3 * (2 * n + k));
       shares.set(bound.weights, 3 * (2 * n + k));
@@ -90,18 +96,17 @@ export function createBrowTeller(rest) {
         let [sum, all] = [0, 0];
         for (const k of [0, 1]) {
           const o = 4 * (2 * n + k);
-          const trust = albedos[o + 3];
-          if (!(trust > 0)) continue;
-          const bright = 0.2126 * albedos[o] + 0.7152 * albedos[o + 1] + 0.0722 * albedos[o + 2];
-          sum -= trust * Math.log(Math.max(0.003, bright));
-          all += trust;
+          const sight = albedos[o + 3];
+          if (!(sight > 0)) continue;
+          sum -= sight * Math.log(Math.max(BLACK, brightnessOf([...albedos.subarray(o, o + 3)])));
+          all += sight;
         }
         weights[n] = Math.min(1, all);
         return all > 0 ? sum / all : 0;
       });
       if (weights.reduce((sum, weight) => sum + weight, 0) < FEWEST * cells.length) return {};
       // How dark skin usually is there.
-      const usual = [...dark].filter((_, n) => weights[n] > 0).sort((a, b) => a - b);
+      const usual = dark.filter((_, n) => weights[n] > 0).sort((a, b) => a - b);
       const skin = usual[usual.length >> 1];
       for (const n of dark.keys()) dark[n] = Math.min(DARKEST, Math.max(-DARKEST, dark[n] - skin));
       /** What a form leaves unexplained, as a part of all that varies. @param {number[]} values */
@@ -152,8 +157,8 @@ const formOf = ([breadth, arch, slant, apart, raise]) => ({ breadth, arch, slant
  * @param {import('../groundwork/groundwork.js').Rest} rest @param {import('../hair/browform.js').BrowLine} line
  */
 function densityOf(rest, line) {
-  const [from, low] = [-0.4, -12];
-  const [wide, high] = [Math.ceil(1.8 / CELL[0]), Math.ceil(26 / CELL[1])];
+  const [from, low] = FROM;
+  const [wide, high] = CELL.map((cell, k) => Math.ceil((TO[k] - FROM[k]) / cell));
   let grid = new Float64Array(wide * high);
   growBrows(browLines(rest.landmarks), HAIRS, chance(37), ({ x, y, dx, dy }) => {
     for (let s = 0.1; s < 1; s += 0.2) {
