@@ -8,7 +8,7 @@ use super::light::{CHIN, bare, features, points};
 use super::sight::Sight;
 use super::{Camera, Detail, Image, Light};
 use super::{median, middle};
-use crate::anatomy::Landmark;
+use crate::anatomy::{Landmark, brow_hair};
 use crate::srgb::{BRIGHTNESS, linear};
 use crate::{Error, FaceModel, Result};
 
@@ -64,7 +64,7 @@ const LENS: [f32; 2] = [4.0, 4.0];
 const NOSE: f32 = 20.0;
 /// What is darker than the skin by the first of these logarithms, or brighter by the second, is a frame.
 const FRAME: [f64; 2] = [0.3, 0.45];
-/// Lids and brows are dark anyway, so near to the points on them, mm.
+/// Lids and the hair of brows are dark anyway, so near to the points on them, mm.
 const LID: f32 = 5.0;
 const BROW: f32 = 6.0;
 /// The eye's surroundings that a lens covers, mm from the points on the lids.
@@ -321,8 +321,9 @@ impl<'a> Skin<'a> {
                 hairless[v] = 0.0;
             }
         }
+        let hair_of_brows = self.brow_hair();
         let off_brows = |v: usize| {
-            let mut near = arches.iter();
+            let mut near = hair_of_brows.iter();
             near.all(|p| p.distance(parts.mean[v]) > BESIDE_BROW)
         };
         let contrasts: Vec<f64> = (0..hairless.len())
@@ -337,7 +338,7 @@ impl<'a> Skin<'a> {
             if is_fringe(parts.mean[v]) {
                 return 0.0;
             }
-            let near = arches.iter().map(|p| p.distance(parts.mean[v]));
+            let near = hair_of_brows.iter().map(|p| p.distance(parts.mean[v]));
             let near = near.fold(f32::INFINITY, f32::min);
             f64::from(1.0 - within([BROW, 1.5 * BROW], near))
         };
@@ -426,22 +427,11 @@ impl<'a> Skin<'a> {
             let landmark = self.landmark(&format!("ibug_{i:02}"));
             landmark.map_or(Vec3::NAN, |l| l.position(&parts.mean))
         };
-        let line = |range: std::ops::RangeInclusive<u32>| range.map(at).collect::<Vec<_>>();
-        let (brows, eyes) = (
-            [line(17..=21), line(22..=26)],
-            [line(36..=41), line(42..=47)],
-        );
-        let top = brows
-            .iter()
-            .flatten()
-            .map(|p| p.y)
-            .fold(f32::NEG_INFINITY, f32::max)
-            + LENS[0];
+        let top = (17..=26).map(|i| at(i).y).fold(f32::NEG_INFINITY, f32::max) + LENS[0];
         let [bottom, nose] = [at(30).y - LENS[1], at(29).y];
-        let near = |p: Vec3, lines: &[Vec<Vec3>; 2], reach: f32| {
-            let mut corners = lines.iter().flatten();
-            corners.any(|c| c.distance(p) < reach)
-        };
+        let near =
+            |p: Vec3, points: &[Vec3], reach: f32| points.iter().any(|c| c.distance(p) < reach);
+        let (hair, eyes) = (self.brow_hair(), (36..=47).map(at).collect::<Vec<_>>());
         let tones = self.seen_tones();
         let own = BRIGHTNESS.dot(median(
             tones
@@ -460,7 +450,7 @@ impl<'a> Skin<'a> {
             }
             let off = BRIGHTNESS.dot(tone) - own;
             let is_off = !(-FRAME[0]..=FRAME[1]).contains(&off);
-            let [lid, brow] = [near(p, &eyes, LID), near(p, &brows, BROW)];
+            let [lid, brow] = [near(p, &eyes, LID), near(p, &hair, BROW)];
             covered[v] = is_off && !lid && !brow;
             if near(p, &eyes, SOCKET) && !brow {
                 let side = &mut counts[usize::from(p.x > 0.0)];
@@ -533,6 +523,18 @@ impl<'a> Skin<'a> {
     pub fn landmark(&self, name: &str) -> Option<&'a Landmark> {
         let landmarks = &self.model.parts().landmarks;
         landmarks.iter().find(|l| l.name == name)
+    }
+
+    /// Where the hair of brows grows on the mean head, mm; nowhere on a model without their points.
+    pub fn brow_hair(&self) -> Vec<Vec3> {
+        let mean = &self.model.parts().mean;
+        let points: Option<Vec<Vec3>> = (17..=26)
+            .map(|i| Some(self.landmark(&format!("ibug_{i:02}"))?.position(mean)))
+            .collect();
+        match points.and_then(|points| <[Vec3; 10]>::try_from(points).ok()) {
+            Some(points) => brow_hair(points, mean).to_vec(),
+            None => Vec::new(),
+        }
     }
 
     /// The vertices around each of the skin's.

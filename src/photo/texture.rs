@@ -26,7 +26,7 @@ pub struct Texture {
     pub rgba: Vec<u8>,
 }
 
-/// Brows are within this distance of the ten points on them, mm.
+/// Brows are within this distance of the ten points where their hair grows, mm.
 const BROW: f32 = 11.0;
 /// What is painted darker than the skin by less than this logarithm is no brow.
 const PAINTED: f64 = 0.04;
@@ -207,12 +207,9 @@ struct Brows {
 impl Brows {
     fn new(skin: &Skin) -> Self {
         let parts = skin.model.parts();
-        let arches: Vec<Vec3> = (17..=26)
-            .filter_map(|i| skin.landmark(&format!("ibug_{i:02}")))
-            .map(|l| l.position(&parts.mean))
-            .collect();
+        let hair = skin.brow_hair();
         let away = |p: &Vec3| {
-            let each = arches.iter().map(|a| a.distance(*p));
+            let each = hair.iter().map(|a| a.distance(*p));
             each.fold(f32::INFINITY, f32::min)
         };
         let away: Vec<f32> = parts.mean.iter().map(away).collect();

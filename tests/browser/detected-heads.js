@@ -106,10 +106,14 @@ const RADIAN = Math.PI / 180;
 for (let i = 0; i < count; i++) {
   const random = chance(1000 * seed + i);
   const between = (/** @type {number} */ low, /** @type {number} */ high) => low + (high - low) * random();
+  const ofBrows = chance(1000 * seed + i + 500_000);
+  /** Two brows in three are within a third of the slider around its middle. */
+  const aroundHalf = () => (ofBrows() + ofBrows() + ofBrows()) / 3;
   const looks = {
     skin: between(0.03, 0.95), hair: between(0.1, 1), iris: random(), lips: between(0.2, 0.7), blood: between(0.3, 0.7), brows: between(0.3, 0.8),
     crop: random() < 0.3 ? random() : 0, length: random() < 0.75 ? between(0.12, 0.9) : 0, comb: random(), parting: random(), curl: random() ** 2,
     beard: random() < 0.25 ? random() : 0, lines: random() < 0.4 ? random() : 0,
+    browBreadth: 0.2 + 0.7 * ofBrows(), browArch: aroundHalf(), browSlant: aroundHalf(), browApart: aroundHalf(), browRaise: aroundHalf(),
   };
   const names = [['mouthSmileLeft', 'mouthSmileRight', 'cheekSquintLeft', 'cheekSquintRight'], ['jawOpen'], ['browInnerUp'], ['mouthUpperUpLeft', 'mouthUpperUpRight', 'mouthSmileLeft', 'mouthSmileRight'], ['browDownLeft', 'browDownRight'], ['eyeBlinkLeft', 'eyeBlinkRight']];
   /** @type {Record<string, number>} */

@@ -2,11 +2,12 @@
 //!
 //! Colours are a vertex's own, so every border is a soft step a little wider than the mesh.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::eyeball::Eyeball;
 use super::region::point;
 use super::template::Template;
+use crate::anatomy::brow_hair;
 use crate::fit::FitResult;
 use crate::fit::mesh::surface::normals;
 
@@ -35,10 +36,7 @@ pub fn paint(template: &mut Template, eye: &Eyeball) -> FitResult<()> {
     let outer_lip = closed(template, "ibug_", &(48..60).collect::<Vec<_>>())?;
     let inner_lip = closed(template, "ibug_", &(60..68).collect::<Vec<_>>())?;
     let mouth = point(template, "ibug_62")?;
-    let brows = [
-        open(template, &[22, 23, 24, 25, 26])?,
-        open(template, &[21, 20, 19, 18, 17])?,
-    ];
+    let brows = brows(template)?;
     let flushed = [
         (point(template, "cheek left")?, 26.0, 0.35),
         (point(template, "cheek right")?, 26.0, 0.35),
@@ -330,12 +328,16 @@ fn closed(template: &Template, prefix: &str, numbers: &[u32]) -> FitResult<Vec<D
     Ok(spline(&points?, true))
 }
 
-fn open(template: &Template, numbers: &[u32]) -> FitResult<Vec<DVec3>> {
-    let points: FitResult<Vec<DVec3>> = numbers
-        .iter()
-        .map(|n| point(template, &format!("ibug_{n:02}")))
-        .collect();
-    Ok(spline(&points?, false))
+/// The lines along which brows grow, left and right, from the nose outwards.
+fn brows(template: &Template) -> FitResult<[Vec<DVec3>; 2]> {
+    let mut points = [Vec3::ZERO; 10];
+    for (i, of) in points.iter_mut().enumerate() {
+        *of = point(template, &format!("ibug_{:02}", 17 + i))?.as_vec3();
+    }
+    let positions: Vec<Vec3> = template.positions.iter().map(|p| p.as_vec3()).collect();
+    let hair = brow_hair(points, &positions).map(|p| p.as_dvec3());
+    let right: Vec<DVec3> = hair[..5].iter().rev().copied().collect();
+    Ok([spline(&hair[5..], false), spline(&right, false)])
 }
 
 /// Distance to a curve, and how far along it (0 to 1) the nearest point is.

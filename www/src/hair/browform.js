@@ -9,7 +9,7 @@ const BREADTH = [0.36, 1.75];
 /** How far an arch rises, and its ends go down, mm; how much higher its outer ends get; how far up all of it goes. */
 const ARCH = 5;
 const SLANT = 12;
-const RAISE = 8;
+const RAISE = 5;
 /** How far inner ends go apart, mm; at the other end of the slider they meet but for so much. */
 const APART = 7;
 const MEET = 1.2;

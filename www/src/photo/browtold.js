@@ -11,8 +11,8 @@ import { brightnessOf } from './looks.js';
 const ALONG = [-0.3, 1.25];
 const COLUMNS = 26;
 /** How far it goes down, where lids are, and up from the line, mm; and how far apart its rows are. */
-const DOWN = -14;
-const UP = 11;
+const DOWN = -10;
+const UP = 13;
 const ROW = 1;
 /** So many hairs tell how dense the model's own brows are, in cells so long (a share of the line) and high (mm), from one place to another. */
 const HAIRS = 6000;
