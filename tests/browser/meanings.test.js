@@ -313,7 +313,7 @@ describe('the lengths of one page', () => {
     // (Of a random one in some the chin hardly moves the mouth.)
     const [another, chance] = await page.evaluate(() => {
       const one = window.designer.model.face();
-      one.randomize({ seed: 5 });
+      one.randomize({ seed: 7 });
       const found = [one.code, one.measure('mouth width')];
       one.free();
       return found;
