@@ -88,7 +88,8 @@ pub struct Photo<'a> {
     /// The height, px.
     pub height: u32,
     /// The 68 points of iBUG (Sagonas et al. 2013), px, in their order: the subject's right jaw
-    /// first. x to the right and y down, from the upper left corner.
+    /// first. x to the right and y down, from the upper left corner. They are where the model's landmarks are: those
+    /// of brows some 7 mm above their hair ([`brow_hair`](crate::anatomy::brow_hair)).
     pub points: &'a [[f64; 2]],
     /// The focal length in px, if it is known: that of EXIF as if for film, over the 43.3 mm of its
     /// diagonal, times that of the image, unless it was cut.

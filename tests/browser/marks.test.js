@@ -2,6 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
+import { BELOW } from '../../www/src/hair/browline.js';
 import { decodeMarks, encodeMarks, FIRST, MOST } from '../../www/src/head/marks.js';
 import { glbJson, readPicture } from './glb.js';
 import { decodePng, differing, download, fingerOn, landmarkOnScreen, later, moveSlider, open, picture, pictureOfPage, siteAndBrowser, smallTextures } from './site.js';
@@ -225,7 +226,9 @@ describe('a scar', () => {
     await choose(page);
     await moveSlider(page, 'Brows, thin to bushy', 0.7);
     await picture(page, 'marks-brows');
-    const brow = await landmarkOnScreen(page, 'ibug_19');
+    const [above, right, left] = await Promise.all(['ibug_19', 'ibug_36', 'ibug_45'].map((name) => landmarkOnScreen(page, name)));
+    // Hair grows below the landmark; outer corners of eyes are 90 mm from each other.
+    const brow = { x: above.x, y: above.y + ((BELOW[2] + 1) * (left.x - right.x)) / 90 };
     const before = await picture(page, 'marks-brow');
     await putOn(page, 'Scar');
     // Twice in one place is no scar.

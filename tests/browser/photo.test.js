@@ -547,6 +547,15 @@ describe('a face in a photo', () => {
       return to;
     };
     assert.equal(await leads(), 'Leave');
+    // Brows are marked on their hair, below where the model has its points; all else where it is.
+    const onScreen = await page.evaluate(() => [...document.querySelectorAll('.photo-point')].map((point) => [point.getBoundingClientRect().x, point.getBoundingClientRect().y]));
+    const px = (onScreen[45][0] - onScreen[36][0]) / (state.points[90] - state.points[72]);
+    // Outer corners of eyes are 90 mm from each other.
+    const mm = (state.points[90] - state.points[72]) / 90;
+    for (let i = 17; i < 68; i++) {
+      const below = ((onScreen[i][1] - onScreen[30][1]) / px - (state.points[2 * i + 1] - state.points[61])) / mm;
+      assert.ok(i < 27 ? below > 4.5 && below < 10 : Math.abs(below) < 0.5, `point ${i} is drawn ${below} mm below`);
+    }
     await page.keyboard.press('Shift+ArrowRight');
     assert.equal(await leads(), 'Fit again');
     await page.keyboard.press('ArrowUp');

@@ -87,7 +87,7 @@ export interface PhotoView {
   height: number;
   /**
    * The 68 points of iBUG as x, y, x, y ... in px, x to the right and y down from the upper left
-   * corner; the subject's right jaw first.
+   * corner; the subject's right jaw first. They are where the model's landmarks are: those of brows some 7 mm above their hair.
    */
   points: ArrayLike<number>;
   /**

@@ -15,7 +15,7 @@ use crate::fit::format::files::{files_of, place, write_atomically};
 use crate::fit::format::ply;
 use crate::fit::head::people::RegisteredFace;
 use crate::fit::head::template::Template;
-use crate::fit::scan::{ENDINGS, Scan, Unit, check, landmarks};
+use crate::fit::scan::{ENDINGS, Scan, Unit, check, landmarks, off_hair};
 use crate::fit::{FitError, FitResult};
 
 /// A scan of a folder and what will become of it.
@@ -608,9 +608,11 @@ fn prepare_read(
         return Err(FitError::Input(why.clone()));
     }
     let mut said = Vec::new();
-    let (points, errors) = match points {
+    let mut on_hair = false;
+    let (mut points, errors) = match points {
         Some(path) => {
             let read = landmarks::read(path, &mut scan, template)?;
+            on_hair = read.on_hair;
             (read.points, read.errors)
         }
         None => {
@@ -627,6 +629,9 @@ fn prepare_read(
         }
     };
     let checked = check(&mut scan, &points, template)?;
+    if on_hair {
+        off_hair(&mut points, &scan, template);
+    }
     let mut notes = scan.notes.clone();
     notes.extend(said);
     notes.extend(checked);

@@ -35,6 +35,9 @@ pub struct Landmarks {
     /// How far each is from where it belongs, as a standard deviation, mm: of all of the template's landmarks, 0 of those of
     /// which nobody knows; empty when nobody knows of any.
     pub errors: Vec<f64>,
+    /// Whether brows are marked on their hair, as people and detectors mark them, and not above it, where the template has its
+    /// points: so they are in files of other programs, all but the JSON that this one writes.
+    pub on_hair: bool,
 }
 
 /// Reads the landmarks of a scan, without those that may be anywhere.
@@ -103,6 +106,7 @@ pub(in crate::fit) fn read_file(path: &Path, template: &Template) -> FitResult<L
         path.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case(ending))
     };
+    let mut on_hair = true;
     let named = if is("ljson") {
         let file = serde_json::from_slice(&bytes);
         let file = file.map_err(|e| fail(format!("no landmarks: {e}")))?;
@@ -116,6 +120,7 @@ pub(in crate::fit) fn read_file(path: &Path, template: &Template) -> FitResult<L
                 "no landmarks, name -> [x, y, z] or [x, y, z, error]: {e}"
             ))
         })?;
+        on_hair = false;
         named
     } else {
         from_lines(&bytes).map_err(fail)?
@@ -172,7 +177,11 @@ pub(in crate::fit) fn read_file(path: &Path, template: &Template) -> FitResult<L
     }
     spread(&points).map_err(fail)?;
     points.sort_by_key(|&(index, _)| index);
-    Ok(Landmarks { points, errors })
+    Ok(Landmarks {
+        points,
+        errors,
+        on_hair,
+    })
 }
 
 /// The endings of files of landmarks, the likeliest first.

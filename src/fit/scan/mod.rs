@@ -14,12 +14,14 @@ use crate::fit::{FitError, FitResult};
 
 pub mod landmarks;
 
+mod brows;
 mod check;
 mod glb;
 mod mesh_file;
 mod polygon;
 mod unit;
 
+pub(in crate::fit) use brows::off_hair;
 pub use check::check;
 pub(in crate::fit) use check::{Placement, spread};
 use unit::EXTENTS;

@@ -13,7 +13,7 @@ const HALF = 4.3;
  * So far below the model's landmarks hair grows, mm, from the nose outwards: as `brow_hair` in `src/anatomy.rs`, which says why, and paints
  * the model's own brows there.
  */
-const BELOW = [8.5, 7, 6.5, 6, 6];
+export const BELOW = [8.5, 7, 6.5, 6, 6];
 
 /** The five points of each brow, from the nose outwards. @param {import('../groundwork/paint.js').Points} at landmarks, mm */
 export const browLines = (at) => [points(at, 17, 21).reverse(), points(at, 22, 26)].map((line) => line.map(([x, y, z], i) => [x, y - BELOW[i], z]));

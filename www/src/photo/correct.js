@@ -1,6 +1,7 @@
 import { element } from '../frame/element.js';
 import { nudgeOf } from '../frame/keys.js';
 import { text } from '../text.js';
+import { onHair } from './onhair.js';
 import { COUNT, LINES } from './points.js';
 
 const SVG = 'http://www.w3.org/2000/svg';
@@ -22,6 +23,8 @@ const BEYOND = 0.5;
 export function createCorrection(view, { changed, leave }) {
   /** px of the photo. @type {Float64Array} */
   let points = new Float64Array(2 * COUNT);
+  /** How far from them they are drawn and taken hold of: brows on their hair. @type {Float64Array} */
+  let off = new Float64Array(2 * COUNT);
   /** What they were before each step, and what was taken back. @type {{ done: Float64Array[], undone: Float64Array[] }} */
   let steps = { done: [], undone: [] };
   /** The point that keys move: until something else is done that is one step. */
@@ -57,7 +60,7 @@ export function createCorrection(view, { changed, leave }) {
       // One of them is a stop of the Tab key, from outside; from there it goes on to the others.
       for (const other of handles) other.tabIndex = other === handle ? 0 : -1;
       // What a pointer takes hold of stays under it.
-      if (held < 0) view.reveal(points[2 * i], points[2 * i + 1]);
+      if (held < 0) view.reveal(...seen(i));
       nudged = -1;
     });
     handle.addEventListener('blur', () => (lens.hidden = true));
@@ -75,7 +78,7 @@ export function createCorrection(view, { changed, leave }) {
       if (nudged !== i) begin();
       nudged = i;
       move(i, points[2 * i] + nudge[0], points[2 * i + 1] + nudge[1]);
-      view.reveal(points[2 * i], points[2 * i + 1]);
+      view.reveal(...seen(i));
       magnify(i);
     });
     return handle;
@@ -94,7 +97,7 @@ export function createCorrection(view, { changed, leave }) {
     event.stopPropagation();
     // Handles overlap: the nearest is meant.
     const [px, py] = view.onPhoto(event);
-    const away = (/** @type {number} */ i) => Math.hypot(points[2 * i] - px, points[2 * i + 1] - py);
+    const away = (/** @type {number} */ i) => Math.hypot(seen(i)[0] - px, seen(i)[1] - py);
     held = handles.reduce((best, _, i) => (away(i) < away(best) ? i : best), 0);
     grip = [points[2 * held] - px, points[2 * held + 1] - py];
     isMoved = false;
@@ -119,11 +122,15 @@ export function createCorrection(view, { changed, leave }) {
   root.addEventListener('pointercancel', (event) => event.pointerId === pointer && giveUp());
   view.over.append(root);
 
+  /** Where a point is drawn, px of the photo. @param {number} i @returns {[number, number]} */
+  function seen(i, of = points) {
+    return [of[2 * i] + off[2 * i], of[2 * i + 1] + off[2 * i + 1]];
+  }
   /** @param {Float64Array} of */
   function pathOf(of) {
     return LINES.map(([, first, last, closed]) => {
       const at = [];
-      for (let i = first; i <= last; i++) at.push(view.onScreen(of[2 * i], of[2 * i + 1]).map((value) => value.toFixed(1)).join(' '));
+      for (let i = first; i <= last; i++) at.push(view.onScreen(...seen(i, of)).map((value) => value.toFixed(1)).join(' '));
       return `M${at.join('L')}${closed ? 'Z' : ''}`;
     }).join('');
   }
@@ -133,7 +140,7 @@ export function createCorrection(view, { changed, leave }) {
     shadow.setAttribute('d', pathOf(points));
     fittedLines.setAttribute('d', fitted ? pathOf(fitted) : '');
     for (const [i, handle] of handles.entries()) {
-      const [left, top] = view.onScreen(points[2 * i], points[2 * i + 1]);
+      const [left, top] = view.onScreen(...seen(i));
       handle.style.transform = `translate(${left.toFixed(2)}px, ${top.toFixed(2)}px)`;
     }
   }
@@ -180,7 +187,7 @@ export function createCorrection(view, { changed, leave }) {
   function magnify(i) {
     const context = lens.getContext('2d');
     if (!context || !photo) return;
-    const [px, py] = [points[2 * i], points[2 * i + 1]];
+    const [px, py] = seen(i);
     const closer = LENS_ZOOM * view.scale * 2;
     context.imageSmoothingEnabled = closer < 12;
     context.fillStyle = '#000';
@@ -216,6 +223,7 @@ export function createCorrection(view, { changed, leave }) {
     open(of, at) {
       photo = of;
       points = at.slice();
+      off = onHair(points);
       steps = { done: [], undone: [] };
       nudged = -1;
       draw();
@@ -224,6 +232,7 @@ export function createCorrection(view, { changed, leave }) {
     replace(at) {
       begin();
       points = at.slice();
+      off = onHair(points);
       draw();
       changed();
     },
