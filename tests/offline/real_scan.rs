@@ -99,7 +99,8 @@ fn brows_are_marked_on_their_hair() {
     let hair = brow_hair(brows, &positions);
     let mut marked: Vec<DVec3> = own.iter().copied().map(placed).collect();
     for (i, p) in hair.iter().enumerate() {
-        marked[17 + i] = placed(p.as_dvec3());
+        // In the upper half of it.
+        marked[17 + i] = placed(own[17 + i].lerp(p.as_dvec3(), 0.75));
     }
     let lines: Vec<String> = (marked.iter())
         .map(|p| format!("{} {} {}", p.x, p.y, p.z))
@@ -139,7 +140,7 @@ fn brows_are_marked_on_their_hair() {
         .collect();
     for (i, up) in up.into_iter().enumerate() {
         let range = if (17..27).contains(&i) {
-            4.0..10.0
+            3.0..8.0
         } else {
             0.0..1e-9
         };

@@ -15,7 +15,7 @@ pub const NAMES: &str = "\
 Names of landmarks in a JSON, as {\"ibug_30\": [x, y, z], ...}, or of points in MeshLab's .pp, four of them
 or more (a fourth number in a JSON is how far a point may be off, in the scan's unit; such points count as
 much as they are certain; brows are marked on their hair, but in a JSON, which has their points where the
-generic head has them, some 7 mm above):
+generic head has them, some 5 mm above):
   ibug_00 to ibug_67, the 68 points of iBUG (300-W) from 0, a person's right first;
   glabella, pogonion, supramentale, trichion, vertex;
   each with \" right\" or \" left\" of the person: alare, tragion, gonion, cheek, postaurale,

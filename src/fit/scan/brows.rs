@@ -9,6 +9,9 @@ use crate::fit::mesh::surface::Surface;
 
 /// The first of the ten points on brows, of iBUG's.
 const FIRST: usize = 17;
+/// People mark the upper half of the hair: so much of the way down to its middle is where marks are. The head that is registered to a
+/// scan without these points has its own 4 mm above them in the mean, where the middle of its hair is 7 mm below.
+const MARKED: f64 = 0.75;
 /// A scan's surface is no farther from where a point is moved to, mm.
 const REACH: f64 = 15.0;
 /// Fewer points do not place a head.
@@ -24,7 +27,7 @@ fn of_brow(template: &Template, landmark: usize) -> Option<usize> {
 }
 
 /// Moves points of a scan, `(index in the template's landmarks, point in mm)`, that are marked on the hair of brows to where the
-/// template has them: by as much as these are above the hair on the template, as large and turned as the other
+/// template has them: by as much as these are above the upper half of the hair on the template, as large and turned as the other
 /// points have it, and onto the surface.
 pub(in crate::fit) fn off_hair(points: &mut [(usize, DVec3)], scan: &Scan, template: &Template) {
     let mut known = [None; 10];
@@ -51,7 +54,7 @@ pub(in crate::fit) fn off_hair(points: &mut [(usize, DVec3)], scan: &Scan, templ
     let surface = Surface::new(&scan.positions, &scan.triangles);
     for (landmark, point) in points {
         if let Some(i) = of_brow(template, *landmark) {
-            let there = *point + placed.rotation * (own[i] - hair[i]) * placed.scale;
+            let there = *point + placed.rotation * (own[i] - hair[i]) * (MARKED * placed.scale);
             let hit = surface.closest(there, REACH);
             *point = hit.map_or(there, |hit| hit.point);
         }
