@@ -127,8 +127,8 @@ await page.context().close();
   await page.getByRole('button', { name: 'Birthmark', exact: true }).first().click();
   await page.mouse.click(...(await beside('ibug_46', 34, 92)));
   await page.getByRole('button', { name: 'Scar', exact: true }).first().click();
-  await page.mouse.click(...(await beside('ibug_24', 26, -48)));
-  await page.mouse.click(...(await beside('ibug_24', 40, 30)));
+  await page.mouse.click(...(await beside('ibug_24', 20, -22)));
+  await page.mouse.click(...(await beside('ibug_24', 28, 56)));
   // Which is chosen then, and has its pins over it.
   await page.getByRole('group', { name: 'Marks that the face has' }).getByRole('button', { name: 'Scar' }).click();
   await page.mouse.move(canvas.x + 4, canvas.y + canvas.height - 4);
