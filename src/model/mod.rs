@@ -163,17 +163,14 @@ impl FaceModel {
         read::model(&Blob::parse(bytes, Kind::Model)?, None)
     }
 
-    /// The bytes of this model's blob with other words on its controls, other colours, or other attributes: where
-    /// there are attributes its faces keep their codes.
+    /// The bytes of this model's blob with other words on its controls, or other attributes: where there are
+    /// attributes its faces keep their codes.
     ///
     /// # Errors
     /// When more than these is changed, and as [`ModelParts::write`].
     pub fn rewritten(&self, parts: &ModelParts) -> Result<Vec<u8>> {
         let mut same = parts.clone();
         same.attributes.clone_from(&self.parts.attributes);
-        same.topology
-            .colours
-            .clone_from(&self.parts.topology.colours);
         for (control, own) in same.controls.iter_mut().zip(&self.parts.controls) {
             control.description.clone_from(&own.description);
         }

@@ -18,7 +18,8 @@ const NOISE = 1.2;
 
 const inMillimetres = (/** @type {number[][]} */ rows) => rows.map((row) => row.map((value) => value / 100));
 const known = { usual: inMillimetres(USUAL), bias: inMillimetres(BIAS), drawn: inMillimetres(DRAWN), most: MOST };
-const mean = Array.from({ length: COUNT }, (_, i) => [MEAN[2 * i] / 10, MEAN[2 * i + 1] / 10]);
+/** The 68 points of the mean head, x and y, mm. */
+export const mean = Array.from({ length: COUNT }, (_, i) => [MEAN[2 * i] / 10, MEAN[2 * i + 1] / 10]);
 
 /**
  * @param {ArrayLike<number>} mesh the detector's points as x, y pairs, px

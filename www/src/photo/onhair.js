@@ -1,13 +1,12 @@
 import { BELOW } from '../hair/browline.js';
-import { MEAN } from './bias.js';
-import { COUNT, frameOf } from './points.js';
+import { mean } from './detected.js';
+import { frameOf } from './points.js';
 
 /** The points on both brows, from the nose outwards. */
 const BROWS = [
   [21, 20, 19, 18, 17],
   [22, 23, 24, 25, 26],
 ];
-const mean = Array.from({ length: COUNT }, (_, i) => [MEAN[2 * i] / 10, MEAN[2 * i + 1] / 10]);
 
 /**
  * How far from the model's 68 points people mark them: brows on their hair, which is below; all else where it is.
