@@ -58,7 +58,7 @@ const BELOW = 0.18;
 const WORST = 0.13;
 /** And they have a bridge, which differs by so much, by more where no rim is seen below: of 42 heads without it was 0.13 at most, of two portraits 0.05, and of 50 with one 0.24 or more. */
 const BRIDGE = 0.18;
-const BRIDGE_ALONE = 0.22;
+const BRIDGE_ALONE = 0.3;
 /**
  * A rim that is above the lenses alone differs by so much on both sides, and so do its ends beside nose and temple, at these parts of half the height: where none
  * is seen below, brows, which have none, had 0.26 at most there, and rims 0.43 or more.
