@@ -102,7 +102,7 @@ function photo({ seed, looks, skin = [0.45, 0.28, 0.2], yaw = 0 }) {
   return { told: tellGlasses({ rgba, width: WIDTH, height: HEIGHT }, camera, standOnFace(model, code)), rgba };
 }
 /** Skin, as a photo tells it. @param {number[]} skin */
-const looksOf = (skin) => ({ skin, irises: null, beard: 0, hair: null });
+const looksOf = (skin) => ({ skin, irises: null, beard: 0, beardColour: null, hair: null });
 
 describe('glasses in a photo', () => {
   test('are told by the form of their lenses, their rims and their colour, whoever wears them and however the head is turned', () => {

@@ -30,6 +30,8 @@ const LEANS = 0.35;
 const FOREHEAD = 48;
 /** Stubble is darker than cheeks by the first of these logarithms, a beard by the second. */
 const BEARDS = [0.13, 0.4];
+/** So much of the skin is behind its hair. */
+const BEARD_COVER = 0.93;
 /** The green of an iris that is dark, and by how much the logarithm of blue is below that of green in one with a hue. */
 const DARK_IRIS = 0.05;
 const HUELESS = 0.4;
@@ -155,6 +157,9 @@ function irisOf(colour, skin) {
   return { iris };
 }
 
+/** What grows in a beard, which is seen with skin between. @param {Linear} beard @param {Linear} skin @returns {Linear} */
+const hairOfBeard = (beard, skin) => beard.map((value, k) => Math.max(BLACK, value - (1 - BEARD_COVER) * skin[k]) / BEARD_COVER);
+
 /** @param {import('phiz').PhotoHair} hair @param {boolean} colourless @returns {import('../head/colouring.js').Colouring} */
 function styleOf({ colour, cover, off, hangs, forehead, aside, lean }, colourless) {
   const crop = cover > 0.6 ? 0.9 : 0.58;
@@ -213,14 +218,15 @@ export function glassesOf(glasses, { skin }) {
  * @param {import('three').Color} tone of the head's skin at rest
  * @param {import('../head/colouring.js').Colouring} [also] the form of brows, and glasses
  */
-export function colouringOf({ skin, irises, beard, hair }, tone, also = {}) {
+export function colouringOf({ skin, irises, beard, beardColour, hair }, tone, also = {}) {
   const colourless = isGrey(skin);
   const own = skinOf(colourless ? skinAsBright(brightnessOf(skin), tone) : skin, tone);
   return readColouring({
     ...own,
     ...also,
     ...(irises && !colourless && irisOf(irises, own.skin)),
-    ...(hair ? styleOf(hair, colourless) : { crop: 0, length: 0 }),
+    // Whose hair is not seen, or gone, has some in a beard.
+    ...(hair ? styleOf(hair, colourless) : { ...(beardColour && hairOf(hairOfBeard(beardColour, skin), colourless)), crop: 0, length: 0 }),
     ...(beard > BEARDS[1] ? { beard: 0.7, beardLength: 0.08 } : beard > BEARDS[0] ? { beard: 0.3 } : {}),
   });
 }
