@@ -25,6 +25,8 @@ pub struct Looks {
     pub irises: Option<DVec3>,
     /// How much darker than the cheeks the skin is where a beard grows: the logarithm of the brightness.
     pub beard: f64,
+    /// The albedo of a beard: of hair and of the skin between; `None` without one.
+    pub beard_colour: Option<DVec3>,
     /// `None` when there is none, or the head is not seen above the forehead.
     pub hair: Option<Hair>,
 }
@@ -134,12 +136,14 @@ impl Looks {
         let skin = Skin::new(model, camera, light, (places, normals), image)?;
         let own = skin.own();
         let head = Head { skin: &skin, own };
-        let beard = head.beard();
+        let (beard, beard_colour) = head.beard();
+        let bearded = beard > BEARDED;
         Ok(Self {
             skin: own,
             irises: head.irises(irises),
             beard,
-            hair: head.hair(beard > BEARDED),
+            beard_colour: beard_colour.filter(|_| bearded),
+            hair: head.hair(bearded),
         })
     }
 }
@@ -212,12 +216,13 @@ impl Head<'_> {
         (seen.len() >= FEWEST).then(|| median(seen.into_iter()))
     }
 
-    fn beard(&self) -> f64 {
+    /// How much darker than the cheeks it is where a beard grows, and its albedo there.
+    fn beard(&self) -> (f64, Option<DVec3>) {
         let between = |a: &str, b: &str| Some((self.point(a)?[1] + self.point(b)?[1]) / 2.0);
         let brightness = |points: [Option<DVec3>; 2], reach: f64| {
             let points: Vec<DVec3> = points.into_iter().flatten().collect();
             let albedo = self.albedo_near(&points, reach)?;
-            Some(albedo.dot(BRIGHTNESS).max(BLACK).ln())
+            Some((albedo.dot(BRIGHTNESS).max(BLACK).ln(), albedo))
         };
         let cheeks = brightness(
             [between("ibug_41", "ibug_48"), between("ibug_46", "ibug_54")],
@@ -234,8 +239,10 @@ impl Head<'_> {
             brightness(beside, 12.0)
         });
         match (cheeks, lip, chin) {
-            (Some(cheeks), Some(lip), Some(chin)) => (cheeks - lip.max(chin)).max(0.0),
-            _ => 0.0,
+            (Some((cheeks, _)), Some((lip, _)), Some((chin, colour))) => {
+                ((cheeks - lip.max(chin)).max(0.0), Some(colour))
+            }
+            _ => (0.0, None),
         }
     }
 

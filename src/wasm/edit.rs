@@ -132,10 +132,12 @@ impl Worn {
 
 /// As `PhotoLooks` of `index.d.ts`.
 #[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
 struct LooksInfo {
     skin: [f64; 3],
     irises: Option<[f64; 3]>,
     beard: f64,
+    beard_colour: Option<[f64; 3]>,
     hair: Option<HairInfo>,
 }
 
@@ -157,6 +159,7 @@ impl From<Looks> for LooksInfo {
             skin: looks.skin.to_array(),
             irises: looks.irises.map(|i| i.to_array()),
             beard: looks.beard,
+            beard_colour: looks.beard_colour.map(|c| c.to_array()),
             hair: looks.hair.map(|hair| HairInfo {
                 colour: hair.colour.to_array(),
                 cover: hair.cover,

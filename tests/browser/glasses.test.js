@@ -2,7 +2,8 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { decodePng, differing, download, landmarkOnScreen, moveSlider, open, picture, siteAndBrowser } from './site.js';
+import { join } from 'node:path';
+import { SCREENSHOTS, decodePng, differing, download, landmarkOnScreen, moveSlider, open, picture, siteAndBrowser } from './site.js';
 
 const { browser, site } = await siteAndBrowser();
 
@@ -159,6 +160,34 @@ describe('glasses', () => {
     const come = page.waitForResponse((response) => /\/glasses-[\w-]+\.js/.test(response.url()));
     await start(page, 'Oval').click();
     assert.ok((await come).ok());
+    await context.close();
+  });
+
+  test('that somebody wears in a photo are put on the head, and nobody who wears none gets some', async () => {
+    const { page, context, complaints } = await open(browser, site, { sharp: true, viewport: { width: 1000, height: 655 } });
+    await choose(page);
+    await start(page, 'Cat-eye').click();
+    const own = await colouring(page);
+    await picture(page, 'glasses-photographed');
+    await start(page, 'None').click();
+    await picture(page, 'glasses-not-photographed');
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    for (const name of ['glasses-not-photographed', 'glasses-photographed']) {
+      const before = await page.evaluate(() => window.designer.photo?.fit?.code ?? null);
+      await page.locator('input[type=file][accept="image/*"]').setInputFiles(join(SCREENSHOTS, `${name}.png`));
+      await page.waitForFunction((before) => window.designer.photo?.mode === 'ready' && window.designer.photo.fit.code !== before, before, { timeout: 60_000 });
+      const told = await colouring(page);
+      if (name === 'glasses-not-photographed') {
+        assert.equal(told.glasses, undefined, JSON.stringify(told));
+        continue;
+      }
+      assert.equal(told.glasses, 1, JSON.stringify(told));
+      // Drawn at 1.7 pixels a mm: what is told of 22 other such heads is off by 0.1 in the usual way, and by half as much again at most.
+      for (const slider of ['lensForm', 'lensSize', 'lensHeight', 'lensSweep', 'frameColour']) {
+        assert.ok(Math.abs((told[slider] ?? 0.5) - own[slider]) < 0.2, `${slider}: ${JSON.stringify(told)} of ${JSON.stringify(own)}`);
+      }
+    }
+    assert.deepEqual(complaints, []);
     await context.close();
   });
 

@@ -233,7 +233,7 @@ describe('a face in a photo', () => {
     const steps = (await values.jsonValue()).filter((value) => value > 0);
     assert.ok(steps.length >= 2 && steps.at(-1) === 1, `${steps}`);
     assert.ok(steps.every((value, i) => i === 0 || value > steps[i - 1]), `${steps}`);
-    assert.equal(await sentence(page), 'The face is fitted. Shape it with the other tabs, and the photo follows. The 3D head has its colours and, as far as the photo shows, its hair and brows: the sliders are under Looks.');
+    assert.equal(await sentence(page), 'The face is fitted. Shape it with the other tabs, and the photo follows. The 3D head has its colours and, as far as the photo shows, its hair, brows and glasses: the sliders are under Looks.');
     assert.deepEqual([state.width, state.height, state.faces.length], [512, 512, 1]);
     first = state.points;
     // Where a person sees the outer corners of the eyes, the tip of the nose, the corners of the mouth
@@ -266,7 +266,7 @@ describe('a face in a photo', () => {
     // Fair hair, short, over her forehead; brown eyes; no beard.
     const looks = await page.evaluate(() => window.designer.colouring);
     assert.ok(looks.crop > 0.5 && looks.hair < 0.5 && looks.comb > 0.7 && looks.length > 0.2 && looks.length < 0.5, JSON.stringify(looks));
-    assert.ok(looks.skin < 0.4 && (looks.iris ?? 0.7) > 0.5 && !looks.beard && !looks.grey && !looks.red, JSON.stringify(looks));
+    assert.ok(looks.skin < 0.4 && (looks.iris ?? 0.7) > 0.5 && !looks.beard && !looks.grey && !looks.red && !looks.glasses, JSON.stringify(looks));
     assert.deepEqual(await faults(page), []);
     // Nobody has looked at the head yet.
     assert.ok(await page.getByLabel('The photo’s colours on the 3D head').isEnabled());

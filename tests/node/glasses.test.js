@@ -5,17 +5,14 @@ import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { load, prepare } from '../../pkg/index.js';
 import { mirroredColouring } from '../../www/src/editing/mirror.js';
-import { createGlasses } from '../../www/src/glasses/glasses.js';
 import { frontOf } from '../../www/src/glasses/frame.js';
 import { styleOf } from '../../www/src/glasses/style.js';
 import { frameColour, lensColour } from '../../www/src/glasses/tint.js';
-import { growth } from '../../www/src/hair/growth.js';
 import { carriedOf, COLOURS, GLASSES, mixture, readColouring, REST, wearsGlasses, whole } from '../../www/src/head/colouring.js';
-import { fitSphere } from '../../www/src/head/eyes.js';
 import { measureShifts } from '../../www/src/head/shifts.js';
-import { createLashes } from '../../www/src/head/lashes.js';
 import { coloursAlong, told } from '../../www/src/head/someone.js';
 import { decodeColouring, encodeColouring } from '../../www/src/keep/addresscode.js';
+import { wearer } from './wearer.js';
 
 const { Color, Triangle, Vector3 } = await import('../../www/node_modules/three/build/three.module.js');
 
@@ -35,51 +32,6 @@ const SOME = {
 /** The ends of the sliders together. */
 const ENDS = [0, 1].flatMap((lensForm) => [0, 1].flatMap((lensSize) => [0, 1].flatMap((lensSweep) => [0, 0.4, 1].map((rim) => ({ glasses: 1, lensForm, lensSize, lensSweep, rim, lensHeight: 1 - lensForm, halfRim: lensSize, noseBar: lensSweep })))));
 
-/** @param {string} name of a model */
-async function wearer(name) {
-  const model = await load(await readFile(new URL(`www/public/${name}.phiz`, root)));
-  const face = model.face();
-  const [rest, normals] = [face.positions.slice(), face.normals.slice()];
-  face.free();
-  const corners = model.uvVertices;
-  const trianglesOf = (/** @type {RegExp} */ which) => model.parts.filter((part) => which.test(part.name)).flatMap(({ first, count }) => Array.from(model.triangles.subarray(3 * first, 3 * (first + count)), (corner) => corners[corner]));
-  const verticesOf = (/** @type {RegExp} */ which) => [...new Set(trianglesOf(which))];
-  const balls = [/right eyeball/, /left eyeball/].map(verticesOf);
-  const eyesOf = (/** @type {Float32Array} */ positions) =>
-    balls.map((vertices) => {
-      const centre = new Vector3();
-      return { centre, radius: fitSphere(positions, vertices, centre) };
-    });
-  const landmark = (/** @type {Float32Array} */ positions, /** @type {string} */ called) => {
-    const { stencil } = model.landmarks.find((one) => one.name === called);
-    return [0, 1, 2].map((k) => stencil.reduce((sum, [v, w]) => sum + w * positions[3 * v + k], 0));
-  };
-  const at = new Map(model.landmarks.map(({ name: called }) => [called, landmark(rest, called)]));
-  const scalp = growth(rest, at, verticesOf(/cavit/), model.triangles.map((corner) => corners[corner])).scalp;
-  const vertexOf = (/** @type {string} */ called) => model.landmarks.find((one) => one.name === called).stencil.reduce((best, one) => (one[1] > best[1] ? one : best))[0];
-  const lashes = createLashes(Uint32Array.from(trianglesOf(/^skin$|cavities/)), rest, vertexOf);
-  const glasses = createGlasses(
-    {
-      rest,
-      normals,
-      skin: verticesOf(/^skin$/),
-      mirror: model.mirror,
-      scalp,
-      at,
-      vertexOf,
-      eyes: eyesOf(rest),
-    },
-    { heatStrength: { value: 0 } },
-  );
-  /** @param {import('../../www/src/head/colouring.js').Colouring} looks @param {Float32Array} positions */
-  const on = (looks, positions, lift = 0) => {
-    glasses.paint(looks, { skin: new Color(0.5, 0.4, 0.3), lift });
-    const placed = glasses.on(positions, eyesOf(positions));
-    assert.ok(placed);
-    return placed;
-  };
-  return { model, rest, normals, skin: trianglesOf(/^skin$/), eyesOf, landmark, lashes, glasses, on };
-}
 const head = await wearer('model');
 const { model, rest } = head;
 

@@ -12,7 +12,7 @@ const tone = new Color('#d9a88c');
 const rgb = (/** @type {Color} */ { r, g, b }) => /** @type {[number, number, number]} */ ([r, g, b]);
 /** What a photo would have of skin: as the page's shader shows it. */
 const seen = (/** @type {Color} */ { r, g, b }) => /** @type {[number, number, number]} */ ([(r * 0.97) / 0.8, (g * 0.875) / 0.8, (b * 0.81) / 0.8]);
-const bald = { skin: seen(tone), irises: null, beard: 0, hair: null };
+const bald = { skin: seen(tone), irises: null, beard: 0, beardColour: null, hair: null };
 /** What a photo would have of hair. @param {Color} hair */
 const seenHair = (hair) => {
   const [r, g, b] = rgb(hair).map((value) => HAIR_SHOWN * value);
@@ -149,5 +149,18 @@ describe('looks', () => {
     assert.equal(beardOf(0.05).beard, 0);
     assert.ok(beardOf(0.25).beard > 0 && beardOf(0.25).beardLength === 0);
     assert.ok(beardOf(0.9).beard > 0.5 && beardOf(0.9).beardLength > 0);
+  });
+
+  test('of a beard and no hair have its colour; whose hair is seen have that', () => {
+    for (const [hair, red, grey] of [[0.15, 0, 0], [0.4, 0, 0], [0.7, 0, 0], [0.4, 0.8, 0], [0.6, 0, 0.8]]) {
+      // As the page draws one: skin is seen through it.
+      const beardColour = seenHair(hairColour(hair, red, grey)).map((value, k) => 0.93 * value + 0.07 * bald.skin[k]);
+      const found = whole(colouringOf({ ...bald, beard: 0.9, beardColour }, tone));
+      const off = apart(rgb(hairColour(found.hair, found.red, found.grey)), rgb(hairColour(hair, red, grey)));
+      assert.ok(off < 0.2, `hair ${hair}, ${red}, ${grey} is off by ${off}: ${JSON.stringify(found)}`);
+      assert.equal(found.length, 0);
+      const other = whole(colouringOf({ ...bald, beard: 0.9, beardColour, hair: short }, tone));
+      assert.ok(Math.abs(other.hair - REST.hair) < 0.06, JSON.stringify(other));
+    }
   });
 });

@@ -1076,12 +1076,23 @@ fn a_beard_is_darker_than_the_cheeks() {
         face.camera.rotation = camera(angles).rotation;
         let nose = face.at("ibug_33").0;
         face.paint(SKIN * (-darker).exp(), |p| p.y < nose.y - 3.0);
-        let beard = face.looks().beard;
+        let looks = face.looks();
+        let beard = looks.beard;
         let off = if angles == [0.0; 3] { 0.12 } else { 0.4 };
         assert!(
             (beard - darker).abs() < off,
             "{beard} for {darker}, {angles:?}"
         );
+        // Stubble is none.
+        let colour = looks.beard_colour;
+        assert_eq!(colour.is_some(), darker > 0.4, "{colour:?} for {darker}");
+        if let Some(colour) = colour {
+            let off = ratio(colour, looks.skin * (-darker).exp());
+            assert!(
+                off < 1.0 + 3.0 * 0.12,
+                "{colour:?} for {darker}, {angles:?}"
+            );
+        }
     }
 }
 

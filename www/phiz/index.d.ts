@@ -228,6 +228,8 @@ export interface PhotoLooks {
   readonly irises: readonly [number, number, number] | null;
   /** How much darker than the cheeks the skin is where a beard grows: the logarithm of the brightness. */
   readonly beard: number;
+  /** The albedo of a beard, of hair and of the skin between; null without one. */
+  readonly beardColour: readonly [number, number, number] | null;
   /** Null when there is none, or the head is not seen above the forehead. */
   readonly hair: PhotoHair | null;
 }

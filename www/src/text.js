@@ -593,7 +593,7 @@ export const text = {
     quality: (/** @type {number} */ px, /** @type {number} */ mm) =>
       `The fit misses the points by ${px.toFixed(1)} pixels, ${mm.toFixed(1)} mm on the face.`,
     noPerson: 'No outline of the person was found: the whole picture counts as theirs.',
-    ready: 'The face is fitted. Shape it with the other tabs, and the photo follows. The 3D head has its colours and, as far as the photo shows, its hair and brows: the sliders are under Looks.',
+    ready: 'The face is fitted. Shape it with the other tabs, and the photo follows. The 3D head has its colours and, as far as the photo shows, its hair, brows and glasses: the sliders are under Looks.',
     change: 'The change',
     changeAbout: 'Features, lengths, expressions and mixing shape the photo, too.',
     strength: 'Strength',

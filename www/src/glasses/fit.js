@@ -55,6 +55,29 @@ export function armHalf({ plastic, rim, isRimless }, i) {
 const bowed = (s) => Math.sin(Math.PI * Math.min(1, Math.max(0, s))) ** 0.8;
 
 /**
+ * Before which eyes glasses stand, and how: how large they are, where their axes point, as columns, how far the pupils are apart in their mm, and the point
+ * between the corneas before which the middle of the front is, mm of the head. The nose moves them ahead.
+ * @typedef {{ scale: number, axes: readonly [Point, Point, Point], pupils: number, eyes: Point }} Stand
+ */
+/**
+ * @param {readonly Eye[]} eyes the subject's right first @param {number} across the face before the ears, mm @param {number} nose where its root is to the subject's left, mm
+ * @returns {Stand}
+ */
+export function standOn([right, left], across, nose) {
+  const [a, b] = [left.centre, right.centre];
+  const pupils = Math.hypot(a.x - b.x, a.y - b.y);
+  const scale = Math.min(LARGEST, Math.max(SMALLEST, 0.5 * (pupils / USUAL.pupils) + 0.5 * (across / USUAL.across)));
+  const roll = Math.atan2(a.y - b.y, a.x - b.x);
+  const [cr, sr, ct, st] = [Math.cos(roll), Math.sin(roll), Math.cos(TILT), Math.sin(TILT)];
+  return {
+    scale,
+    axes: [[cr, sr, 0], [-sr * ct, cr * ct, st], [sr * st, -cr * st, ct]],
+    pupils: pupils / scale,
+    eyes: [0.6 * ((a.x + b.x) / 2) + 0.4 * nose, (a.y + b.y) / 2, Math.max(a.z + CORNEA * left.radius, b.z + CORNEA * right.radius)],
+  };
+}
+
+/**
  * Finds once what of a head matters for how glasses sit on it.
  * @param {{
  *   rest: Float32Array, normals: Float32Array, skin: Iterable<number>, mirror: ArrayLike<number>, scalp: ArrayLike<number>,
@@ -125,42 +148,35 @@ export function createFit({ rest, normals, skin, mirror, scalp, at, vertexOf, ey
 
   /**
    * @param {ArrayLike<number>} p positions of a face of the model, mm
-   * @param {readonly Eye[]} eyes of it, the subject's right first
+   * @param {readonly Eye[]} both eyes of it, the subject's right first
    * @param {import('./style.js').Style} style @param {import('./frame.js').Front} made
    * @param {number} lift how far off the skin hair that is cropped is, mm
    */
-  function fit(p, [right, left], style, made, lift) {
-    const [a, b] = [left.centre, right.centre];
-    const pupils = Math.hypot(a.x - b.x, a.y - b.y);
-    const across = p[3 * ear] - p[3 * otherEar];
-    const scale = Math.min(LARGEST, Math.max(SMALLEST, 0.5 * (pupils / USUAL.pupils) + 0.5 * (across / USUAL.across)));
-    const roll = Math.atan2(a.y - b.y, a.x - b.x);
-    const [cr, sr, ct, st] = [Math.cos(roll), Math.sin(roll), Math.cos(TILT), Math.sin(TILT)];
-    // Columns: where the front's axes point.
-    const axes = [[cr, sr, 0], [-sr * ct, cr * ct, st], [sr * st, -cr * st, ct]];
+  function fit(p, both, style, made, lift) {
+    const { scale, axes, pupils, eyes: eyesAt } = standOn(both, p[3 * ear] - p[3 * otherEar], p[3 * nose]);
     const [X, Y, Z] = axes;
-    const x0 = 0.6 * ((a.x + b.x) / 2) + 0.4 * p[3 * nose];
+    const [ct, st] = [Math.cos(TILT), Math.sin(TILT)];
+    const x0 = eyesAt[0];
     // Pupils are above the middle of lenses, the more so the higher these are.
     const sunk = scale * (0.6 + 0.07 * style.height);
-    const eyesAt = [(a.x + b.x) / 2, (a.y + b.y) / 2, Math.max(a.z + CORNEA * left.radius, b.z + CORNEA * right.radius)];
     const origin = /** @type {Point} */ ([x0, eyesAt[1] - sunk, eyesAt[2]]);
 
     // A broad nose wants lenses apart, as far as eyes are still behind their middles.
     const planes = [plane(p, flank[0], x0), plane(p, flank[1], x0)];
-    let wanted = pupils / 2 / scale + 0.5;
+    let wanted = pupils / 2 + 0.5;
     for (const { x, y, z } of made.noseSide) {
       // As it leans.
       const [high, deep] = [origin[1] + scale * (ct * y - st * z), eyesAt[2] + VERTEX + 2 * scale + scale * (st * y + ct * z)];
       for (const { a, b, e } of planes) wanted = Math.max(wanted, ((deep - a - e * high) / b + OFF.nose) / scale - x);
     }
     const least = style.width / 2 + Math.max(6.2, 4.2 + style.rim);
-    const most = Math.max(least, pupils / 2 / scale + ASIDE + Math.max(0, style.width - 50) / 2);
+    const most = Math.max(least, pupils / 2 + ASIDE + Math.max(0, style.width - 50) / 2);
     const aside = Math.max(least, Math.min(wanted, most)) - made.centre;
     origin[1] += scale * Math.min(UP, Math.max(0, wanted - most));
     const centre = made.centre + aside;
 
     // As far ahead as opticians have it, and as all of the skin needs.
-    const pupil = made.lensBack(pupils / 2 / scale - centre, (eyesAt[1] - origin[1]) / scale) * scale;
+    const pupil = made.lensBack(pupils / 2 - centre, (eyesAt[1] - origin[1]) / scale) * scale;
     let ahead = VERTEX - pupil;
     const half = { x: style.width / 2 + style.rim + EDGE + 3, y: style.height / 2 + style.rim + EDGE + 3 };
     const { bridge } = made;

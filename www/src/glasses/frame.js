@@ -17,7 +17,7 @@ const RIM = 84;
 export const ANGLES = 96;
 const LENS_RINGS = 4;
 /** How far a rim holds a lens, mm. */
-const GROOVE = 0.45;
+export const GROOVE = 0.45;
 
 /** Of what a part is made: what the rim is of, the metal of what is small, the plastic of what touches the skin. */
 export const KINDS = /** @type {const} */ (['main', 'metal', 'plastic']);
@@ -40,7 +40,7 @@ export const KINDS = /** @type {const} */ (['main', 'metal', 'plastic']);
  * @property {{ x: number, y: number, z: number }} nasal where the left pad does
  */
 
-/** How far ahead the sheet of a lens is. @param {number} x from the lens's middle @param {number} y @param {import('./style.js').Style} style */
+/** How far ahead the sheet of a lens is. @param {number} x from the lens's middle @param {number} y @param {Pick<import('./style.js').Style, 'width'>} style */
 export const sheet = (x, y, { width }) => -(x * x + y * y) / (2 * CURVE) - Math.tan(WRAP) * (x + width / 2);
 
 /** The way out of the sheet. @param {number} x @param {number} y @returns {import('./sweep.js').Point} */

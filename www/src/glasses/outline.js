@@ -5,7 +5,7 @@ const DENSE = 360;
 
 /**
  * A point of an outline in half boxes, before it is put in the middle of them.
- * @param {number} angle @param {import('./style.js').Style} style @returns {[number, number]}
+ * @param {number} angle @param {import('./style.js').Lens} style @returns {[number, number]}
  */
 function point(angle, { form, sweep }) {
   // From a circle to a rectangle with round corners (Lame's curves).
@@ -30,25 +30,25 @@ function point(angle, { form, sweep }) {
 }
 
 /**
- * @param {import('./style.js').Style} style @param {number} many points
+ * @param {import('./style.js').Lens} style @param {number} many points @param {number} [steps] so many before they are set evenly
  * @returns {{ x: number, y: number, nx: number, ny: number }[]} evenly along it, counter-clockwise from the temple, with the way out of it
  */
-export function outline(style, many) {
-  const raw = Array.from({ length: DENSE }, (_, i) => point((2 * Math.PI * i) / DENSE, style));
+export function outline(style, many, steps = DENSE) {
+  const raw = Array.from({ length: steps }, (_, i) => point((2 * Math.PI * i) / steps, style));
   const [xs, ys] = [0, 1].map((k) => raw.map((one) => one[k]));
   const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
   const dense = raw.map(([x, y]) => [((x - (left + right) / 2) * style.width) / (right - left), ((y - (low + high) / 2) * style.height) / (high - low)]);
   const lengths = [0];
-  for (let i = 0; i < DENSE; i++) {
-    const [a, b] = [dense[i], dense[(i + 1) % DENSE]];
+  for (let i = 0; i < steps; i++) {
+    const [a, b] = [dense[i], dense[(i + 1) % steps]];
     lengths.push(lengths[i] + Math.hypot(b[0] - a[0], b[1] - a[1]));
   }
   let at = 0;
   const even = Array.from({ length: many }, (_, n) => {
-    const want = (lengths[DENSE] * n) / many;
+    const want = (lengths[steps] * n) / many;
     while (lengths[at + 1] < want) at++;
     const t = (want - lengths[at]) / (lengths[at + 1] - lengths[at]);
-    const [a, b] = [dense[at], dense[(at + 1) % DENSE]];
+    const [a, b] = [dense[at], dense[(at + 1) % steps]];
     return [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
   });
   return even.map(([x, y], i) => {

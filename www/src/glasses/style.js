@@ -6,6 +6,13 @@ import { valueIn } from '../head/colouring.js';
 const PLASTIC = [0.32, 0.5];
 /** Thinner than this there is none: of the slider. */
 const RIMLESS = 0.05;
+/** How broad rims are, mm, and how the slider's way between is bent. */
+export const THINNEST = 0.9;
+export const BROADEST = 5.6;
+const BENT = 1.3;
+/** Lenses, mm, and how high they are as a part of that. */
+export const LENS_WIDTHS = /** @type {const} */ ([44, 58]);
+export const LENS_HEIGHTS = /** @type {const} */ ([0.5, 1.02]);
 /** What a lens and its frame are made of is thinner where less is seen of it. */
 const mix = (/** @type {number} */ a, /** @type {number} */ b, /** @type {number} */ t) => a + t * (b - a);
 const smooth = (/** @type {number} */ from, /** @type {number} */ to, /** @type {number} */ x) => {
@@ -23,13 +30,13 @@ export function styleOf(colouring) {
   const of = (/** @type {string} */ name) => valueIn(colouring, name);
   const rim = of('rim');
   const plastic = smooth(PLASTIC[0], PLASTIC[1], rim);
-  const width = 44 + 14 * of('lensSize');
+  const width = mix(...LENS_WIDTHS, of('lensSize'));
   return {
     width,
-    height: width * (0.5 + 0.52 * of('lensHeight')),
+    height: width * mix(...LENS_HEIGHTS, of('lensHeight')),
     form: of('lensForm'),
     sweep: 2 * of('lensSweep') - 1,
-    rim: rim <= RIMLESS ? (0.9 * rim) / RIMLESS : 0.9 + 4.7 * ((rim - RIMLESS) / (1 - RIMLESS)) ** 1.3,
+    rim: rim <= RIMLESS ? (THINNEST * rim) / RIMLESS : mix(THINNEST, BROADEST, ((rim - RIMLESS) / (1 - RIMLESS)) ** BENT),
     isRimless: rim < RIMLESS,
     plastic,
     deep: mix(1.9, 3.9, plastic),
@@ -39,5 +46,17 @@ export function styleOf(colouring) {
 }
 
 /** @typedef {ReturnType<typeof styleOf>} Style */
+/** What of one the outline of its lenses is of. @typedef {Pick<Style, 'width' | 'height' | 'form' | 'sweep'>} Lens */
+
+/** The numbers of a colouring for lenses and rims of these, mm. @param {Lens} lens */
+export const lensesOf = ({ width, height, form, sweep }) => ({
+  lensSize: part(width, LENS_WIDTHS),
+  lensHeight: part(height / width, LENS_HEIGHTS),
+  lensForm: form,
+  lensSweep: (sweep + 1) / 2,
+});
+/** @param {number} rim mm */
+export const rimOf = (rim) => RIMLESS + (1 - RIMLESS) * Math.max(0, part(rim, [THINNEST, BROADEST])) ** (1 / BENT);
+const part = (/** @type {number} */ value, /** @type {readonly [number, number]} */ [from, to]) => (value - from) / (to - from);
 
 export { mix, smooth };

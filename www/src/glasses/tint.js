@@ -30,6 +30,12 @@ export function frameColour(at) {
   return { colour: between(one, other), spots: between(oneSpot, otherSpot), metal: 1 - smooth(METAL[0], METAL[1], at) };
 }
 
+/** How much of the light a lens takes, from one that is hardly tinted to the darkest, and how that goes along the slider. */
+const TAKEN = /** @type {const} */ ([0.06, 0.93]);
+const BENT = 0.75;
+/** How much of a frame's colour its spots are. */
+export const SPOTTED = 0.35;
+
 /**
  * What a lens does to what is behind it: how much of that it takes, and what it is of, linear.
  * @param {number} tint from clear to dark
@@ -37,8 +43,10 @@ export function frameColour(at) {
 export function lensColour(tint) {
   const half = Math.min(1, 2 * tint);
   const colour = TINTS[0].clone().lerp(TINTS[1], half).lerp(TINTS[2], Math.max(0, 2 * tint - 1));
-  return { colour: colour.multiplyScalar(0.35), taken: tint === 0 ? 0.015 : mix(0.06, 0.93, tint ** 0.75) };
+  return { colour: colour.multiplyScalar(0.35), taken: tint === 0 ? 0.015 : mix(...TAKEN, tint ** BENT) };
 }
+/** The tint of a lens that takes so much of the light. @param {number} taken */
+export const tintOf = (taken) => Math.min(1, Math.max(0, (taken - TAKEN[0]) / (TAKEN[1] - TAKEN[0]))) ** (1 / BENT);
 
 /** @param {import('../head/colouring.js').Colouring} colouring */
 export const tintsOf = (colouring) => ({ frame: frameColour(valueIn(colouring, 'frameColour')), lens: lensColour(valueIn(colouring, 'tint')) });

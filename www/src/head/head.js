@@ -1,6 +1,7 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three';
 import { paintBrows } from './brows.js';
-import { createEyes, fitSphere } from './eyes.js';
+import { EYEBALL, eyeballsOn, eyeVerticesOf } from './eyeballs.js';
+import { createEyes } from './eyes.js';
 import { growth } from '../hair/growth.js';
 import { createLashes } from './lashes.js';
 import { wearsGlasses } from './colouring.js';
@@ -117,13 +118,8 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   const ownCorners = corners.length;
 
   const indices = [];
-  /** @type {number[][]} */
-  const eyeVertices = [];
   for (const part of model.parts) {
-    const range = model.triangles.subarray(3 * part.first, 3 * (part.first + part.count));
-    if (/eyeball/.test(part.name)) {
-      eyeVertices.push([...new Set(Array.from(range, (corner) => corners[corner]))]);
-    } else indices.push(...range);
+    if (!EYEBALL.test(part.name)) indices.push(...model.triangles.subarray(3 * part.first, 3 * (part.first + part.count)));
   }
   const whole = Uint32Array.from(indices);
   const ofSkin = whole.map((corner) => corners[corner]);
@@ -258,7 +254,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   mesh.receiveShadow = true;
   mesh.name = 'skin';
 
-  eyeVertices.sort((a, b) => rest[3 * a[0]] - rest[3 * b[0]]);
+  const eyeVertices = eyeVerticesOf(model, rest);
   let present = rest;
   const eyes = createEyes(
     eyeVertices.map((vertices) => ({
@@ -500,12 +496,7 @@ export function createHead(model, { positions: rest, normals: restNormals, landm
   }
 
   /** The eyeballs on a face of the model. @param {Float32Array} positions */
-  function ballsOn(positions) {
-    return eyeVertices.map((vertices) => {
-      const centre = new Vector3();
-      return { centre, radius: fitSphere(positions, vertices, centre) };
-    });
-  }
+  const ballsOn = (positions) => eyeballsOn(eyeVertices, positions);
   const centresOn = (/** @type {Float32Array} */ positions) => ballsOn(positions).map(({ centre }) => centre);
 
   /** @param {number} corner of what is drawn */

@@ -165,11 +165,11 @@ export function createFitter({ modelUrl, expressionsUrl }, lost) {
      */
     texture: (size, detail) => ask('texture', { size, detail }),
     /**
-     * What the photo tells of the person beside the shape, and the skin's albedo at some places.
-     * @param {import('./browtold.js').Places | undefined} places
-     * @returns {Promise<{ looks: import('phiz').PhotoLooks, albedos?: Float32Array } | null>}
+     * What the photo tells of the person beside the shape: the skin's albedo at some places, and glasses.
+     * @param {import('./browtold.js').Places | undefined} places @param {import('../glasses/fit.js').Stand | null} stand of glasses on the fitted face
+     * @returns {Promise<{ looks: import('phiz').PhotoLooks, albedos?: Float32Array, glasses: import('./glassestold.js').Glasses | null } | null>}
      */
-    looks: (places) => ask('looks', { places }),
+    looks: (places, stand) => ask('looks', { places, stand }),
     /** @param {{ code: string, expression: Record<string, number> }} state */
     field: (state) => ask('field', { state }),
     cancel: () => end(new Cancelled()),

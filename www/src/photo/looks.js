@@ -1,3 +1,5 @@
+import { SPOTTED, frameColour, tintOf } from '../glasses/tint.js';
+import { lensesOf, rimOf } from '../glasses/style.js';
 import { smoothstep } from '../groundwork/paint.js';
 import { REST, readColouring } from '../head/colouring.js';
 import { sliderOfLength } from '../hair/length.js';
@@ -28,6 +30,8 @@ const LEANS = 0.35;
 const FOREHEAD = 48;
 /** Stubble is darker than cheeks by the first of these logarithms, a beard by the second. */
 const BEARDS = [0.13, 0.4];
+/** So much of the skin is behind its hair. */
+const BEARD_COVER = 0.93;
 /** The green of an iris that is dark, and by how much the logarithm of blue is below that of green in one with a hue. */
 const DARK_IRIS = 0.05;
 const HUELESS = 0.4;
@@ -153,6 +157,9 @@ function irisOf(colour, skin) {
   return { iris };
 }
 
+/** What grows in a beard, which is seen with skin between. @param {Linear} beard @param {Linear} skin @returns {Linear} */
+const hairOfBeard = (beard, skin) => beard.map((value, k) => Math.max(BLACK, value - (1 - BEARD_COVER) * skin[k]) / BEARD_COVER);
+
 /** @param {import('phiz').PhotoHair} hair @param {boolean} colourless @returns {import('../head/colouring.js').Colouring} */
 function styleOf({ colour, cover, off, hangs, forehead, aside, lean }, colourless) {
   const crop = cover > 0.6 ? 0.9 : 0.58;
@@ -166,20 +173,60 @@ function styleOf({ colour, cover, off, hangs, forehead, aside, lean }, colourles
   return { ...hairOf(colour, colourless), crop, length, comb, ...(forehead > FRINGE && { parting: 0.5 + 0.5 * swept }) };
 }
 
+/** Frames without colours: of silver, of horn, and black. */
+const GREY_FRAMES = [0, 0.48, REST.frameColour];
+/** Who sees no edges of a rim before a dark lens takes it for a broad one; glass without a rim is held by gold. */
+const BEFORE_DARK = 0.68;
+const RIMLESS = { lensForm: 0.4, lensSize: 0.55, lensHeight: 0.36, rim: 0, frameColour: 0.14 };
+/** Lenses that take no more of the light are clear: what is behind them is a cheek's shadow. Others seem to take less than they do by this factor, as they mirror some. */
+const CLEAR = 0.15;
+const MIRRORED = 1.15;
+/** Rims that are no broader, of the slider, are wires, of metal or lacquered: none is of these colours, which are horn's. */
+const WIRE = 0.34;
+const HORN = [0.29, 0.55];
+
+/**
+ * The glasses of a photo.
+ * @param {import('./glassestold.js').Glasses | null} glasses @param {import('phiz').PhotoLooks} looks
+ * @returns {import('../head/colouring.js').Colouring}
+ */
+export function glassesOf(glasses, { skin }) {
+  if (!glasses) return {};
+  const { form, rim, half, frame, taken } = glasses;
+  const tint = taken > CLEAR ? tintOf(MIRRORED * taken) : 0;
+  if (!form) return { glasses: 1, ...RIMLESS, tint };
+  const broad = rim === null ? BEFORE_DARK : rimOf(rim);
+  const steps = (isGrey(skin) ? GREY_FRAMES : Array.from({ length: 101 }, (_, i) => i / 100)).filter((at) => broad > WIRE || at < HORN[0] || at > HORN[1]);
+  const wanted = frame && logarithms(frame.map((value, k) => value * skin[k]));
+  const far = (/** @type {number} */ at) => {
+    const { colour, spots } = frameColour(at);
+    return wanted ? apart(wanted, logarithms(colour.lerp(spots, SPOTTED).toArray())) : 0;
+  };
+  return {
+    glasses: 1,
+    ...lensesOf(form),
+    rim: broad,
+    halfRim: half ? 1 : 0,
+    ...(wanted && { frameColour: steps.reduce((best, at) => (far(at) < far(best) ? at : best)) }),
+    tint,
+  };
+}
+
 /**
  * The colouring that looks like a person in a photo. What a photo does not tell is at rest.
  * @param {import('phiz').PhotoLooks} looks
  * @param {import('three').Color} tone of the head's skin at rest
- * @param {import('../head/colouring.js').Colouring} [brows] their form
+ * @param {import('../head/colouring.js').Colouring} [also] the form of brows, and glasses
  */
-export function colouringOf({ skin, irises, beard, hair }, tone, brows = {}) {
+export function colouringOf({ skin, irises, beard, beardColour, hair }, tone, also = {}) {
   const colourless = isGrey(skin);
   const own = skinOf(colourless ? skinAsBright(brightnessOf(skin), tone) : skin, tone);
   return readColouring({
     ...own,
-    ...brows,
+    ...also,
     ...(irises && !colourless && irisOf(irises, own.skin)),
-    ...(hair ? styleOf(hair, colourless) : { crop: 0, length: 0 }),
+    // Whose hair is not seen, or gone, has some in a beard.
+    ...(hair ? styleOf(hair, colourless) : { ...(beardColour && hairOf(hairOfBeard(beardColour, skin), colourless)), crop: 0, length: 0 }),
     ...(beard > BEARDS[1] ? { beard: 0.7, beardLength: 0.08 } : beard > BEARDS[0] ? { beard: 0.3 } : {}),
   });
 }

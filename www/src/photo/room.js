@@ -14,7 +14,7 @@ import { EXAMPLE, fetchExample } from './example.js';
 import { findFaces, findPerson, prepareFinding, stopFinding } from './faces.js';
 import { Cancelled, Over, createFitter } from './fitter.js';
 import { createFollowing } from './follow.js';
-import { colouringOf } from './looks.js';
+import { colouringOf, glassesOf } from './looks.js';
 import { createPlacing } from './place.js';
 import { marksOf } from './detected.js';
 import { INNER_FROM, around, boxOf, meanPoints } from './points.js';
@@ -23,6 +23,7 @@ import { readPhoto } from './read.js';
 import { savePhoto } from './save.js';
 import { pictureOf, shownOf } from './shown.js';
 import { createSides } from './sides.js';
+import { standOnFace } from './stand.js';
 import { createView } from './view.js';
 import { createWarp } from './warp.js';
 
@@ -610,7 +611,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   }
 
   /** @param {NonNullable<Awaited<ReturnType<typeof fitter.looks>>>} told */
-  const wornBy = ({ looks, albedos }) => colouringOf(looks, tone, albedos && brows()?.told(albedos));
+  const wornBy = ({ looks, albedos, glasses }) => colouringOf(looks, tone, { ...(albedos && brows()?.told(albedos)), ...glassesOf(glasses, looks) });
 
   /** @param {Float64Array} points px of the photo */
   async function fit(points) {
@@ -666,7 +667,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       // Who corrects points, or adds a photo, has seen the looks, and may have changed them. Without a light nobody knows them.
       const looks = dressed
         ? null
-        : await fitter.looks(brows()?.places).catch((error) => {
+        : await fitter.looks(brows()?.places, standOnFace(model, found.code)).catch((error) => {
             if (error instanceof Over) throw error;
             return null;
           });

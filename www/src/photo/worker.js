@@ -1,6 +1,7 @@
 // The face in a photo: the fit, and the fields of what is edited, off the page's thread. It has a model
 // of its own.
 import { load } from 'phiz';
+import { tellGlasses } from './glassestold.js';
 
 /** @typedef {{ width: number, height: number, points: Float64Array, focal?: number, noise?: number, jawNoise?: number, irises?: Float64Array, others: import('phiz').PhotoBeside[], rgba: Uint8ClampedArray<ArrayBuffer> }} Pixels */
 /** @typedef {{ code: string, expression: Record<string, number> }} State */
@@ -72,11 +73,12 @@ const TASKS = {
       if (others.length > 0) all.free();
     }
   },
-  async looks({ places }) {
+  async looks({ places, stand }) {
     if (!edit || !edited) return { answer: null };
-    const { rgba } = edited.photo;
-    const looks = edit.looks(rgba, edited.irises);
-    return { answer: { looks, albedos: places && edit.albedos(rgba, places.corners, places.shares) } };
+    const { photo, irises } = edited;
+    const { rgba, fit } = photo;
+    const looks = edit.looks(rgba, irises);
+    return { answer: { looks, albedos: places && edit.albedos(rgba, places.corners, places.shares), glasses: stand && tellGlasses(photo, fit.camera, stand) } };
   },
   async field({ state }) {
     const field = edit?.field(state) ?? null;
