@@ -8,7 +8,7 @@ import { chance } from '../../www/src/chance.js';
 import { styleOf } from '../../www/src/glasses/style.js';
 import { readColouring, valueIn } from '../../www/src/head/colouring.js';
 import { encodeColouring } from '../../www/src/keep/addresscode.js';
-import { launch, open, serve, settled } from './site.js';
+import { launch, open, serve, turnHead } from './site.js';
 
 const [count, seed] = process.argv.slice(2).map(Number);
 if (!(count > 0) || !Number.isInteger(seed)) {
@@ -34,7 +34,6 @@ await page.locator('.invitation').getByRole('button', { name: 'Close' }).click()
 await page.evaluate(() => {
   for (const over of document.querySelectorAll('.hint, .toast, .views, .explain-open')) over.style.visibility = 'hidden';
 });
-const box = await page.locator('canvas').first().boundingBox();
 
 const heads = [];
 let pose = [0, 0];
@@ -63,15 +62,8 @@ for (let i = 0; i < count; i++) {
     [100_000 * seed + i, encodeColouring(looks)],
   );
   const turn = [between(-30, 30), between(-12, 12)];
-  // The backdrop turns the head when it is dragged.
-  const by = turn.map((angle, axis) => ((angle - pose[axis]) * box.height) / (360 * 0.75));
-  const [x, y] = [box.x + 14, box.y + box.height / 2];
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  await page.mouse.move(x + by[0], y + by[1], { steps: 2 });
-  await page.mouse.up();
+  await turnHead(page, pose, turn);
   pose = turn;
-  await settled(page);
   heads.push({ looks, turn, picture: await page.locator('canvas').first().screenshot() });
   process.stderr.write(`\r${i + 1} of ${count} are drawn `);
 }

@@ -59,6 +59,8 @@ const WORST = 0.13;
 /** And they have a bridge, which differs by so much, by more where no rim is seen below: without it was 0.08 at most, with one 0.23 or more. */
 const BRIDGE = 0.18;
 const BRIDGE_ALONE = 0.3;
+/** In photos with fewer px a mm brows that are near to each other look like that. */
+const FINE = 0.7;
 /**
  * A rim that is above the lenses alone differs by so much on both sides, and so do its ends beside nose and temple, at these parts of half the height: where none
  * is seen below, brows, which have none, had 0.28 at most there.
@@ -93,6 +95,8 @@ const BELOW_LENS = [1.5, 5];
 /** Logarithms of the green and blue light, and the light: red, green and blue. @typedef {{ light: Float32Array, rgb: Float32Array }} Side */
 
 const LINEAR = Float32Array.from({ length: 256 }, (_, i) => (i / 255 <= 0.04045 ? i / 255 / 12.92 : ((i / 255 + 0.055) / 1.055) ** 2.4));
+/** How many px a mm at the face has. @param {import('phiz').PhotoCamera} camera */
+const pxOfMm = ({ focal, translation }) => focal / translation[2];
 const clamp = (/** @type {number} */ value) => (value > MOST ? MOST : value < AGAINST ? AGAINST : value);
 const median = (/** @type {number[]} */ values) => values.sort((a, b) => a - b)[values.length >> 1];
 
@@ -248,7 +252,7 @@ export function tellGlasses(photo, camera, stand) {
     const [above, below] = [Math.min(leftAbove, rightAbove), (leftBelow + rightBelow) / 2];
     const bridge = bridgeOf(of);
     const isWhole = below > BELOW && Math.min(above, leftBelow, rightBelow) > WORST && bridge > BRIDGE;
-    if (!isWhole && bridge < BRIDGE_ALONE) return null;
+    if (!isWhole && (bridge < BRIDGE_ALONE || pxOfMm(camera) < FINE)) return null;
     const flanks = differing(of, sign, [(u, v) => u < 0 && v > FLANK[0] && v < FLANK[1], (u, v) => u > 0 && v > FLANK[0] && v < FLANK[1]]);
     if (!isWhole && Math.min(above, ...flanks) < ABOVE) return { form: null, rim: 0, half: false, frame: null, taken: takenBy(of, of.rim) };
     const { form, sweep, width, height } = outlined(of);
@@ -293,18 +297,16 @@ export function tellGlasses(photo, camera, stand) {
     for (let y = AT_BRIDGE[0]; y <= AT_BRIDGE[1]; y += CELL) {
       for (const half of BRIDGE_HALVES) {
         let [dark, bright, count] = [0, 0, 0];
-        for (const side of [0, 1]) {
-          const { light } = sides[side];
-          for (let x = 0; x <= 0.8 * edge; x += CELL) {
-            const rise = y + ARCH * (1 - (x / edge) ** 2);
-            const away = Math.abs(x + (side ? -of.aside : of.aside));
-            const bar = lightAt(light, away, rise);
-            const [over, under] = [lightAt(light, away, rise + half + BESIDE_BRIDGE) - bar, lightAt(light, away, rise - half - BESIDE_BRIDGE) - bar];
-            if (!(over + under < Infinity)) continue;
-            dark += Math.min(MOST, over, under);
-            bright += Math.min(MOST, -over, -under);
-            count++;
-          }
+        for (let x = -0.8 * edge; x <= 0.8 * edge; x += CELL) {
+          const rise = y + ARCH * (1 - (x / edge) ** 2);
+          const { light } = sides[x + of.aside < 0 ? 1 : 0];
+          const away = Math.abs(x + of.aside);
+          const bar = lightAt(light, away, rise);
+          const [over, under] = [lightAt(light, away, rise + half + BESIDE_BRIDGE) - bar, lightAt(light, away, rise - half - BESIDE_BRIDGE) - bar];
+          if (!(over + under < Infinity)) continue;
+          dark += Math.min(MOST, over, under);
+          bright += Math.min(MOST, -over, -under);
+          count++;
         }
         if (count > 0) most = Math.max(most, dark / count, bright / count);
       }
