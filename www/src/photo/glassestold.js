@@ -1,5 +1,5 @@
 import { GROOVE, sheet } from '../glasses/frame.js';
-import { outline } from '../glasses/outline.js';
+import { outline, unsized } from '../glasses/outline.js';
 import { BROADEST, LENS_HEIGHTS, LENS_WIDTHS, THINNEST, mix } from '../glasses/style.js';
 
 // Which glasses somebody wears in a photo: where a rim would be before the eyes of the fitted head, what is there is darker, or brighter,
@@ -163,11 +163,18 @@ export function tellGlasses(photo, camera, stand) {
   const sides = unrolled(photo, camera, stand);
   /** @type {Map<string, ReturnType<typeof outline>>} */
   const known = new Map();
+  /** @type {Map<string, ReturnType<typeof unsized>>} */
+  const boxes = new Map();
   /** Many have the same. @param {Candidate} of */
   function outlineOf(of) {
-    const key = `${of.form} ${of.size} ${of.high} ${of.sweep}`;
+    const form = `${of.form} ${of.sweep}`;
+    const key = `${form} ${of.size} ${of.high}`;
     let found = known.get(key);
-    if (!found) known.set(key, (found = outline(outlined(of), MANY, 4 * MANY)));
+    if (found) return found;
+    const lens = outlined(of);
+    let box = boxes.get(form);
+    if (!box) boxes.set(form, (box = unsized(lens, 4 * MANY)));
+    known.set(key, (found = outline(lens, MANY, box)));
     return found;
   }
   /**
