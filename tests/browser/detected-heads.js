@@ -10,7 +10,7 @@
 import { mkdirSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { chance } from '../../www/src/chance.js';
-import { DIST, launch, open, serve, settled } from './site.js';
+import { DIST, launch, open, serve, turnHead } from './site.js';
 
 const [count, seed, out, folder] = [Number(process.argv[2]), Number(process.argv[3]), process.argv[4], process.argv[5]];
 if (!(count > 0) || !Number.isInteger(seed) || !out) {
@@ -154,15 +154,8 @@ for (let i = 0; i < count; i++) {
     },
     { seed: 100_000 * seed + i, looks, expression },
   );
-  // The backdrop turns the head when it is dragged.
-  const by = turn.map((angle, axis) => ((angle - pose[axis]) * RADIAN * box.height) / (2 * Math.PI * 0.75));
-  const [x, y] = [box.x + 14, box.y + box.height / 2];
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  await page.mouse.move(x + by[0], y + by[1], { steps: 2 });
-  await page.mouse.up();
+  await turnHead(page, pose, turn);
   pose = turn;
-  await settled(page);
   const onScreen = await page.evaluate(() => window.designer.model.landmarks.map(({ name }) => window.designer.onScreen(name)));
   const png = await page.locator('canvas').first().screenshot();
   const seen = onScreen.map((at) => [at.x - box.x, at.y - box.y]);

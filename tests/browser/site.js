@@ -271,6 +271,21 @@ export function onePage(...asked) {
   };
 }
 
+/**
+ * Turns the head, as the backdrop does that is dragged, and waits until that is drawn.
+ * @param {import('playwright-core').Page} page @param {number[]} from how far it is turned aside and down, degrees @param {number[]} to
+ */
+export async function turnHead(page, from, to) {
+  const box = await page.locator('canvas').first().boundingBox();
+  const by = to.map((angle, axis) => ((angle - from[axis]) * box.height) / (360 * 0.75));
+  const [x, y] = [box.x + 14, box.y + box.height / 2];
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + by[0], y + by[1], { steps: 2 });
+  await page.mouse.up();
+  await settled(page);
+}
+
 /** Waits until the page has drawn what it had to draw. */
 export function settled(page) {
   return page.evaluate(

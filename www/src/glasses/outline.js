@@ -5,7 +5,7 @@ const DENSE = 360;
 
 /**
  * A point of an outline in half boxes, before it is put in the middle of them.
- * @param {number} angle @param {import('./style.js').Lens} style @returns {[number, number]}
+ * @param {number} angle @param {Pick<import('./style.js').Lens, 'form' | 'sweep'>} style @returns {[number, number]}
  */
 function point(angle, { form, sweep }) {
   // From a circle to a rectangle with round corners (Lame's curves).
@@ -30,14 +30,25 @@ function point(angle, { form, sweep }) {
 }
 
 /**
- * @param {import('./style.js').Lens} style @param {number} many points @param {number} [steps] so many before they are set evenly
- * @returns {{ x: number, y: number, nx: number, ny: number }[]} evenly along it, counter-clockwise from the temple, with the way out of it
+ * An outline in a box of width and height 1.
+ * @param {Pick<import('./style.js').Lens, 'form' | 'sweep'>} style @param {number} steps so many points, not evenly
+ * @returns {[number, number][]}
  */
-export function outline(style, many, steps = DENSE) {
+export function unsized(style, steps = DENSE) {
   const raw = Array.from({ length: steps }, (_, i) => point((2 * Math.PI * i) / steps, style));
   const [xs, ys] = [0, 1].map((k) => raw.map((one) => one[k]));
   const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-  const dense = raw.map(([x, y]) => [((x - (left + right) / 2) * style.width) / (right - left), ((y - (low + high) / 2) * style.height) / (high - low)]);
+  return raw.map(([x, y]) => [(x - (left + right) / 2) / (right - left), (y - (low + high) / 2) / (high - low)]);
+}
+
+/**
+ * @param {import('./style.js').Lens} style @param {number} many points
+ * @param {readonly [number, number][]} [box] its `unsized`, if that is known
+ * @returns {{ x: number, y: number, nx: number, ny: number }[]} evenly along it, counter-clockwise from the temple, with the way out of it
+ */
+export function outline(style, many, box = unsized(style)) {
+  const steps = box.length;
+  const dense = box.map(([x, y]) => [x * style.width, y * style.height]);
   const lengths = [0];
   for (let i = 0; i < steps; i++) {
     const [a, b] = [dense[i], dense[(i + 1) % steps]];
