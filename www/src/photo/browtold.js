@@ -3,7 +3,7 @@ import { BROW_FORM } from '../head/colouring.js';
 import { browLine, heightOf, movesOf, unmovedBrow } from '../hair/browform.js';
 import { browLines, growBrows } from '../hair/browline.js';
 import { reliefAround } from '../hair/relief.js';
-import { brightnessOf } from './looks.js';
+import { brightnessOf } from './light.js';
 
 // Which form brows have in a photo: where the skin is darker than around them, in a grid along the line that the model's own have.
 

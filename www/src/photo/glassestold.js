@@ -1,6 +1,7 @@
 import { GROOVE, sheet } from '../glasses/frame.js';
 import { outline, unsized } from '../glasses/outline.js';
 import { BROADEST, LENS_HEIGHTS, LENS_WIDTHS, THINNEST, mix } from '../glasses/style.js';
+import { BLACK, LINEAR, brightnessOf } from './light.js';
 
 // Which glasses somebody wears in a photo: where a rim would be before the eyes of the fitted head, what is there is darker, or brighter,
 // than what is on both sides of it, all around.
@@ -21,8 +22,6 @@ const MOST = 0.8;
 const AGAINST = -0.2;
 /** So much of a rim has to be in the photo. */
 const SEEN = 0.6;
-/** Below this, light is noise. */
-const BLACK = 0.01;
 
 /** Where the search begins: round, oval, rectangular, pilot's, upswept, of a brow line, and large. */
 const KINDS = [
@@ -94,7 +93,6 @@ const BELOW_LENS = [1.5, 5];
  */
 /** Logarithms of the green and blue light, and the light: red, green and blue. @typedef {{ light: Float32Array, rgb: Float32Array }} Side */
 
-const LINEAR = Float32Array.from({ length: 256 }, (_, i) => (i / 255 <= 0.04045 ? i / 255 / 12.92 : ((i / 255 + 0.055) / 1.055) ** 2.4));
 /** How many px a mm at the face has. @param {import('phiz').PhotoCamera} camera */
 const pxOfMm = ({ focal, translation }) => focal / translation[2];
 const clamp = (/** @type {number} */ value) => (value > MOST ? MOST : value < AGAINST ? AGAINST : value);
@@ -146,6 +144,12 @@ function cellOf(x, y) {
 /** @param {Float32Array} light @param {number} x @param {number} y */
 const lightAt = (light, x, y) => light[cellOf(x, y)] ?? NaN;
 
+/** Where a rim and what is beside it is looked at, mm out of the outline: before it on the lens, in its two edges, and beyond it. @param {{ rim: number }} of */
+function looksAt({ rim }) {
+  const edge = Math.min(EDGE.part * rim, EDGE.mm);
+  return { before: -GROOVE - BESIDE, into: edge - GROOVE, out: rim - GROOVE - edge, beyond: rim - GROOVE + BESIDE };
+}
+
 /** @param {Candidate} of @returns {import('../glasses/style.js').Lens} */
 function outlined({ form, size, high, sweep }) {
   const width = mix(...LENS_WIDTHS, size);
@@ -183,9 +187,7 @@ export function tellGlasses(photo, camera, stand) {
    */
   function rimOf(of, step = 1) {
     const ring = outlineOf(of);
-    const into = Math.min(EDGE.part * of.rim, EDGE.mm) - GROOVE;
-    const out = of.rim - 2 * GROOVE - into;
-    const beyond = of.rim - GROOVE + BESIDE;
+    const { before, into, out, beyond } = looksAt(of);
     let dark = 0;
     let bright = 0;
     let count = 0;
@@ -197,7 +199,7 @@ export function tellGlasses(photo, camera, stand) {
         const one = ring[i];
         const u = x + one.x;
         const v = of.y + one.y;
-        const inner = lightAt(light, u - (GROOVE + BESIDE) * one.nx, v - (GROOVE + BESIDE) * one.ny) - lightAt(light, u + into * one.nx, v + into * one.ny);
+        const inner = lightAt(light, u + before * one.nx, v + before * one.ny) - lightAt(light, u + into * one.nx, v + into * one.ny);
         const outer = lightAt(light, u + beyond * one.nx, v + beyond * one.ny) - lightAt(light, u + out * one.nx, v + out * one.ny);
         if (!(inner + outer < Infinity)) continue;
         dark += clamp(inner) + clamp(outer);
@@ -253,6 +255,7 @@ export function tellGlasses(photo, camera, stand) {
     }
     if (here.score > best.score) best = here;
   }
+
   /** @param {Candidate} of @param {1 | -1} sign -1 for a rim that is brighter than skin @returns {Glasses | null} */
   function told(of, sign) {
     const [leftAbove, leftBelow, rightAbove, rightBelow] = differing(of, sign, [(_, v) => v > 0, (_, v) => v < 0]);
@@ -271,12 +274,12 @@ export function tellGlasses(photo, camera, stand) {
 
   /** How much the rim differs in some parts of it, before the left eye and then before the right one. @param {Candidate} of @param {1 | -1} sign @param {readonly ((u: number, v: number) => boolean)[]} parts by a place in the half box */
   function differing(of, sign, parts) {
-    const into = Math.min(EDGE.part * of.rim, EDGE.mm) - GROOVE;
+    const { before, into, out, beyond } = looksAt(of);
     const { width, height } = outlined(of);
     const sums = [...parts, ...parts].map(() => [0, 0]);
     walk(of, (side, { x, y }, at) => {
       const { light } = sides[side];
-      const differs = clamp(sign * (light[at(-GROOVE - BESIDE)] - light[at(into)])) + clamp(sign * (light[at(of.rim - GROOVE + BESIDE)] - light[at(of.rim - 2 * GROOVE - into)]));
+      const differs = clamp(sign * (light[at(before)] - light[at(into)])) + clamp(sign * (light[at(beyond)] - light[at(out)]));
       if (!(differs < Infinity)) return;
       parts.forEach((is, i) => {
         if (!is((2 * x) / width, (2 * y) / height)) return;
@@ -343,8 +346,11 @@ export function tellGlasses(photo, camera, stand) {
       });
       if (values.length > 0) profile.push({ d, value: median(values) });
     }
-    if (profile.length === 0) return { rim: null, from: -GROOVE };
-    const middle = profile.filter(({ d }) => d > IN_PROFILE[0] && d < IN_PROFILE[1]).reduce((a, b) => (b.value < a.value ? b : a), profile[0]);
+    const within = profile.filter(({ d }) => d > IN_PROFILE[0] && d < IN_PROFILE[1]);
+    if (within.length === 0) return { rim: null, from: -GROOVE };
+    const middle = within.reduce((a, b) => (b.value < a.value ? b : a));
+    // A lens that is darker than its rim goes over into it.
+    if (profile[0].value < middle.value) return { rim: null, from: -GROOVE };
     const most = (/** @type {(d: number) => boolean} */ is) => Math.max(...profile.filter(({ d }) => is(d)).map(({ value }) => value));
     const [inside, outside] = [most((d) => d < middle.d && d >= middle.d - SIDE.lens), most((d) => d > middle.d && d <= middle.d + SIDE.skin)];
     /** Where the profile is half as high again. @param {number} level @param {1 | -1} way */
@@ -364,14 +370,15 @@ export function tellGlasses(photo, camera, stand) {
 
   /** How many mm of what is beside it a rim hides. @param {Candidate} of @param {1 | -1} sign @param {number} rim @param {1 | -1} where above the middle, or below */
   function hiddenBy(of, sign, rim, where) {
+    const { before, beyond } = looksAt({ rim });
     /** @type {number[]} */
     const all = [];
     walk(of, (side, { y }, at) => {
       if (where * y < 0) return;
       const lit = (/** @type {number} */ d) => sign * Math.exp(sides[side].light[at(d)]);
-      const beside = Math.min(lit(-GROOVE - BESIDE), lit(rim - GROOVE + BESIDE));
+      const beside = Math.min(lit(before), lit(beyond));
       let hidden = 0;
-      for (let d = -GROOVE - BESIDE + CELL; d < rim - GROOVE + BESIDE; d += CELL) hidden += Math.max(0, CELL * (1 - lit(d) / beside) * sign);
+      for (let d = before + CELL; d < beyond; d += CELL) hidden += Math.max(0, CELL * (1 - lit(d) / beside) * sign);
       if (hidden < Infinity) all.push(hidden);
     });
     return all.length > 0 ? median(all) : 0;
@@ -407,8 +414,7 @@ export function tellGlasses(photo, camera, stand) {
   /** How much the lenses take of the light of the skin behind them. @param {Candidate} of @param {number} rim */
   function takenBy(of, rim) {
     const [bare, through] = [skinOf(of, rim, BELOW_LENS), skinOf(of, rim, THROUGH)];
-    const sum = (/** @type {readonly number[]} */ [r, g, b]) => BLACK + 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    return bare && through ? Math.max(0, 1 - sum(through) / sum(bare)) : 0;
+    return bare && through ? Math.max(0, 1 - (BLACK + brightnessOf(through)) / (BLACK + brightnessOf(bare))) : 0;
   }
 
   return best.score > 0 ? told(best.of, best.bright ? -1 : 1) : null;

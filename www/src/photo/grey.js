@@ -1,5 +1,6 @@
 import { Color } from 'three';
-import { brightnessOf, skinAsBright } from './looks.js';
+import { LINEAR, brightnessOf } from './light.js';
+import { skinAsBright } from './looks.js';
 
 // Photos without colours, as old ones are: what of a person's colours brightness tells.
 
@@ -12,8 +13,7 @@ const CLOSE = 3;
 /** So much of the skin of a photo without colours has no hue. */
 const MOST = 0.95;
 
-/** How much light an sRGB value is, and the other way round: of one byte, and of 4096 steps. */
-const LINEAR = Float32Array.from({ length: 256 }, (_, i) => new Color(i / 255, 0, 0).convertSRGBToLinear().r);
+/** The sRGB value of a byte that so much light is, of 4096 steps. */
 const BYTES = Uint8Array.from({ length: 4097 }, (_, i) => Math.round(255 * new Color(i / 4096, 0, 0).convertLinearToSRGB().r));
 
 /**

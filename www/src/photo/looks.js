@@ -5,6 +5,7 @@ import { REST, readColouring } from '../head/colouring.js';
 import { sliderOfLength } from '../hair/length.js';
 import { scatters } from '../hair/scattered.js';
 import { hairColour, irisColours, skinColour } from '../head/pigments.js';
+import { BLACK, brightnessOf } from './light.js';
 
 // From what a photo tells of a person's colours and hair to the sliders that look like it.
 
@@ -48,8 +49,6 @@ const BROWN_IRIS = [0.45, 0.62];
 
 /** @typedef {readonly number[]} Linear red, green and blue */
 
-/** Below this, light is noise. */
-const BLACK = 0.01;
 /** @param {Linear} colour */
 const logarithms = (colour) => colour.map((value) => Math.log(Math.max(BLACK, value)));
 
@@ -82,8 +81,6 @@ const apart = (a, b) => a.reduce((sum, value, k) => sum + (value - b[k]) ** 2, 0
 const NO_HUE = 0.04;
 /** @param {Linear} colour */
 const isGrey = (colour) => Math.max(...logarithms(colour)) - Math.min(...logarithms(colour)) < NO_HUE;
-/** @param {Linear} colour */
-export const brightnessOf = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
 
 /** What cameras leave of the colour of skin beside its brightness: what is guessed should be no sunburn. */
 const PALER = 0.65;
