@@ -19,11 +19,11 @@ const melanin = (/** @type {number} */ skin) => FAIREST + (DEEPEST - FAIREST) * 
 const BLOOD = [0.97, 0.68, 0.66];
 
 /** What lips have of the skin's colour at rest, and what both ends have of that. */
-const LIPS = [0.76, 0.38, 0.39];
+const LIPS = [0.68, 0.37, 0.5];
 /** How much less of that on the darkest skin: lips have melanin as well, and blood below it shows less, or they would be maroon. */
-const BROWNED = [0.2, 0.55, 0.9];
-const PALE = [1.13, 1.72, 1.68];
-const PAINTED = [0.78, 0.16, 0.24];
+const BROWNED = [-0.1, 0.4, 0.95];
+const PALE = [1.2, 1.75, 1.4];
+const PAINTED = [0.87, 0.165, 0.19];
 
 /** @typedef {readonly [place: number, ...Color[]]} Stop */
 /** @param {[number, ...string[]]} stop in sRGB @returns {Stop} */
