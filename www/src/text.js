@@ -466,6 +466,11 @@ export const text = {
     noseBar: 'Second bridge, none to thick',
     frameColour: 'Frame, metals, tortoise, black, colours',
     tint: 'Tint, clear to dark',
+    beardShade: 'Beard, lighter to darker than the hair',
+    beardRed: 'Beard, less to more red than the hair',
+    beardGrey: 'Beard, less to more grey than the hair',
+    browShade: 'Brows, lighter to darker than the hair',
+    browGrey: 'Brows, less to more grey than the hair',
   }),
   /** A side is the subject's. */
   expression: (/** @type {string} */ name, /** @type {string | undefined} */ side) =>

@@ -194,9 +194,9 @@ function isBald(scars, position, o) {
  * @template {import('./plant.js').Styles[K]} S
  * @param {{
  *   kind: K, style: (colours: Pigments) => S, thinning: (colours: Pigments) => import('./standing.js').Thinning, long: (style: S) => number, half: number, stride?: (style: S) => number,
- *   turned?: (colours: Pigments) => number, gaps?: number, bare?: number, carries?: (colours: Pigments) => number,
+ *   gaps?: number, bare?: number, carries?: (colours: Pigments) => number,
  * }} of `half` of a ribbon's width, mm; of the points of a strand every `stride`th is in files, in which each is once more
- *   for every slider, and none where there is no `stride`; `turned`: how grey it is;
+ *   for every slider, and none where there is no `stride`;
  *   `gaps`: how much of a ribbon's breadth is between its hairs; `bare`: how much of the skin is seen between hairs, however many there are;
  *   `carries`: how far it stands for what is painted of it
  * @param {{ grower: import('./grower.js').Grower, rest: Float32Array, onGrown: () => void }} on the head at rest
@@ -204,7 +204,7 @@ function isBald(scars, position, o) {
  *   heat, from 0 to 1; how far it carries what is painted of it, 0 when it is not there
  * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
-export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride, gaps: between, bare = 0, carries = () => 1, turned: turnedOf = (colours) => colours.turned[0] }, { grower, rest, onGrown }, { heatStrength, hides = { value: 0 }, stands = { value: 0 } }, fade) {
+export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride, gaps: between, bare = 0, carries = () => 1 }, { grower, rest, onGrown }, { heatStrength, hides = { value: 0 }, stands = { value: 0 } }, fade) {
   /** There when there first is hair; null where none grows. @type {import('./plant.js').Planting | null | undefined} */
   let hair;
   const geometry = new BufferGeometry();
@@ -626,9 +626,10 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
      * @param {boolean} [asks] otherwise whoever paints it has it grown at once
      */
     paint(colours, asks = true) {
-      young.value.copy(colours.young);
-      old.value.copy(colours.old);
-      turned.value = turnedOf(colours);
+      const tones = colours.grown[kind];
+      young.value.copy(tones.young);
+      old.value.copy(tones.old);
+      turned.value = tones.turned;
       carrying = carries(colours);
       skin.value.copy(colours.skin);
       const now = thinningOf(colours);
