@@ -623,6 +623,7 @@ export const text = {
     noRoom: 'this browser has no room for a picture of that size',
   },
   needsConnection: 'this needs a connection once',
+  elementGone: 'the element was taken away, or given another model, before it was written',
   renewed: 'there is a newer version of this page; reload it to go on',
   refused: (/** @type {string} */ why) => `That cannot be done: ${why}.`,
   happening: 'What is happening?',
