@@ -289,7 +289,7 @@ export const text = {
   otherShort: 'Other',
   typedLength: (/** @type {string} */ name) => `${name} in mm`,
   lengthAndRank: (/** @type {number} */ mm, /** @type {string} */ rank) => `${decimal(mm)} mm, ${rank}`,
-  meaningsAbout: 'Each slider sets one length. Type a number, or +2 for 2 mm more. Lock a length, and the rest of the face follows.',
+  meaningsAbout: 'Each slider sets one length, and the rest follows where it has to, as in people: faint marks show it while a slider is held. Type a number, or +2 for 2 mm more. A locked length stays.',
   /** What each length is, from where to where, so that nobody has to guess from its name; the model's own words for others. */
   lengthsAre: /** @type {Record<string, string>} */ ({
     'face height': 'From the root of the nose to under the chin (nasion to menton), without the forehead',
@@ -304,8 +304,8 @@ export const text = {
     'eyes length': 'From the inner to the outer corner, the mean of left and right',
     'left eye length': 'From the inner to the outer corner',
     'right eye length': 'From the inner to the outer corner',
-    'left eye height': 'From lid to lid, in the middle',
-    'right eye height': 'From lid to lid, in the middle',
+    'left eye height': 'From lid to lid, in the middle. Both eyes follow, as in people; one lid alone is an expression, Blink or Squint',
+    'right eye height': 'From lid to lid, in the middle. Both eyes follow, as in people; one lid alone is an expression, Blink or Squint',
     'eyes vertical position': 'How high the corners lie over the ear openings (tragi), the mean of left and right',
     'left eye vertical position': 'How high its corners lie over the ear openings (tragi)',
     'right eye vertical position': 'How high its corners lie over the ear openings (tragi)',
