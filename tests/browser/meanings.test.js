@@ -139,6 +139,14 @@ test('lengths without a control are set, too: a long narrow face', async () => {
   const other = await open(browser, site, { hash: new URL(page.url()).hash });
   assert.equal(await other.page.evaluate(() => window.designer.face.code), await page.evaluate(() => window.designer.face.code));
   await other.context.close();
+  // A percentile that is typed is read.
+  for (const rank of ['95th', '3rd', '77th']) {
+    await slider('nose width').press('Enter');
+    await page.keyboard.type(rank);
+    await page.keyboard.press('Enter');
+    assert.match((await slider('nose width').getAttribute('aria-valuetext')) ?? '', new RegExp(`mm, ${rank}$`));
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+  }
   // Typed, locked, and one step each.
   await slider('jaw width').press('Enter');
   await page.getByRole('spinbutton', { name: 'jaw width in mm', exact: true }).fill('120,5');
