@@ -341,8 +341,8 @@ const GROWN = {
     uniform vec4 gone;
     uniform vec2 covered;
     varying vec3 vGrowth;`,
-  // Strands that become few leave no stain.
-  PLACED: 'vGrowth = vec3(min(growth.x - 0.15 * covered.x, 11.0 * (parts.w - gone.w) - 0.35 * covered.x), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
+  // Strands that become few leave no stain, and a line that recedes no edge before them.
+  PLACED: 'vGrowth = vec3(min(growth.x - 0.15 * covered.x, 11.0 * (parts.w - gone.w) - mix(0.35, 0.9, smoothstep(0.0, 0.1, gone.w)) * covered.x), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
 };
 
 /**
