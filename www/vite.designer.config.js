@@ -6,6 +6,15 @@ import { packageAlias } from './vite.config.js';
 const here = (/** @type {string} */ path) => fileURLToPath(new URL(path, import.meta.url));
 
 /**
+ * The package's types for who has the element alone: of what would be imported from it as a value there is nothing in that folder.
+ * @param {string} types
+ */
+function typesAlone(types) {
+  const classes = Array.from(types.matchAll(/^export class (\w+)/gm), ([, name]) => name);
+  return `${types.replaceAll(/^export (?=function|class)/gm, 'declare ')}\nexport type { ${classes.join(', ')} };\n`;
+}
+
+/**
  * `<phiz-designer>` as a folder of its own, `dist/designer`, whose one script has a name that pages
  * can rely on; and the examples that need no build, which are copied.
  */
@@ -38,7 +47,7 @@ export default defineConfig({
         // Who copies the folder has no package of that name.
         const types = readFileSync(here('designer/types.d.ts'), 'utf8').replace("'phiz'", "'./phiz.js'");
         writeFileSync(here('dist/designer/phiz-designer.d.ts'), types);
-        cpSync(here('phiz/index.d.ts'), here('dist/designer/phiz.d.ts'));
+        writeFileSync(here('dist/designer/phiz.d.ts'), typesAlone(readFileSync(here('phiz/index.d.ts'), 'utf8')));
         for (const name of ['examples/plain', 'examples/contact-sheet', 'examples/index.html', 'examples/examples.css']) {
           cpSync(here(name), here(`dist/${name}`), { recursive: true });
         }

@@ -598,7 +598,7 @@ describe('<phiz-designer> in any page', () => {
       const sliders = [...proper.shadowRoot.querySelectorAll('input')];
       proper.set('nose 2', 0.9);
       const at = sliders.map(({ value }) => Number(value));
-      const told = [proper.src, proper.head, proper.controls, proper.theme, proper.dataset.theme];
+      const told = [proper.src, proper.head, proper.controls, proper.theme, getComputedStyle(proper).colorScheme, proper.getAttributeNames().join()];
       proper.controls = null;
       const many = proper.shadowRoot.querySelectorAll('input').length;
       proper.controls = '';
@@ -631,7 +631,9 @@ describe('<phiz-designer> in any page', () => {
         errors: window.errors.proper,
       };
     });
-    assert.deepEqual(found.told, ['../model.phiz', '', 'nose 2, nose,', 'dark', 'dark']);
+    assert.deepEqual(found.told, ['../model.phiz', '', 'nose 2, nose,', 'dark', 'dark', found.told.at(-1)]);
+    // Pages have attributes of their own, by which their styles go.
+    assert.deepEqual(found.told.at(-1).split(',').sort(), ['controls', 'src', 'style', 'theme'], 'of which the style is the page\'s');
     assert.equal(found.at.length, found.nose.length, 'each slider once');
     assert.deepEqual(found.at.map((value) => value > 0.89), [true, ...found.nose.slice(1).map(() => false)], 'the one that is there follows');
     assert.deepEqual([found.many, found.none], [18, 0]);
@@ -640,6 +642,107 @@ describe('<phiz-designer> in any page', () => {
     assert.match(found.refused[3], /pixels a side here, not "300"$/);
     assert.equal(found.plain, 'image/png');
     assert.deepEqual(found.errors, []);
+  });
+
+  test('a picture is of the face and the view at the call, whatever has to come first', async () => {
+    await page.route('**/glasses-*.js', async (route) => {
+      await new Promise((done) => setTimeout(done, 700));
+      await route.continue();
+    });
+    const found = await page.evaluate(async () => {
+      const { proper } = window.all;
+      const pixels = async (/** @type {Promise<Blob>} */ picture) => {
+        const bitmap = await createImageBitmap(await picture);
+        const context = new OffscreenCanvas(120, 120).getContext('2d');
+        context.drawImage(bitmap, 0, 0);
+        return context.getImageData(0, 0, 120, 120).data;
+      };
+      const apart = (/** @type {Uint8ClampedArray} */ a, /** @type {Uint8ClampedArray} */ b) => a.filter((value, i) => Math.abs(value - b[i]) > 6).length;
+      const { code } = proper;
+      proper.colours = { glasses: 1 };
+      proper.view('front');
+      const asked = proper.toPng({ width: 120 });
+      proper.randomize({ seed: 5 });
+      proper.colours = { glasses: 1, skin: 0.9 };
+      proper.view('profile');
+      const [other, colours] = [proper.code, proper.colours];
+      const picture = await pixels(asked);
+      const kept = [proper.code === other, proper.colours.skin === colours.skin];
+      const later = await pixels(proper.toPng({ width: 120 }));
+      proper.code = code;
+      proper.colours = { glasses: 1 };
+      proper.view('front');
+      const again = await pixels(proper.toPng({ width: 120 }));
+      proper.colours = null;
+      return { kept, same: apart(picture, again), other: apart(picture, later) };
+    });
+    await page.unroute('**/glasses-*.js');
+    assert.deepEqual(found.kept, [true, true], 'what shows goes on');
+    assert.ok(found.other > 2000, JSON.stringify(found));
+    assert.equal(found.same, 0, JSON.stringify(found));
+  });
+
+  test('another model has what the page assigned, unless that was changed since; without an address there is none', async () => {
+    const found = await page.evaluate(async () => {
+      const { proper } = window.all;
+      const errors = window.errors.proper;
+      const own = proper.model.face().code;
+      const to = async (/** @type {string} */ src) => {
+        proper.src = src;
+        await window.heard('proper', 'ready');
+        return [proper.code === own, proper.colours.skin];
+      };
+      const one = proper.model.face();
+      one.randomize({ seed: 8 });
+      const { code } = one;
+      proper.code = code;
+      proper.colours = { skin: 0.7 };
+      await to('../model.phiz?2');
+      const kept = [proper.code === code, proper.colours.skin];
+      proper.randomize({ seed: 9 });
+      proper.colours = { skin: 0.4 };
+      const changed = await to('../model.phiz?3');
+      proper.code = code;
+      proper.set('nose 1', 0.9);
+      const other = await to('../model.phiz?4');
+      const requests = performance.getEntriesByType('resource').length;
+      proper.src = '';
+      await new Promise((done) => setTimeout(done, 200));
+      const none = [proper.model, proper.shadowRoot.querySelector('canvas'), performance.getEntriesByType('resource').length - requests];
+      return { kept, changed, other, none, errors: errors.splice(0), back: await to('../model.phiz') };
+    });
+    assert.deepEqual(found.kept, [true, 0.7]);
+    assert.deepEqual(found.changed, [true, 0.4]);
+    assert.deepEqual(found.other, [true, 0.4]);
+    assert.deepEqual(found.none, [null, null, 0]);
+    assert.deepEqual(found.errors, []);
+  });
+
+  test('a page that freed its face has its card back, and a face when it is put back', async () => {
+    const found = await page.evaluate(async () => {
+      const { proper } = window.all;
+      /** @type {string[]} */
+      const thrown = [];
+      const hear = (/** @type {ErrorEvent} */ event) => thrown.push(event.message);
+      window.addEventListener('error', hear);
+      const context = proper.shadowRoot.querySelector('canvas').getContext('webgl2');
+      proper.face.free();
+      const main = proper.parentNode;
+      proper.remove();
+      await new Promise((done) => setTimeout(done, 100));
+      const lost = context.isContextLost();
+      main.append(proper);
+      await window.heard('proper', 'ready');
+      proper.model.free();
+      proper.remove();
+      await new Promise((done) => setTimeout(done, 100));
+      main.append(proper);
+      await window.heard('proper', 'ready');
+      window.removeEventListener('error', hear);
+      return { thrown, lost, code: proper.code.length };
+    });
+    assert.deepEqual(found.thrown, []);
+    assert.ok(found.lost && found.code > 0);
   });
 
   test('in another document it looks as it did, and goes on', async () => {

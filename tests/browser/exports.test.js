@@ -42,6 +42,11 @@ describe('exports', () => {
         if (format === 'GLB') {
           const { weights, extras } = glbJson(bytes).meshes[0];
           assert.equal(weights[extras.targetNames.indexOf('jawOpen')].toFixed(2), '0.37');
+          const shapeKeys = page.getByRole('checkbox', { name: /^With a named shape key/ });
+          await shapeKeys.uncheck();
+          const plain = (await download(page, format)).bytes;
+          assert.ok(plain.length < 0.3 * bytes.length && glbJson(plain).meshes.every(({ weights }) => !weights), `${plain.length} of ${bytes.length} bytes`);
+          await shapeKeys.check();
         }
       }
       assert.deepEqual(complaints, []);

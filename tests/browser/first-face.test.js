@@ -159,7 +159,7 @@ describe('the first face', () => {
     assert.equal(await page.getByRole('slider').count(), 0, 'sliders wait for the model');
 
     // Skin, eyes and light take no more of the line.
-    await page.locator('phiz-designer[data-face=complete]').waitFor({ timeout: 60_000 });
+    await page.locator('phiz-designer .box[data-face=complete]').waitFor({ timeout: 60_000 });
     await drawn(canvas);
     const first = await look(page.locator('phiz-designer'), 'first-face');
     assert.ok(meanApart(quick, first, [0.4, 0.3, 0.6, 0.7]) < 40, 'the same face');

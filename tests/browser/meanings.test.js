@@ -112,6 +112,20 @@ test('lengths without a control are set, too: a long narrow face', async () => {
     assert.ok(Math.abs((await lengths())[name] - middle[name]) < 0.05, `${name} is ${(await lengths())[name]} once reset`);
   }
   await page.getByRole('button', { name: 'Reset all' }).click();
+  // Lips take neither the jaw nor the nose with them, nor a brow the forehead: in people they would.
+  for (const [name, others] of /** @type {const} */ ([
+    ['lip height', ['tragion width', 'jaw width', 'face height', 'nose length', 'mouth vertical position']],
+    ['brow distance', ['forehead width', 'tragion width', 'inner eye distance']],
+    ['chin height', ['mouth vertical position', 'tragion width']],
+  ])) {
+    for (const at of [0.05, 0.95]) {
+      const mm = await place(name, at);
+      assert.ok(Math.abs(mm - middle[name]) > 2, `${name} is ${mm}`);
+      const present = await lengths();
+      for (const other of others) assert.ok(Math.abs(present[other] - middle[other]) < 0.02, `${name} at ${at} takes ${other} ${present[other] - middle[other]} mm along`);
+    }
+    await page.getByRole('button', { name: 'Reset all' }).click();
+  }
 
   const narrow = await place('face width', 0.023);
   const long = await place('face height', 0.977);
@@ -125,6 +139,14 @@ test('lengths without a control are set, too: a long narrow face', async () => {
   const other = await open(browser, site, { hash: new URL(page.url()).hash });
   assert.equal(await other.page.evaluate(() => window.designer.face.code), await page.evaluate(() => window.designer.face.code));
   await other.context.close();
+  // A percentile that is typed is read.
+  for (const rank of ['95th', '3rd', '77th']) {
+    await slider('nose width').press('Enter');
+    await page.keyboard.type(rank);
+    await page.keyboard.press('Enter');
+    assert.match((await slider('nose width').getAttribute('aria-valuetext')) ?? '', new RegExp(`mm, ${rank}$`));
+    await page.getByRole('button', { name: 'Undo', exact: true }).click();
+  }
   // Typed, locked, and one step each.
   await slider('jaw width').press('Enter');
   await page.getByRole('spinbutton', { name: 'jaw width in mm', exact: true }).fill('120,5');
@@ -293,24 +315,25 @@ describe('the lengths of one page', () => {
     assert.deepEqual(await notices(), [], 'what was not typed is not named');
     await type('eye width', '30');
     const [nose, eyes] = [await length('nose width'), await length('eyes length')];
-    await type('chin height', '+4');
+    // What goes with the size of the whole face takes most with it.
+    await type('jaw width', '+8');
     const by = [(await length('nose width')) - nose, (await length('eyes length')) - eyes];
     assert.ok(by.every((mm) => Math.abs(mm) > 0.06), `${by}`);
     const change = (/** @type {number} */ mm) => `${mm < 0 ? '−' : '+'}${Math.abs(mm).toFixed(1)} mm`;
     const named = [['nose width', by[0]], ['eye width', by[1]]].sort(([, a], [, b]) => Math.abs(b) - Math.abs(a));
     assert.deepEqual(await notices(), [`Typed before, and moved by this: ${named.map(([name, mm]) => `${name} (${change(mm)})`).join(', ')}. A locked length stays.`]);
-    assert.ok(await page.locator('#section-meanings .control', { has: page.locator('#meaning-chin-height') }).locator('.notice').isVisible());
+    assert.ok(await page.locator('#section-meanings .control', { has: page.locator('#meaning-jaw-width') }).locator('.notice').isVisible());
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.deepEqual(await notices(), []);
     // What is locked stays, and of what was typed anew nothing is said.
     await page.getByRole('button', { name: 'Lock the nose width', exact: true }).click();
-    await type('chin height', '+4');
+    await type('jaw width', '+8');
     assert.match((await notices()).join(), /^Typed before, and moved by this: eye width \([+−]\d\.\d mm\)\. /);
     await type('eye width', '29');
     assert.ok(!(await notices()).join().includes('eye width'));
     // Nor of the lengths of another face, though one is by chance as it was typed.
     await page.getByRole('button', { name: 'Lock the nose width', exact: true }).click();
-    // (Of a random one in some the chin hardly moves the mouth.)
+    // (Of a random one in some the jaw hardly moves the mouth.)
     const [another, chance] = await page.evaluate(() => {
       const one = window.designer.model.face();
       one.randomize({ seed: 7 });
@@ -321,7 +344,7 @@ describe('the lengths of one page', () => {
     await type('mouth width', (chance + 0.02).toFixed(2));
     await page.evaluate((hash) => void (location.hash = hash), another);
     await page.waitForFunction((mm) => Math.abs(window.designer.face.measure('mouth width') - mm) < 1e-4, chance);
-    await type('chin height', '+3');
+    await type('jaw width', '+6');
     assert.ok(Math.abs((await length('mouth width')) - chance) > 0.06, `${(await length('mouth width')) - chance}`);
     assert.deepEqual(await notices(), []);
     await page.getByRole('button', { name: 'Reset all' }).click();

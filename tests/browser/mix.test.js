@@ -638,7 +638,7 @@ describe('between faces, on one page', () => {
     assert.deepEqual(nose.map((i) => after[i]), nose.map((i) => before[i]));
     assert.ok(after.some((value, i) => value !== before[i]));
     // And who keeps, mixes or rolls dice is told of it.
-    assert.match((await page.locator('.toast').textContent()) ?? '', /^Locked: /);
+    assert.match((await page.locator('.toast').textContent()) ?? '', /^What is locked stays as it is/);
     await faceIn(page, 'Preset 4').click();
     await page.getByLabel('Where').selectOption('Nose');
     const much = page.getByRole('slider', { name: 'How much', exact: true });

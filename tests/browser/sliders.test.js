@@ -254,12 +254,15 @@ describe('a slider', () => {
     await random.click();
     assert.equal(await valueOf(page, 'nose 3'), nose);
     assert.notDeepEqual(await mouth(), before);
+    // What is locked looks as it does, which needs all looks: whoever wished for others is told.
+    assert.match((await page.locator('.toast').textContent()) ?? '', /^Random except what is locked, and the looks with it, seed \d+$/);
+    assert.ok(await page.locator('#random-colours').isDisabled());
     // A reset says what it leaves, and all that it took comes back.
     const state = () => page.evaluate(() => [window.designer.face.code, window.designer.face.locked, window.designer.colouring]);
     const whole = await state();
     await page.getByRole('button', { name: 'Reset all' }).click();
     assert.equal(await valueOf(page, 'nose 3'), nose);
-    assert.match((await page.locator('.toast').textContent()) ?? '', /^Locked: /);
+    assert.match((await page.locator('.toast').textContent()) ?? '', /^What is locked stays as it is/);
     await page.getByRole('button', { name: 'Undo', exact: true }).click();
     assert.deepEqual(await state(), whole);
     await context.close();

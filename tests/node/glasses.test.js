@@ -340,7 +340,9 @@ describe('a colouring', () => {
     assert.deepEqual(decodeColouring('AFAQFBQyFgA'), { skin: 0.8, beardLength: 0.2, moustache: 0.5, cheekBeard: 0 });
     assert.equal(COLOURS.indexOf('cheekBeard'), 22);
     // Brows got their form before.
-    assert.deepEqual(COLOURS.slice(28), [...GLASSES]);
+    assert.deepEqual(COLOURS.slice(28, 38), [...GLASSES]);
+    // And beards and brows colours of their own afterwards.
+    assert.deepEqual(COLOURS.slice(38), ['beardShade', 'beardRed', 'beardGrey', 'browShade', 'browGrey']);
     assert.equal(encodeColouring(readColouring({ glasses: 0, tint: 0 })), '');
   });
 

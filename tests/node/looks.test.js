@@ -5,7 +5,7 @@ import { REST, whole } from '../../www/src/head/colouring.js';
 import { scatters } from '../../www/src/hair/scattered.js';
 import { colouringOf, HAIR_SHOWN } from '../../www/src/photo/looks.js';
 import { coloured } from '../../www/src/photo/grey.js';
-import { hairColour, irisColours, skinColour } from '../../www/src/head/pigments.js';
+import { hairColour, irisColours, pigments, skinColour } from '../../www/src/head/pigments.js';
 import { Color, SRGBColorSpace } from '../../www/node_modules/three/build/three.module.js';
 
 const tone = new Color('#d9a88c');
@@ -161,6 +161,20 @@ describe('looks', () => {
       assert.equal(found.length, 0);
       const other = whole(colouringOf({ ...bald, beard: 0.9, beardColour, hair: short }, tone));
       assert.ok(Math.abs(other.hair - REST.hair) < 0.06, JSON.stringify(other));
+    }
+  });
+
+  test('with a white beard below dark hair have both; what is nearly of one colour is of one', () => {
+    const told = (/** @type {[number, number, number]} */ ofHair, /** @type {[number, number, number]} */ ofBeard) => {
+      const beardColour = seenHair(hairColour(...ofBeard)).map((value, k) => 0.93 * value + 0.07 * bald.skin[k]);
+      return colouringOf({ ...bald, beard: 0.9, beardColour, hair: { ...short, colour: seenHair(hairColour(...ofHair)) } }, tone);
+    };
+    const both = pigments(tone, told([0.8, 0, 0], [0.8, 0, 1])).grown;
+    assert.ok(apart(rgb(both.hair.all), rgb(hairColour(0.8, 0, 0))) < 0.2, JSON.stringify(both.hair));
+    assert.ok(apart(rgb(both.beard.all), rgb(hairColour(0.8, 0, 1))) < 0.25, JSON.stringify(both.beard));
+    for (const ofBeard of /** @type {[number, number, number][]} */ ([[0.8, 0, 0], [0.6, 0, 0], [0.8, 0, 0.1]])) {
+      const { beardShade, beardRed, beardGrey } = whole(told([0.8, 0, 0], ofBeard));
+      assert.deepEqual([beardShade, beardRed, beardGrey], [0.5, 0.5, 0.5], `${ofBeard}`);
     }
   });
 });

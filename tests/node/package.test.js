@@ -485,6 +485,8 @@ for (const build of ['simd', 'scalar']) {
           () => face.setMeasure('mouth width', value),
           () => face.blend(face.clone(), value),
           () => face.setAttributes({ age: value }),
+          () => face.drag(0, [0, 0, value]),
+          () => (face.coefficients = [0.5, value]),
           () => face.drag(0, value),
         ]) {
           assert.throws(act, (error) => error instanceof TypeError && /must be/.test(error.message), `${act} of ${String(value)}`);
@@ -497,6 +499,10 @@ for (const build of ['simd', 'scalar']) {
         () => face.randomize(5),
         () => face.randomize({ regions: 'nose' }),
         () => face.randomize({ sed: 4 }),
+        // Whose names nobody would find.
+        () => face.randomize([]),
+        () => face.setAttributes(new Map([['age', 70]])),
+        () => (face.expression = new Map([['jawOpen', 1]])),
       ]) {
         assert.throws(act, (error) => error instanceof Error && /no option|must be/.test(error.message), `${act}`);
       }
@@ -613,6 +619,8 @@ for (const build of ['simd', 'scalar']) {
     test('a model that comes in wrongly is an Error with a reason', async () => {
       const damaged = Uint8Array.from(bytes);
       damaged.fill(7, 300_000, 300_100);
+      const read = stream(bytes, 100_000);
+      read.getReader();
       for (const [given, reason] of [
         [stream(bytes.subarray(0, 700_000), 100_000), /packed bytes are damaged/],
         [stream(damaged, 100_000), /packed bytes are damaged/],
@@ -622,6 +630,8 @@ for (const build of ['simd', 'scalar']) {
         [stream(gzipSync(new Uint8Array(64 * 1024 * 1024 + 1)), 1000), /over the limit/],
         [new Response('not here', { status: 404, statusText: 'Not Found' }), /404 Not Found/],
         [new Response(null), /no body/],
+        [new ReadableStream({ pull: () => Promise.reject('gone') }), /the file broke off: gone/],
+        [read, /the stream is being read, or was/],
         [new Response('<!doctype html><title>Nothing here</title>'), /a page: is its address right/],
         ...['model.phiz', new URL('file:///model.phiz'), Promise.resolve(new Response(bytes)), undefined, null, 5, {}].map((given) => [given, /a model must be given as bytes/]),
       ]) {

@@ -184,6 +184,7 @@ describe('a photo', () => {
     assert.ok(all > 1.1 * alone, `${all} texels, ${alone} of one photo`);
     for (const [wrong, what] of [
       [{}, /others must be an array of photos/],
+      [[undefined], /another photo must be an object, not undefined/],
       [[others[0], { ...others[1], shot: undefined }], /the shot of another photo must be one of the `others`/],
       [[{ ...others[0], rgba: rgba.slice(4) }], /bytes are no photo of/],
       [[{ ...others[0], rgba: [] }], /another photo's rgba must be a Uint8Array/],
@@ -233,7 +234,7 @@ describe('a photo', () => {
 
   test('what is no fit is refused with what it must be', async () => {
     const fit = await model.fitPhoto({ ...SIZE, points });
-    for (const bad of [undefined, null, {}, fit.code, { ...fit, camera: {} }, { ...fit, expression: undefined }, { ...fit, light: {} }, { ...fit, code: 3 }]) {
+    for (const bad of [undefined, null, {}, fit.code, { ...fit, camera: {} }, { ...fit, expression: undefined }, { ...fit, light: {} }, { ...fit, light: 0 }, { ...fit, code: 3 }]) {
       await assert.rejects(model.editPhoto({ ...SIZE, fit: bad }), /a fit must be what `fitPhoto` gave/);
     }
     for (const none of [undefined, null, 5]) {
@@ -344,6 +345,8 @@ describe('a photo', () => {
       await fails({ width }, /a photo's width must be a whole number of pixels above 0/);
     }
     await fails({ focal: -3 }, /the focal length must be above 0 px/);
+    // As files' own words have it.
+    for (const name of ['focal', 'noise', 'jawNoise']) for (const value of ['50 mm', null, [1], {}]) await fails({ [name]: value }, new RegExp(`${name} must be a number`));
     await fails({ focalLength: 900 }, /fitPhoto knows no option "focalLength"/);
     for (const rgba of [new Float32Array(4 * SIZE.width * SIZE.height), [1, 2, 3], 'pixels']) {
       await fails({ rgba }, /rgba must be a Uint8Array or Uint8ClampedArray/);

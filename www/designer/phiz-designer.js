@@ -17,22 +17,27 @@ import { elementStage, ordinal, spoken, text } from '../src/text.js';
 import { createView } from '../src/stage/view.js';
 import { listenToKeys } from '../src/stage/viewpoint.js';
 import { shareGestures } from './gestures.js';
+import dark from './dark.css?inline';
 import css from './phiz-designer.css?inline';
 
 /**
  * Sheets that are made here pass a content security policy that forbids inline styles. A document takes none of another one's.
- * @type {WeakMap<Document, CSSStyleSheet>}
+ * @type {WeakMap<Document, Record<'light' | 'dark', CSSStyleSheet[]>>}
  */
 const sheets = new WeakMap();
 /** @param {Document} page */
-function sheetFor(page) {
-  let sheet = sheets.get(page);
-  if (!sheet) {
-    sheet = new (page.defaultView ?? window).CSSStyleSheet();
-    sheet.replaceSync(css);
-    sheets.set(page, sheet);
+function sheetsFor(page) {
+  let own = sheets.get(page);
+  if (!own) {
+    const [always, inTheDark] = [css, dark].map((rules) => {
+      const sheet = new (page.defaultView ?? window).CSSStyleSheet();
+      sheet.replaceSync(rules);
+      return sheet;
+    });
+    own = { light: [always], dark: [always, inTheDark] };
+    sheets.set(page, own);
   }
-  return sheet;
+  return own;
 }
 
 /** What properties of the same name tell and set. */
@@ -174,12 +179,16 @@ export class PhizDesigner extends HTMLElement {
   #head = null;
   /** What the page asked for last, if the model is there or not. */
   #asked = { code: '', colours: /** @type {unknown} */ (null) };
+  /** What came of it, as the face and its colours had it then. @type {{ code?: string, colours?: import('../src/head/colouring.js').Colouring }} */
+  #came = {};
   /** The face of an element that was taken away, until it is back. @type {{ code?: string, colours?: unknown, expression?: Readonly<Record<string, number>> }} */
   #kept = {};
   /** Whether the head knows what the model's expressions do, which the page may load at any time. */
   #expressive = false;
   #panel = element('div', { class: 'panel', part: 'panel' });
   #frame = element('div', { class: 'frame' });
+  /** Tells when the face is complete. */
+  #box = element('div', { class: 'box' }, this.#frame);
   #lost = element('p', { class: 'status', role: 'alert' });
   #dark = window.matchMedia('(prefers-color-scheme: dark)');
   #started = false;
@@ -194,14 +203,13 @@ export class PhizDesigner extends HTMLElement {
   constructor() {
     super();
     const root = this.attachShadow({ mode: 'open' });
-    root.adoptedStyleSheets = [sheetFor(document)];
-    root.append(element('div', { class: 'box' }, this.#frame));
+    root.adoptedStyleSheets = sheetsFor(document).light;
+    root.append(this.#box);
   }
 
   /** In a window of its own, such as a picture in picture, it looks as it did. */
   adoptedCallback() {
-    // A document that nobody shows has no sheets to give.
-    if (this.shadowRoot && this.ownerDocument.defaultView) this.shadowRoot.adoptedStyleSheets = [sheetFor(this.ownerDocument)];
+    this.#dress();
   }
 
   connectedCallback() {
@@ -221,15 +229,31 @@ export class PhizDesigner extends HTMLElement {
     this.#dark.removeEventListener('change', this.#onDark);
     queueMicrotask(() => {
       if (this.isConnected) return;
-      if (this.#live) {
-        const { model, face, head } = this.#live;
-        const expression = model.expressions.length ? face.expression : this.#kept.expression;
-        this.#kept = { code: face.code, colours: head.colouring, expression };
-      }
       this.#start += 1;
       this.#started = false;
+      this.#keep();
       this.#stop();
     });
+  }
+
+  /** What shows is there again when the element is. */
+  #keep() {
+    if (!this.#live) return;
+    const { model, face, head } = this.#live;
+    try {
+      const expression = model.expressions.length ? face.expression : this.#kept.expression;
+      this.#kept = { code: face.code, colours: head.colouring, expression };
+    } catch {
+      // A page that freed the face has none.
+    }
+  }
+  /** Another model has other codes, and what the page asked for of the one before was something else by the end if anybody changed it. */
+  #forget() {
+    this.#keep();
+    const { code, colours } = this.#kept;
+    if (code !== undefined && this.#came.code !== undefined && code !== this.#came.code) this.#asked.code = '';
+    if (colours !== undefined && this.#came.colours && !sameWeights(coloursOf(colours), this.#came.colours)) this.#asked.colours = null;
+    this.#kept = this.#came = {};
   }
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
@@ -256,8 +280,7 @@ export class PhizDesigner extends HTMLElement {
 
   /** @param {string} name of an attribute that is another now @param {string | null} value */
   #follow(name, value) {
-    // Another model has other codes.
-    if (name === 'src') this.#kept = {};
+    if (name === 'src') this.#forget();
     if (!this.#started) return;
     if (name === 'theme') this.#paint();
     else if (name === 'src') this.#restart();
@@ -342,11 +365,13 @@ export class PhizDesigner extends HTMLElement {
   #askCode(code) {
     this.#asked.code = code ?? '';
     delete this.#kept.code;
+    delete this.#came.code;
     if (!this.#live) return;
     const { face, median } = this.#live;
     const before = face.code;
     // No code is the median face, whatever is locked, as with any other.
     face.code = code || median;
+    this.#came.code = face.code;
     // Elements that are kept alike, and frameworks, assign what is there: nobody is to answer that.
     if (face.code !== before) this.refresh();
   }
@@ -355,9 +380,11 @@ export class PhizDesigner extends HTMLElement {
   #askColours(colours) {
     this.#asked.colours = colours;
     delete this.#kept.colours;
+    delete this.#came.colours;
     if (!this.#live) return;
     const { head, scene } = this.#live;
     const asked = coloursOf(colours);
+    this.#came.colours = asked;
     if (sameWeights(asked, head.colouring)) return;
     head.paint(asked);
     scene.shapeChanged();
@@ -392,15 +419,41 @@ export class PhizDesigner extends HTMLElement {
   /** The view as a PNG. @param {{ width?: number, height?: number, transparent?: boolean }} [options] */
   async toPng(options) {
     const { width = 1024, height = width, transparent = false } = optionsOf('toPng', options, ['width', 'height', 'transparent']);
-    const { head, scene } = this.#need();
+    const { face, head, scene } = this.#need();
+    const ready = () => {
+      head.finish();
+      // Hair that grew just now is in view as well.
+      scene.reframe();
+      scene.arrive();
+    };
+    const draw = () => {
+      this.#ownBackdrop(scene);
+      return portrait(scene, { width, height, transparent });
+    };
+    ready();
     const fetched = head.equipping();
-    if (fetched) await fetched;
-    head.finish();
-    // Hair that grew just now is in view as well.
-    scene.reframe();
-    scene.arrive();
-    this.#ownBackdrop(scene);
-    return portrait(scene, { width, height, transparent });
+    if (!fetched) return draw();
+    const [asked, { colouring }, there] = [face.clone(), head, scene.keep()];
+    try {
+      await fetched;
+      if (scene !== this.#scene) throw new Error(text.elementGone);
+      const [colours, back] = [head.colouring, scene.keep()];
+      try {
+        head.paint(colouring);
+        head.update(asked);
+        ready();
+        there();
+        return draw();
+      } finally {
+        head.paint(colours);
+        head.update(face);
+        ready();
+        back();
+        scene.shapeChanged();
+      }
+    } finally {
+      asked.free();
+    }
   }
   /** The face as the bytes of a file. @param {'glb' | 'obj' | 'ply' | 'stl'} format @param {{ targets?: boolean }} [options] of a GLB */
   async toMesh(format, options) {
@@ -420,7 +473,7 @@ export class PhizDesigner extends HTMLElement {
       const colours = coloursAsShown(scene.renderer, head, asked, { colouring });
       return (format === 'obj' ? toObj : toPly)(asked, { colours });
     } catch (error) {
-      if (scene !== this.#scene) throw new Error('the element was taken away, or given another model, while the file was written', { cause: error });
+      if (scene !== this.#scene) throw new Error(text.elementGone, { cause: error });
       throw error;
     } finally {
       asked.free();
@@ -480,8 +533,9 @@ export class PhizDesigner extends HTMLElement {
     this.#failed = false;
     this.#stop();
     this.#paint();
-    const src = this.getAttribute('src');
-    if (src === null) return;
+    // As of an image, an empty address is none: it would be the page's own.
+    const { src } = this;
+    if (src === '') return;
     const loading = element('p', { class: 'status', role: 'status' }, text.loading);
     this.#frame.replaceChildren(loading);
     const preview = this.getAttribute('head');
@@ -505,7 +559,7 @@ export class PhizDesigner extends HTMLElement {
       const laid = await view.groundwork;
       if (isStale()) return;
       this.#head = view.complete(laid);
-      this.dataset.face = 'complete';
+      this.#box.dataset.face = 'complete';
     };
     const leaveOut = (/** @type {unknown} */ why) => {
       early = 0;
@@ -619,8 +673,16 @@ export class PhizDesigner extends HTMLElement {
       }
     };
     const { code, colours } = { ...this.#asked, ...this.#kept };
-    if (code) attempt(() => (face.code = code));
-    attempt(() => head.paint(coloursOf(colours)));
+    const isAsked = code === this.#asked.code;
+    attempt(() => {
+      if (code) face.code = code;
+      if (isAsked) this.#came.code = face.code;
+    });
+    attempt(() => {
+      const painted = coloursOf(colours);
+      head.paint(painted);
+      if (colours === this.#asked.colours) this.#came.colours = painted;
+    });
     head.update(face);
     scene.shapeChanged();
     scene.refine(true);
@@ -637,7 +699,7 @@ export class PhizDesigner extends HTMLElement {
     this.#head = this.#scene = this.#live = null;
     this.#panel.replaceChildren();
     this.#frame.replaceChildren();
-    delete this.dataset.face;
+    delete this.#box.dataset.face;
   }
 
   #theme() {
@@ -647,8 +709,13 @@ export class PhizDesigner extends HTMLElement {
   }
 
   #paint() {
-    this.dataset.theme = this.#theme();
+    this.#dress();
     this.#scene?.invalidate();
+  }
+  /** Its look is no attribute of its own: pages have those, and styles that go by them. */
+  #dress() {
+    // A document that nobody shows has no sheets to give.
+    if (this.shadowRoot && this.ownerDocument.defaultView) this.shadowRoot.adoptedStyleSheets = sheetsFor(this.ownerDocument)[this.#theme()];
   }
 
   /** Elements on one page share the wall's colours and size; each sets its own before it draws. */

@@ -12,9 +12,10 @@ export interface PhizDesignerEventMap {
 
 type Colour =
   | 'skin' | 'blood' | 'lips' | 'lines' | 'freckles'
-  | 'hair' | 'red' | 'grey' | 'brows' | 'iris'
+  | 'hair' | 'red' | 'grey' | 'iris'
+  | 'brows' | 'browBreadth' | 'browArch' | 'browSlant' | 'browApart' | 'browRaise' | 'browShade' | 'browGrey'
   | 'crop' | 'hairline' | 'length' | 'comb' | 'parting' | 'curl' | 'thin'
-  | 'beard' | 'beardLength' | 'beardThin' | 'moustache' | 'chinBeard' | 'cheekBeard'
+  | 'beard' | 'beardLength' | 'beardThin' | 'moustache' | 'chinBeard' | 'cheekBeard' | 'beardShade' | 'beardRed' | 'beardGrey'
   | 'glasses' | 'lensForm' | 'lensSize' | 'lensHeight' | 'lensSweep' | 'rim' | 'halfRim' | 'noseBar' | 'frameColour' | 'tint';
 
 /** Numbers from 0 to 1, and the marks of the skin as a link of the page has them. */

@@ -159,7 +159,7 @@ function viewOf(photo) {
   if (!(points?.length >= 0)) wrong('points', 'an array of x, y, x, y ...', points);
   if (points.length % 2) throw new Error('points are pairs of x and y, and one has no y');
   // What is not known is no number, and what is given as none is refused as 0 is.
-  const known = [focal, noise, jawNoise].map((value) => (value === undefined ? NaN : value || 0));
+  const known = Object.entries({ focal, noise, jawNoise }).map(([name, value]) => (value === undefined ? NaN : number(name, value) || 0));
   if (irises !== undefined && irises?.length !== 4) wrong('irises', 'an array of x, y, x, y', irises);
   // Nor is a place of one.
   const middles = irises === undefined ? [NaN, NaN, NaN, NaN] : Array.from(irises, (value) => (Number.isFinite(value) ? value : Infinity));
@@ -169,12 +169,16 @@ function viewOf(photo) {
 // Glue takes whatever it is given for what it expects: another type would be read as an address.
 /** @param {string} what @param {string} wanted @param {unknown} value @returns {never} */
 function wrong(what, wanted, value) {
-  throw new TypeError(`${what} must be ${wanted}, not ${typeof value === 'string' ? `"${value}"` : Array.isArray(value) ? 'an array' : typeof value === 'object' ? value && 'an object' : String(value)}`);
+  const kind = kindOf(value);
+  const named = typeof value === 'string' ? `"${value}"` : typeof value !== 'object' || !value ? String(value) : /^(Array|Object)$/.test(kind) ? `an ${kind.toLowerCase()}` : `a ${kind}`;
+  throw new TypeError(`${what} must be ${wanted}, not ${named}`);
 }
 /** @param {string} what @param {unknown} value */
 const string = (what, value) => (typeof value === 'string' ? value : wrong(what, 'a string', value));
 /** @param {string} what @param {unknown} value */
 const number = (what, value) => (typeof value === 'number' ? value : wrong(what, 'a number', value));
+/** Of lists and maps nobody would find the names. @template T @param {string} what @param {T} value @returns {T} */
+const record = (what, value) => (typeof value !== 'object' || !value || Symbol.iterator in value ? wrong(what, 'an object', value) : value);
 /** @param {string} what @param {unknown} value @returns {string[] | undefined} */
 const strings = (what, value) =>
   value === undefined || (Array.isArray(value) && value.every((one) => typeof one === 'string')) ? value : wrong(what, 'an array of strings', value);
@@ -200,13 +204,12 @@ function checkFit(fit) {
   const { camera, light, code, expression } = fit ?? {};
   const [centre, rotation, translation] = [camera?.centre, camera?.rotation, camera?.translation].map((list) => list?.length);
   const isWhole = typeof camera?.focal === 'number' && centre === 2 && rotation === 9 && translation === 3 && typeof expression === 'object' && expression;
-  if (!isWhole || typeof code !== 'string' || (light && !Array.isArray(light.coefficients))) wrong('a fit', 'what `fitPhoto` gave', fit);
+  if (!isWhole || typeof code !== 'string' || !Array.isArray((light ?? { coefficients: [] }).coefficients)) wrong('a fit', 'what `fitPhoto` gave', fit);
 }
 
 /** Names, and a number for each. @param {Readonly<Record<string, number>>} values @returns {[string[], Float32Array]} */
 function namedNumbers(values) {
-  if (typeof values !== 'object' || !values) wrong('attributes', 'an object', values);
-  const names = Object.keys(values);
+  const names = Object.keys(record('attributes', values));
   return [names, Float32Array.from(names, (name) => number(`the attribute "${name}"`, values[name]))];
 }
 
@@ -297,7 +300,8 @@ async function unpackTo(file, take, seen = () => {}) {
     source.cancel().catch(() => {});
     packed?.abort().catch(() => {});
     inflating.catch(() => {});
-    throw why;
+    // A stream may break off with anything.
+    throw why instanceof Error ? why : new Error(`the file broke off: ${why}`, { cause: why });
   }
 }
 
@@ -337,6 +341,7 @@ function opened(what, file) {
     return file.body;
   }
   if (typeof file?.getReader !== 'function') wrong(what, 'given as bytes, or as a response or stream that brings them (`await load(await fetch(url))`)', file);
+  if (file.locked) throw new Error('the stream is being read, or was: a model is read from a new one, or from its bytes');
   return file;
 }
 
@@ -546,7 +551,8 @@ export class FaceModel {
     const { camera, light, code, expression } = fit;
     const image = rgba && rgbaOf('rgba', rgba).slice();
     if (!Array.isArray(others)) wrong('others', 'an array of photos', others);
-    const besides = others.map(({ width, height, shot, rgba, detail, ...none }) => {
+    const besides = others.map((other) => {
+      const { width, height, shot, rgba, detail, ...none } = record('another photo', other);
       noMore('editPhoto', none);
       const finer = detail && { ...detail, rgba: rgbaOf("a detail's rgba", detail.rgba).slice() };
       return { size: sizeOf(width, height), shot, rgba: rgbaOf("another photo's rgba", rgba).slice(), detail: finer };
@@ -762,12 +768,12 @@ export class Face {
   }
   /** @param {Readonly<Record<string, number>>} values */
   setAttributes(values) {
-    this.#live.set_attributes(...namedNumbers(values));
+    const named = namedNumbers(values);
+    this.#live.set_attributes(...named);
   }
   /** @param {{ seed?: number, spread?: number, regions?: readonly string[], attributes?: Readonly<Record<string, number>> }} [options] */
   randomize(options) {
-    if (options !== undefined && typeof options !== 'object') wrong('what randomize is given', 'an object', options);
-    const { seed, spread, regions, attributes = {}, ...others } = options ?? {};
+    const { seed, spread, regions, attributes = {}, ...others } = record('what randomize is given', options ?? {});
     noMore('randomize', others);
     return this.#live.randomize(
       seed === undefined ? seed : number('a seed', seed),
@@ -814,7 +820,8 @@ export class Face {
   drag(vertex, target) {
     if (!Number.isInteger(vertex) || vertex < 0 || vertex >= this.#model.vertexCount) throw new Error(`there is no vertex ${String(vertex)}`);
     if (typeof target !== 'object' || target?.length !== 3) wrong('the target of a vertex', 'an array of three numbers', target);
-    this.#live.drag(vertex, target[0], target[1], target[2]);
+    const [x, y, z] = [0, 1, 2].map((axis) => number('a coordinate', target[axis]));
+    this.#live.drag(vertex, x, y, z);
   }
   /** @param {string} name @param {number} weight */
   express(name, weight) {
@@ -840,7 +847,7 @@ export class Face {
     this.#live.relax();
   }
   set expression(shown) {
-    if (typeof shown !== 'object' || !shown) wrong('an expression', 'an object', shown);
+    record('an expression', shown);
     const before = this.expression;
     this.#relax();
     try {
@@ -863,6 +870,7 @@ export class Face {
   }
   set coefficients(coefficients) {
     if (typeof coefficients !== 'object' || !(coefficients?.length >= 0)) wrong('coefficients', 'an array of numbers', coefficients);
+    if (Array.isArray(coefficients)) for (const value of coefficients) number('a coefficient', value);
     this.#live.set_coefficients(coefficients);
   }
   get alpha() {

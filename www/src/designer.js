@@ -248,7 +248,7 @@ export async function createDesigner(model, stage, chosen) {
   createToolbar(editor, stage.tools, {
     reset() {
       // It also takes away what was said of the face before.
-      toast.say(face.locked.length + face.lockedMeasures.length > 0 ? text.locked : '');
+      toast.say(face.locked.length > 0 ? text.locked : face.lockedMeasures.length > 0 ? text.lockedLengths : '');
       editor.reset();
     },
     randomise: () => random.randomise(),

@@ -15,7 +15,10 @@ export function aroundGaze(face, reach) {
 }
 
 /** @param {{ name: string }} part */
-export const isEyeball = ({ name }) => /eyeball/.test(name);
+export function isEyeball(part) {
+  if (typeof part?.name !== 'string') throw new TypeError('what isEyeball is given must be one of the `parts` of a FaceModel');
+  return /eyeball/.test(part.name);
+}
 
 /**
  * @param {Float32Array} uvs changed @param {Float32Array} rest positions of the face at rest @param {Uint32Array} corners

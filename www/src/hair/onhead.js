@@ -42,7 +42,6 @@ export function growHair(skin, where, uniforms, fade, onGrown) {
         // What is bushy is broader, too: thin brows are the middle of it. And what is made broader is not thinner.
         thinning: ({ bushy, browed, browForm }) => ({ share: browed * Math.min(1, 0.365 * bushy ** 1.15 * broadOf(browForm) ** 0.75), gone: [0, 0, 0, 0.35 * (2 - bushy)] }),
         long: () => BROW,
-        turned: ({ turned }) => turned[1],
         half: 0.255,
         gaps: 0.45,
         bare: 0.2,

@@ -66,9 +66,9 @@ const PLACE = /* glsl */ `
   float ribbon() { return halfWidth * length(outward.xyz) * (1.0 + 0.4 * max(0.0, 1.0 - 4.0 * outward.w)) * (1.0 - 0.95 * outward.w * outward.w); }
 `;
 // Ribbons lie over ribbons: what can be is done once a corner, tone mapping among it, and little is left for each pixel.
-/** When a strand turns grey: its number times the first has a fraction of its own. A ribbon is several hairs, so it does that softly. */
+/** Of how many of a ribbon's hairs have turned grey its number times the first tells, which has a fraction of its own; and how far ribbons differ in that. */
 const TURNS = 43.7;
-const SOFT = 0.3;
+const UNLIKE = 1.6;
 
 const VERTEX = /* glsl */ `
   #include <common>
@@ -87,9 +87,10 @@ const VERTEX = /* glsl */ `
   uniform vec3 skin;
   uniform float fineness;
   varying vec3 vColour;
+  varying vec3 vGrey; // of its hairs that have turned
   varying vec3 vShine;
   varying vec4 vHair; // across, along, its own number, the neck's fading
-  varying vec2 vSeen; // how far its hairs are told from each other, how much of it they fill
+  varying vec3 vSeen; // how far its hairs are told from each other, how much of it they fill, how many are grey
   vec3 onScreen(vec3 light) {
     vec3 mapped = ACESFilmicToneMapping(light);
     return mix(pow(mapped, vec3(0.41666)) * 1.055 - 0.055, mapped * 12.92, vec3(lessThanEqual(mapped, vec3(0.0031308))));
@@ -104,9 +105,10 @@ const VERTEX = /* glsl */ `
 
     float tip = outward.w;
     float under = abs(course.w); // 1 is open to the light
-    // Hairs turn grey one after the other.
-    vec3 own = mix(young, old, smoothstep(-${SOFT}, ${SOFT}, ${1 + 2 * SOFT} * turned - ${SOFT} - fract(strand.y * ${TURNS})));
-    vec3 hair = scattered(own) * (0.88 + 0.24 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
+    // Hairs turn grey one after the other, here sooner and there later.
+    float grey = turned + ${UNLIKE} * turned * (1.0 - turned) * (fract(strand.y * ${TURNS}) - 0.5);
+    vec3 own = mix(young, old, grey);
+    float shade = (0.88 + 0.24 * fract(strand.y * 57.0)) * mix(0.85, 1.0, smoothstep(0.0, 0.5, tip));
     // Less light gets to the roots, and below other hair.
     float open = mix(0.45, 1.0, under) * mix(0.8, 1.0, smoothstep(0.0, 0.4, tip));
     // Hairs of a ribbon lie side by side where they are told from each other, and close where they are not. Of those that are drawn
@@ -117,10 +119,12 @@ const VERTEX = /* glsl */ `
     float room = mix(ribbon(), apart, seen);
     float drawn = max(room, 0.6 * pixel);
     float fill = min(1.0, max(ribbon(), 1.4 * seen * pixel) / room);
-    vSeen = vec2(seen, fill);
+    vSeen = vec3(seen, fill, grey);
     float cover = mix(1.0, ribbon() / (drawn * fill), thin);
-    hair = mix(skin, hair, cover);
-    vec3 sum = studioLightOn(normalize(outward.xyz)) * 0.62 * hair * open;
+    vec3 dark = mix(skin, scattered(young) * shade, cover);
+    vec3 white = mix(skin, scattered(old) * shade, cover);
+    vec3 hair = mix(dark, white, grey);
+    vec3 comes = studioLightOn(normalize(outward.xyz)) * 0.62 * open;
     vec3 shine = vec3(0.0);
     vec3 sheen = vec3(0.0);
     // Locks lie at angles of their own, or all would shine in one line.
@@ -130,7 +134,7 @@ const VERTEX = /* glsl */ `
       float lit = saturate((dot(normal, light) + 0.35) / 1.35);
       float sine = sqrt(max(0.0, 1.0 - pow2(dot(along, light))));
       vec3 sent = directionalLights[i].color * lit * open;
-      sum += hair * RECIPROCAL_PI * mix(1.0, sine, 0.6) * sent;
+      comes += RECIPROCAL_PI * mix(1.0, sine, 0.6) * sent;
       // From the surface of hairs, and light that went through and comes back in their colour, each to its side (Kajiya
       // and Kay 1989; the shifts are Marschner's, 2003).
       vec3 halfway = normalize(light + toEye);
@@ -141,8 +145,10 @@ const VERTEX = /* glsl */ `
       // Short hairs point everywhere: together they shine as what they grow on is rounded.
       sheen += sent * pow(saturate(dot(normal, halfway)), 5.0) * 0.035;
     }
-    vColour = onScreen(sum);
-    vShine = onScreen(sum + cover * mix(sheen, shine, gloss)) - vColour;
+    vColour = onScreen(comes * dark);
+    vGrey = turned > 0.0 ? onScreen(comes * white) : vColour;
+    vec3 sum = comes * hair;
+    vShine = onScreen(sum + cover * mix(sheen, shine, gloss)) - (turned > 0.0 ? onScreen(sum) : vColour);
 
     vec3 across = cross(along, toEye);
     view.xyz += across / max(0.2, length(across)) * sign(course.w) * drawn;
@@ -152,9 +158,10 @@ const VERTEX = /* glsl */ `
 `;
 const FRAGMENT = /* glsl */ `
   varying vec3 vColour;
+  varying vec3 vGrey;
   varying vec3 vShine;
   varying vec4 vHair;
-  varying vec2 vSeen;
+  varying vec3 vSeen;
   uniform float rootless;
   void main() {
     // Hairs of a ribbon begin and end one after the other. Gaps that are smaller than a pixel would be specks.
@@ -167,7 +174,9 @@ const FRAGMENT = /* glsl */ `
     // Where the neck runs out, hairs end one by one.
     if (vHair.w < 0.1 + 0.9 * fract(vHair.z * 31.0)) discard;
     own = mix(0.5, own, max(0.5, vSeen.x));
-    vec3 shown = vColour * (0.68 + 0.64 * own) + vShine * (0.5 + own);
+    // From afar hairs of both colours are one between.
+    float grey = mix(vSeen.z, step(fract(vHair.z * 71.3 + floor(across) * 0.618), vSeen.z), vSeen.x);
+    vec3 shown = mix(vColour, vGrey, grey) * (0.68 + 0.64 * own) + vShine * (0.5 + own);
     gl_FragColor = vec4(shown, 1.0);
   }
 `;
@@ -194,9 +203,9 @@ function isBald(scars, position, o) {
  * @template {import('./plant.js').Styles[K]} S
  * @param {{
  *   kind: K, style: (colours: Pigments) => S, thinning: (colours: Pigments) => import('./standing.js').Thinning, long: (style: S) => number, half: number, stride?: (style: S) => number,
- *   turned?: (colours: Pigments) => number, gaps?: number, bare?: number, carries?: (colours: Pigments) => number,
+ *   gaps?: number, bare?: number, carries?: (colours: Pigments) => number,
  * }} of `half` of a ribbon's width, mm; of the points of a strand every `stride`th is in files, in which each is once more
- *   for every slider, and none where there is no `stride`; `turned`: how grey it is;
+ *   for every slider, and none where there is no `stride`;
  *   `gaps`: how much of a ribbon's breadth is between its hairs; `bare`: how much of the skin is seen between hairs, however many there are;
  *   `carries`: how far it stands for what is painted of it
  * @param {{ grower: import('./grower.js').Grower, rest: Float32Array, onGrown: () => void }} on the head at rest
@@ -204,7 +213,7 @@ function isBald(scars, position, o) {
  *   heat, from 0 to 1; how far it carries what is painted of it, 0 when it is not there
  * @param {readonly number[]} fade heights between which hair runs out with the neck, mm
  */
-export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride, gaps: between, bare = 0, carries = () => 1, turned: turnedOf = (colours) => colours.turned[0] }, { grower, rest, onGrown }, { heatStrength, hides = { value: 0 }, stands = { value: 0 } }, fade) {
+export function createTresses({ kind, style: styleOf, thinning: thinningOf, long, half, stride, gaps: between, bare = 0, carries = () => 1 }, { grower, rest, onGrown }, { heatStrength, hides = { value: 0 }, stands = { value: 0 } }, fade) {
   /** There when there first is hair; null where none grows. @type {import('./plant.js').Planting | null | undefined} */
   let hair;
   const geometry = new BufferGeometry();
@@ -490,9 +499,9 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
     const [way, up, across] = [new Vector3(), new Vector3(), new Vector3()];
     let [o, i] = [0, 0];
     for (const n of left) {
-      // As in the shader.
-      const white = smoothstep(-SOFT, SOFT, (1 + 2 * SOFT) * turned.value - SOFT - ((numberOf(n) * TURNS) % 1));
-      const shade = young.value.clone().lerp(old.value, white).toArray();
+      // As in the shader from afar.
+      const grey = turned.value + UNLIKE * turned.value * (1 - turned.value) * (((numberOf(n) * TURNS) % 1) - 0.5);
+      const shade = young.value.clone().lerp(old.value, grey).toArray();
       for (let s = 0; s < many; s++) {
         const from = pointOf(n, s, many);
         way.fromArray(ribbons.course, 8 * from);
@@ -626,9 +635,10 @@ export function createTresses({ kind, style: styleOf, thinning: thinningOf, long
      * @param {boolean} [asks] otherwise whoever paints it has it grown at once
      */
     paint(colours, asks = true) {
-      young.value.copy(colours.young);
-      old.value.copy(colours.old);
-      turned.value = turnedOf(colours);
+      const tones = colours.grown[kind];
+      young.value.copy(tones.young);
+      old.value.copy(tones.old);
+      turned.value = tones.turned;
       carrying = carries(colours);
       skin.value.copy(colours.skin);
       const now = thinningOf(colours);

@@ -46,6 +46,11 @@ export const REST = /** @type {Readonly<Record<string, number>>} */ ({
   noseBar: 0,
   frameColour: 0.66,
   tint: 0,
+  beardShade: 0.5,
+  beardRed: 0.5,
+  beardGrey: 0.5,
+  browShade: 0.5,
+  browGrey: 0.5,
 });
 
 export const COLOURS = Object.keys(REST);

@@ -19,11 +19,11 @@ const melanin = (/** @type {number} */ skin) => FAIREST + (DEEPEST - FAIREST) * 
 const BLOOD = [0.97, 0.68, 0.66];
 
 /** What lips have of the skin's colour at rest, and what both ends have of that. */
-const LIPS = [0.76, 0.38, 0.39];
+const LIPS = [0.68, 0.37, 0.5];
 /** How much less of that on the darkest skin: lips have melanin as well, and blood below it shows less, or they would be maroon. */
-const BROWNED = [0.2, 0.55, 0.9];
-const PALE = [1.13, 1.72, 1.68];
-const PAINTED = [0.78, 0.16, 0.24];
+const BROWNED = [-0.1, 0.4, 0.95];
+const PALE = [1.2, 1.75, 1.4];
+const PAINTED = [0.87, 0.165, 0.19];
 
 /** @typedef {readonly [place: number, ...Color[]]} Stop */
 /** @param {[number, ...string[]]} stop in sRGB @returns {Stop} */
@@ -86,6 +86,28 @@ export function skinColour(tone, skin, blood) {
   return new Color(r, g, b);
 }
 
+/**
+ * What grows in a beard, or in brows, may be lighter or darker, redder or greyer than the hair on the head: in the middle it is as that
+ * is, and at the ends as none is and as all is.
+ * @param {number} own the hair's @param {number} beside where the slider is
+ */
+export const besideOf = (own, beside) => (beside < 0.5 ? 2 * beside * own : own + (2 * beside - 1) * (1 - own));
+/** The other way: where the slider of what grows there is. @param {number} own the hair's @param {number} theirs */
+export function asideOf(own, theirs) {
+  if (theirs === own) return 0.5;
+  return theirs < own ? theirs / own / 2 : 0.5 + (theirs - own) / (1 - own) / 2;
+}
+
+/**
+ * The colours of hairs, of which so many have turned grey.
+ * @param {number} hair @param {number} red @param {number} turned
+ */
+function tones(hair, red, turned) {
+  const [young, old] = [hairColour(hair, red, 0), hairColour(hair, red, 1)];
+  /** Those that have not turned grey, those that have, how many have, and all together. */
+  return { young, old, turned, all: young.clone().lerp(old, turned) };
+}
+
 /** How bright skin is beside that at rest, to the eye; 1 at most. @param {Color} tone at rest @param {Color} skin */
 const brightness = (tone, skin) => Math.min(1, Math.sqrt((skin.g + 0.01) / (tone.g + 0.01)));
 
@@ -98,7 +120,7 @@ export const irisColours = (iris) => ({ inner: between(IRIS, iris, 1), outer: be
  * @param {import('./colouring.js').Colouring} colouring
  */
 export function pigments(tone, colouring) {
-  const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles, beardLength, thin, beardThin, hairline, moustache, chinBeard, cheekBeard, browBreadth, browArch, browSlant, browApart, browRaise } =
+  const { skin, blood, lips, brows, hair, red, grey, iris, crop, beard, length, comb, parting, curl, lines, freckles, beardLength, thin, beardThin, hairline, moustache, chinBeard, cheekBeard, browBreadth, browArch, browSlant, browApart, browRaise, beardShade, beardRed, beardGrey, browShade, browGrey } =
     whole(colouring);
   const own = skinColour(tone, skin, blood);
   // Pale lips have no more blood than the skin; full ones are painted.
@@ -106,9 +128,14 @@ export function pigments(tone, colouring) {
   const far = Math.abs(lips - REST.lips) / most;
   const dark = 1 - brightness(tone, skinColour(tone, skin, REST.blood));
   const [lipRed, lipGreen, lipBlue] = LIPS.map((factor, k) => factor ** (1 - BROWNED[k] * dark) * factors[k] ** far);
-  const [young, old] = [hairColour(hair, red, 0), hairColour(hair, red, 1)];
-  const strands = young.clone().lerp(old, grey);
+  const grown = {
+    hair: tones(hair, red, grey),
+    beard: tones(besideOf(hair, beardShade), besideOf(red, beardRed), besideOf(grey, beardGrey)),
+    brows: tones(besideOf(hair, browShade), red, besideOf(BROWS_GREY * grey, browGrey)),
+  };
+  // Lashes are as brows are, but go on with the hair where those keep dark ones.
   const atRest = between(HAIR, REST.hair, 1);
+  const { all: strands } = tones(besideOf(hair, browShade), red, besideOf(grey, browGrey));
   const [lr, lg, lb] = [strands.r / atRest.r, strands.g / atRest.g, strands.b / atRest.b].map((ratio, k) => LASHES[k] * ratio ** FOLLOWS);
   // What has length is as dense as it can be, but for what is thinned.
   const dense = Math.max(crop, (1 - thin) * Math.min(1, length / SHORTEST));
@@ -119,13 +146,8 @@ export function pigments(tone, colouring) {
     /** How much of the lips is not painted, 1 at rest and 0 at full. */
     bare: lips > REST.lips ? 1 - far : 1,
     lips: own.clone().multiply(new Color(lipRed, lipGreen, lipBlue)),
-    /** Of all hairs together. */
-    hair: strands,
-    /** Of hairs that have not turned grey, and of those that have. */
-    young,
-    old,
-    /** How many have, on the head and of the brows. @type {[number, number]} */
-    turned: [grey, BROWS_GREY * grey],
+    /** Of what grows, by where. */
+    grown,
     lashes: new Color(lr, lg, lb),
     /** 0 is none, 2 twice as many as at rest. */
     bushy: 2 * brows,

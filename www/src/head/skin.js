@@ -1,4 +1,4 @@
-import { Color, DataTexture, MeshDepthMaterial, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector4 } from 'three';
+import { Color, DataTexture, MeshDepthMaterial, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector3, Vector4 } from 'three';
 import { RUNS_OUT } from '../rendering/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { SCATTERED } from '../hair/scattered.js';
@@ -78,9 +78,10 @@ const DECLARATIONS = /* glsl */ `
   uniform vec2 browSpan;
   uniform vec4 browMoves;
   uniform float browSlant;
-  uniform vec3 youngHair;
-  uniform vec3 oldHair;
-  uniform vec2 turned; // grey: of hair, of brows
+  // Of hair, beards and brows: those hairs that are not grey, those that are, and how many are.
+  uniform vec3 young[3];
+  uniform vec3 old[3];
+  uniform vec3 turned;
   uniform float bushy;
   uniform float browed; // whether hairs stand on what is painted of brows
   uniform vec3 lipColour;
@@ -195,7 +196,7 @@ const COLOUR = /* glsl */ `
 #endif
   // Not all hairs turn grey at once.
   float turns = hairsOfBrow.g / max(hairsOfBrow.r, 0.01);
-  vec3 browTone = mix(youngHair, oldHair, smoothstep(turns - 0.15, turns + 0.15, turned.y));
+  vec3 browTone = mix(young[2], old[2], smoothstep(turns - 0.15, turns + 0.15, turned.z));
   tone = mix(tone, browTone, clamp(brow * 1.15, 0.0, 0.9));
   // How much of what is worn the photo shows.
   float photographed = 0.0;
@@ -244,7 +245,9 @@ const COLOUR = /* glsl */ `
 #endif
     float thick = grown.x;
     // The lightest turn grey first.
-    vec3 hair = scattered(mix(youngHair, oldHair, smoothstep(-0.3, 0.3, (2.25 - 0.8 * turned.x) * turned.x - 0.95 + 1.7 * (strand.g - 0.5))));
+    vec2 greyed = smoothstep(-0.3, 0.3, (2.25 - 0.8 * turned.xy) * turned.xy - 0.95 + 1.7 * (strand.g - 0.5));
+    vec3 hair = scattered(mix(young[0], old[0], greyed.x));
+    vec3 ofBeard = scattered(mix(young[1], old[1], greyed.y));
     // Roots show through the skin; hairs lie over it.
     tone = mix(tone, mix(tone * 0.6, hair, 0.6 + 0.2 * thick), thick * (0.3 + 0.65 * thick));
     underHair = smoothstep(0.1, 0.7, thick) * covered.x;
@@ -257,9 +260,9 @@ const COLOUR = /* glsl */ `
     float beard = grown.y * vGrowth.z * (1.0 - smoothSkin) * (1.0 - photographed);
     float rank = 1.7 * strand.g - 0.45;
     float whisker = smoothstep(-0.25, 0.25, 1.25 * beard - rank) * min(1.0, 5.0 * beard) * (0.5 + 0.45 * beard);
-    tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), 0.5 * mix(youngHair, oldHair, turned.x), 0.75 * beard), beard * (0.45 + 0.45 * beard));
-    tone = mix(tone, hair * 0.85, beard * covered.y * 0.8);
-    tone = mix(tone, hair * (0.05 + (1.1 + 0.6 * beard) * strand.g) * (1.0 - 0.1 * covered.y), whisker);
+    tone = mix(tone, mix(tone * vec3(0.5, 0.53, 0.58), 0.5 * mix(young[1], old[1], turned.y), 0.75 * beard), beard * (0.45 + 0.45 * beard));
+    tone = mix(tone, ofBeard * 0.85, beard * covered.y * 0.8);
+    tone = mix(tone, ofBeard * (0.05 + (1.1 + 0.6 * beard) * strand.g) * (1.0 - 0.1 * covered.y), whisker);
     hairs = max(hairs, whisker);
     underHair = max(underHair, whisker * covered.y);
     lying *= hairs;
@@ -338,8 +341,8 @@ const GROWN = {
     uniform vec4 gone;
     uniform vec2 covered;
     varying vec3 vGrowth;`,
-  // Strands that become few leave no stain.
-  PLACED: 'vGrowth = vec3(min(growth.x - 0.15 * covered.x, 11.0 * (parts.w - gone.w) - 0.35 * covered.x), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
+  // Strands that become few leave no stain, and a line that recedes no edge before them.
+  PLACED: 'vGrowth = vec3(min(growth.x - 0.15 * covered.x, 11.0 * (parts.w - gone.w) - mix(0.35, 0.9, smoothstep(0.0, 0.1, gone.w)) * covered.x), growth.y, 1.0 - dot(parts.xyz, gone.xyz));',
 };
 
 /**
@@ -403,9 +406,9 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
     browSpan: { value: new Vector2(0, 1) },
     browMoves: { value: new Vector4(0, 1, 0, 0) },
     browSlant: { value: 0 },
-    youngHair: { value: new Color() },
-    oldHair: { value: new Color() },
-    turned: { value: new Vector2() },
+    young: { value: [new Color(), new Color(), new Color()] },
+    old: { value: [new Color(), new Color(), new Color()] },
+    turned: { value: new Vector3() },
     bushy: { value: 1 },
     browed: { value: 0 },
     /** Painted when there is hair. */
@@ -621,7 +624,7 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       });
     },
     /** @param {Paints} colours */
-    paint({ skin, bright, lips, bare, young, old, turned, bushy, browForm, dense, lift, standing, gone, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, bare, grown, bushy, browForm, dense, lift, standing, gone, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       // On dark skin all that is mirrored stands out, and a little of it is plastic.
       material.sheenColor.copy(FUZZ).multiplyScalar(bright * bright);
@@ -629,9 +632,10 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       material.roughness = 0.52 + 0.06 * (1 - bright);
       uniforms.lipColour.value.copy(lips);
       uniforms.lipCover.value = 1 - 0.34 * bare;
-      uniforms.youngHair.value.copy(young);
-      uniforms.oldHair.value.copy(old);
-      uniforms.turned.value.fromArray(turned);
+      const tones = [grown.hair, grown.beard, grown.brows];
+      uniforms.young.value = tones.map(({ young }) => young);
+      uniforms.old.value = tones.map(({ old }) => old);
+      uniforms.turned.value.fromArray(tones.map(({ turned }) => turned));
       uniforms.bushy.value = bushy;
       if (brow) {
         const { apart, broad, raise, arch, slant } = movesOf(browForm, brow);

@@ -1,5 +1,5 @@
 import { chance } from '../chance.js';
-import { readColouring, whole } from './colouring.js';
+import { readColouring, REST, whole } from './colouring.js';
 
 /** How deep skin is, where a model tells the shares of a shape by these names. */
 const TONES = /** @type {const} */ ({ african: 0.85, asian: 0.4, caucasian: 0.22 });
@@ -82,6 +82,25 @@ function browsOf(manly, random) {
   };
 }
 
+/** So have what beards and brows have beside the hair. */
+const BESIDE = 0xbea2d;
+
+/**
+ * What beards and brows have of another colour than the hair: fair hair has darker brows, and often a redder beard, and beards turn grey
+ * before the head does.
+ * @param {number} fair how fair the hair is @param {number} years how far hair is grey at this age @param {() => number} random
+ */
+function besides(fair, years, random) {
+  const about = (/** @type {number} */ mean, /** @type {number} */ most) => mean + most * (random() + random() - 1);
+  return {
+    beardShade: about(0.5, 0.12),
+    beardRed: 0.5 + 0.4 * fair * random() ** 2,
+    beardGrey: years > 0 ? about(0.5 + 0.2 * Math.min(1, 2 * years), 0.15) : 0.5,
+    browShade: about(0.52 + 0.2 * fair, 0.08 + 0.1 * fair),
+    browGrey: years > 0 ? about(0.5, 0.25) : 0.5,
+  };
+}
+
 /**
  * Colours that someone of a face may have, the same for a seed: brown eyes and black hair are the most of the
  * world's, and fair hair, red hair and light eyes go with fair skin. What the model's labels say of the face
@@ -114,12 +133,13 @@ export function someone(face, seed) {
     lines: linesOf(age, random()),
     freckles: random() < 0.5 * fair ? random() : 0,
   };
+  const own = { ...colours, ...besides(Math.max(0, 1 - colours.hair / REST.hair), greyOf(age), chance(seed ^ BESIDE)) };
   const beardLength = colours.beard > 0.3 && random() < 0.6 ? 0.15 + 0.45 * random() ** 2 : 0;
-  if (colours.crop === 0) return readColouring({ ...colours, beardLength });
+  if (colours.crop === 0) return readColouring({ ...own, beardLength });
   const long = random() < 0.9 - 0.8 * manly;
   const coiled = random() < 1.4 * african - 0.2;
   return readColouring({
-    ...colours,
+    ...own,
     beardLength,
     length: long ? 0.5 + 0.5 * random() : random() < 0.75 ? 0.12 + 0.24 * random() : 0,
     comb: 0.75 * random(),

@@ -61,7 +61,7 @@ export function createExports({ face, view, head, expressions, named, colouring,
     const coloured = () => ({ colours: coloursAsShown(view.renderer, head, face, options) });
     /** @type {Record<keyof typeof MESHES, () => Uint8Array<ArrayBuffer> | Promise<Uint8Array<ArrayBuffer>>>} */
     const write = {
-      glb: () => glbAsShown(view.renderer, head, face, options),
+      glb: () => glbAsShown(view.renderer, head, face, { ...options, targets: targets.checked }),
       obj: () => toObj(face, coloured()),
       ply: () => toPly(face, coloured()),
       stl: () => toStl(face),
@@ -78,6 +78,7 @@ export function createExports({ face, view, head, expressions, named, colouring,
   const width = side(text.width, 1600);
   const height = side(text.height, 2000);
   const transparent = element('input', { type: 'checkbox' });
+  const targets = element('input', { type: 'checkbox', checked: true });
 
   return createDialog(
     'exports-title',
@@ -92,7 +93,7 @@ export function createExports({ face, view, head, expressions, named, colouring,
           {},
           element('button', { type: 'button', class: 'button', onclick: () => offer(ending, () => mesh(ending)) }, ending.toUpperCase()),
           ' ',
-          text.exportFormats[ending],
+          element('div', {}, text.exportFormats[ending], ...(ending === 'glb' ? [element('label', { class: 'check' }, targets, text.exportTargets)] : [])),
         ),
       ),
     ),

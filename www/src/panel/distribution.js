@@ -157,6 +157,16 @@ export function createDistributions(model) {
     const places = percentiles.map((percentile) => (at(percentile) - low) / span);
     probe.coefficients = median;
     const made = distributionOf({ low, span, percentiles, places, start, read, write, rank: (face) => face.get(control.name) });
+    // Between two of the table the model itself knows better.
+    const { reading } = made;
+    made.reading = (value) => {
+      if (isBeyond(value)) return reading(value);
+      try {
+        return at(value);
+      } finally {
+        probe.coefficients = median;
+      }
+    };
     known.set(control.name, made);
     return made;
   };

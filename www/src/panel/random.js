@@ -74,21 +74,29 @@ export function createRandom(editor, { library, portraits, say }) {
     // Of a feature alone it says nothing: with it all of the face would be another.
     if (regions) return say(text.randomiseFeature(regions.map((region) => titleOf(region).toLowerCase()).join(', ')));
     seed.value = String(used);
-    const locked = editor.face.locked.length + (editor.face.lockedMeasures?.length ?? 0);
-    say(locked ? text.randomisedRest(used) : text.randomised(used));
+    const { locked, lockedMeasures } = editor.face;
+    say(locked.length + lockedMeasures.length > 0 ? text.randomisedRest(used, locked.length > 0) : text.randomised(used));
   }
 
   const dressed = element('input', { type: 'checkbox', id: 'random-colours', checked: true });
   const colours = element('label', { class: 'check', for: dressed.id }, dressed, text.randomColours);
+  const coloursStay = element('p', { class: 'note', hidden: true }, text.coloursLocked);
+  function refresh() {
+    const stay = editor.face.locked.length > 0;
+    dressed.disabled = stay;
+    coloursStay.hidden = !stay;
+  }
+  editor.onShape(refresh);
+  refresh();
 
   const alike = createAlike(editor, { library, portraits, say, spread: () => spread });
   const root = element('section', { class: 'part' }, element('h3', {}, text.randomFaces));
   if (wishes.root) {
     // The toolbar has a button of this kind; on a phone it is far from here.
     const draw = element('button', { type: 'button', class: 'button', onclick: () => randomise() }, text.wishes.draw);
-    root.append(wishes.root, amount.root, colours, element('div', { class: 'row' }, draw, alike.button));
+    root.append(wishes.root, amount.root, colours, coloursStay, element('div', { class: 'row' }, draw, alike.button));
   } else {
-    root.append(amount.root, colours, element('div', { class: 'row' }, alike.button));
+    root.append(amount.root, colours, coloursStay, element('div', { class: 'row' }, alike.button));
   }
   root.append(alike.root);
 

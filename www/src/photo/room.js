@@ -332,6 +332,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   }
   /** There is no photo any more; the face stays. */
   function close() {
+    const wore = colours.worn;
     stop();
     queue.forget();
     editable = dressed = false;
@@ -342,7 +343,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     number = 0;
     settle();
     colours.forget();
-    say('');
+    say(wore ? text.photo.closed : '');
     show('empty');
     controls.focus('empty');
   }

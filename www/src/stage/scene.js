@@ -350,6 +350,18 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     invalidate();
   }
 
+  /** Where the view is now: what is given back brings it there again. */
+  function keep() {
+    const [position, target, then] = [camera.position.clone(), controls.target.clone(), flight];
+    return () => {
+      camera.position.copy(position);
+      controls.target.copy(target);
+      flight = then;
+      aim();
+      invalidate();
+    };
+  }
+
   /**
    * Turns the head by hand: angles in radians, and a factor of the distance.
    * @param {number} theta @param {number} phi @param {number} [closer]
@@ -413,6 +425,7 @@ export function createScene(canvas, subject, covered = () => [0, 0]) {
     view,
     reframe,
     arrive,
+    keep,
     turn,
     /** Moves the head across the picture. @param {number} right @param {number} down CSS pixels */
     pan(right, down) {
