@@ -4,7 +4,7 @@ import { sameWeights } from '../editing/history.js';
 import { atRest } from '../head/head.js';
 import { text } from '../text.js';
 import { MOST_PHOTOS, besides, createAlbum, fitOn, inWholePerCents, seenIn, shotOf } from './album.js';
-import { createBrowTeller } from './browtold.js';
+import { createTeller } from './albedotold.js';
 import { createChoice } from './choose.js';
 import { createColours } from './colours.js';
 import { createComparison } from './compare.js';
@@ -52,13 +52,13 @@ const LEAST_FACE = 40;
 export function createRoom(editor, { panel, stage, files, expressions, display, sleep, tone, wear }) {
   const { model, face } = editor;
   const fitter = createFitter(files, toolsLost);
-  /** Made for the first photo. @type {ReturnType<typeof createBrowTeller> | undefined} */
-  let browTeller;
-  function brows() {
-    if (browTeller !== undefined) return browTeller;
+  /** Made for the first photo. @type {ReturnType<typeof createTeller> | undefined} */
+  let madeTeller;
+  function teller() {
+    if (madeTeller) return madeTeller;
     const median = model.face();
     try {
-      return (browTeller = createBrowTeller(atRest(model, median)));
+      return (madeTeller = createTeller(atRest(model, median)));
     } finally {
       median.free();
     }
@@ -612,7 +612,10 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   }
 
   /** @param {NonNullable<Awaited<ReturnType<typeof fitter.looks>>>} told */
-  const wornBy = ({ looks, albedos, glasses }) => colouringOf(looks, tone, { ...(albedos && brows()?.told(albedos)), ...glassesOf(glasses, looks) });
+  function wornBy({ looks, albedos, glasses }) {
+    const { brows, lips } = albedos ? teller().told(albedos) : { brows: {}, lips: undefined };
+    return colouringOf(looks, tone, { ...brows, ...glassesOf(glasses, looks) }, lips);
+  }
 
   /** @param {Float64Array} points px of the photo */
   async function fit(points) {
@@ -668,7 +671,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       // Who corrects points, or adds a photo, has seen the looks, and may have changed them. Without a light nobody knows them.
       const looks = dressed
         ? null
-        : await fitter.looks(brows()?.places, standOnFace(model, found.code)).catch((error) => {
+        : await fitter.looks(teller().places, standOnFace(model, found.code)).catch((error) => {
             if (error instanceof Over) throw error;
             return null;
           });
