@@ -1072,7 +1072,7 @@ describe('a face in a photo', () => {
   });
 
   test('that looks more into the camera than the one before tells the looks, unless somebody changed them', async () => {
-    const { context, page, complaints } = await open(browser, site, { sharp: true, viewport: { width: 1000, height: 655 } });
+    const { context, page, complaints } = await open(browser, site, { sharp: true, drawn: true, viewport: { width: 1000, height: 655 } });
     const colouring = () => page.evaluate(() => window.designer.colouring);
     await page.getByRole('tab', { name: 'Looks' }).click();
     for (const [name, value] of /** @type {const} */ ([['Hair on the head, none to dense', 0.9], ['Lips, pale to red', 0.75], ['Skin, fair to deep', 0.15]])) await moveSlider(page, name, value);
