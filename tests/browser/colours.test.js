@@ -389,10 +389,12 @@ describe('colours', () => {
     await page.getByLabel('Seed').fill(seed);
     await page.getByRole('button', { name: 'Use' }).click();
     assert.deepEqual(await colouring(page), another);
-    await page.evaluate(() => window.designer.face.lock('nose'));
+    const lock = page.getByRole('button', { name: 'Lock the nose', exact: true });
+    await lock.click();
     await random.click();
     assert.deepEqual(await colouring(page), another, 'a locked nose changed its colour');
-    await page.evaluate(() => window.designer.face.unlock('nose'));
+    assert.ok(await page.getByText('While a feature is locked, all looks stay').isVisible());
+    await lock.click();
     await page.getByLabel('With their own looks').uncheck();
     await random.click();
     assert.deepEqual(await colouring(page), another);

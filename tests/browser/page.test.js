@@ -470,7 +470,7 @@ describe('one page after another of these', () => {
 
     const nose = await landmarkOnScreen(page, 'ibug_30');
     await page.mouse.click(nose.x, nose.y);
-    await page.getByText('Drag the nose to shape it').waitFor();
+    await page.getByText('Drag the nose: what is not locked follows').waitFor();
     for (const give of [undefined, takenAway('canvas.view')]) {
       await givenUp('the surface', { ...nose, far: 24 }, give);
       assert.equal(await page.locator('.grip:visible').count(), 0);

@@ -6,12 +6,13 @@ import { describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { deflateSync } from 'node:zlib';
 import { load } from '../../pkg/index.js';
+import { REST } from '../../www/src/head/colouring.js';
 import { headerOf } from '../../www/src/photo/exif.js';
 import { spaceOf } from '../../www/src/photo/profile.js';
 import { xmpPacket } from '../../www/src/photo/xmp.js';
 import { limited } from '../node/limited.js';
 import { readPicture } from './glb.js';
-import { decodePng, differing, download, holdBack, landmarkOnScreen, loseCard, moveSlider, onePage, open, pressQuickly, settled, siteAndBrowser } from './site.js';
+import { decodePng, differing, download, holdBack, landmarkOnScreen, loseCard, moveSlider, onePage, open, pressQuickly, settled, siteAndBrowser, turnHead } from './site.js';
 
 const require = createRequire(new URL('../../www/package.json', import.meta.url));
 const AXE = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
@@ -1066,6 +1067,48 @@ describe('a face in a photo', () => {
     assert.ok(await says(2));
     const alone = await pick('Choose a photo', PORTRAIT);
     assert.equal(alone.fit.code, first.fit.code);
+    assert.deepEqual(complaints, []);
+    await context.close();
+  });
+
+  test('that looks more into the camera than the one before tells the looks, unless somebody changed them', async () => {
+    const { context, page, complaints } = await open(browser, site, { sharp: true, drawn: true, viewport: { width: 1000, height: 655 } });
+    const colouring = () => page.evaluate(() => window.designer.colouring);
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    for (const [name, value] of /** @type {const} */ ([['Hair on the head, none to dense', 0.9], ['Lips, pale to red', 0.75], ['Skin, fair to deep', 0.15]])) await moveSlider(page, name, value);
+    // As two cameras have one head.
+    const photo = async (/** @type {[number, number]} */ from, /** @type {[number, number]} */ to) => {
+      await turnHead(page, from, to);
+      return page.locator('canvas.view').screenshot();
+    };
+    const ahead = await photo([0, 0], [0, 0]);
+    const aside = await photo([0, 0], [34, 4]);
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    const add = async (/** @type {Buffer} */ buffer) => {
+      const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.getByRole('button', { name: 'Add a photo of this person' }).click()]);
+      await chooser.setFiles({ name: 'added.png', mimeType: 'image/png', buffer });
+      await page.waitForFunction(() => window.designer.photo.mode === 'busy');
+      assert.equal((await done(page)).mode, 'ready');
+      return colouring();
+    };
+    await choose(page, ahead);
+    const told = await colouring();
+    assert.ok(Math.abs(told.lips - 0.75) < 0.15, JSON.stringify(told));
+    // From the side no more is told.
+    assert.deepEqual(await add(aside), told);
+    await choose(page, aside);
+    const fromAside = await colouring();
+    assert.notDeepEqual(fromAside, told);
+    // From the front it is told anew, of a shape that both tell.
+    const both = await add(ahead);
+    for (const name of ['skin', 'lips', 'hair']) assert.ok(Math.abs((both[name] ?? REST[name]) - (told[name] ?? REST[name])) < 0.06, `${name}: ${JSON.stringify(both)} of ${JSON.stringify(told)}`);
+    assert.notDeepEqual(both, fromAside);
+    await choose(page, aside);
+    await page.getByRole('tab', { name: 'Looks' }).click();
+    await moveSlider(page, 'Red in the hair', 0.5);
+    const changed = await colouring();
+    await page.getByRole('tab', { name: 'Photo' }).click();
+    assert.deepEqual(await add(ahead), changed, 'what somebody wished for stays');
     assert.deepEqual(complaints, []);
     await context.close();
   });

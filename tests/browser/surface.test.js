@@ -51,7 +51,7 @@ describe('the surface', () => {
     assert.equal(idle, 'pointer');
     await page.mouse.click(away.x, away.y);
     assert.equal(await page.locator('.tab[aria-pressed=true]').getAttribute('data-group'), 'mouth');
-    await page.getByText('Drag the mouth to shape it').waitFor();
+    await page.getByText('Drag the mouth: what is not locked follows').waitFor();
     await page.mouse.move(away.x + 1, away.y);
     await settled(page);
     assert.equal(await page.evaluate(() => document.querySelector('canvas.view').style.cursor), 'move');
@@ -139,14 +139,14 @@ describe('the surface', () => {
     const hint = () => page.locator('.hint').textContent();
     const shapes = () => page.locator('.stage').evaluate((stage) => stage.classList.contains('is-shaping'));
     await page.locator('.tab[data-group="mouth"]').click();
-    assert.match((await hint()) ?? '', /^Drag the mouth to shape it/);
+    assert.match((await hint()) ?? '', /^Drag the mouth: what is not locked follows/);
     const code = await codeOf(page);
     await drag(page, await landmarkOnScreen(page, 'ibug_54'), 8, 0);
     await page.mouse.up();
     assert.notEqual(await codeOf(page), code);
     for (const leave of [page.getByRole('button', { name: 'Person', exact: true }), page.getByRole('tab', { name: 'Looks' })]) {
       await page.mouse.click(tip.x, tip.y);
-      assert.match((await hint()) ?? '', /^Drag the nose to shape it/);
+      assert.match((await hint()) ?? '', /^Drag the nose: what is not locked follows/);
       await leave.click();
       assert.equal(await hint(), 'Click a feature to shape it');
       assert.equal(await shapes(), false);

@@ -144,6 +144,28 @@ describe('looks', () => {
     assert.deepEqual(coloured(own, tone).rgba, own.rgba);
   });
 
+  test('of lips are as red as those beside the skin, and at rest where they are not seen or nothing has a colour', () => {
+    // As the page draws them: some of the skin shows through lips that are not painted.
+    const through = [0.97, 0.875, 0.81];
+    const drawn = (/** @type {number} */ skin, /** @type {number} */ lips) => {
+      const colours = pigments(tone, { skin, lips });
+      const cover = 1 - 0.34 * colours.bare;
+      return rgb(colours.lips).map((value, k) => (cover * value + (1 - cover) * rgb(colours.skin)[k] * through[k]) / 0.8);
+    };
+    for (const skin of [0.1, REST.skin, 0.6, 0.85]) {
+      const own = rgb(skinColour(tone, skin, REST.blood)).map((value, k) => (value * through[k]) / 0.8);
+      const told = (/** @type {number[]} */ lips, /** @type {number} */ sight) => whole(colouringOf({ ...bald, skin: own }, tone, {}, Float32Array.from({ length: 72 }, (_, i) => (i % 4 < 3 ? lips[i % 4] : sight)))).lips;
+      const all = [0, 0.2, 0.4, 0.6, 0.8, 1].map((lips) => told(drawn(skin, lips), 1));
+      assert.ok(all.every((value, i) => i === 0 || value > all[i - 1]), `skin ${skin}: ${all}`);
+      assert.ok(Math.abs(all[2] - REST.lips) < 0.05 && all[0] < 0.3 && all[5] > 0.7, `skin ${skin}: ${all}`);
+      // How bright they are tells little: they shine, or are in shadow.
+      assert.ok(Math.abs(told(drawn(skin, 0.6).map((value) => 1.15 * value), 1) - all[3]) < 0.1);
+      assert.equal(told(drawn(skin, 0.9), 0), REST.lips);
+    }
+    const grey = [0.3, 0.3, 0.3];
+    assert.equal(whole(colouringOf({ ...bald, skin: /** @type {[number, number, number]} */ (grey) }, tone, {}, Float32Array.from({ length: 72 }, () => 0.1))).lips, REST.lips);
+  });
+
   test('of a beard have one', () => {
     const beardOf = (/** @type {number} */ beard) => whole(colouringOf({ ...bald, beard }, tone));
     assert.equal(beardOf(0.05).beard, 0);

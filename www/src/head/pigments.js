@@ -18,6 +18,9 @@ const melanin = (/** @type {number} */ skin) => FAIREST + (DEEPEST - FAIREST) * 
 /** What is left of the light from one end of its slider to the other: blood takes green and blue. */
 const BLOOD = [0.97, 0.68, 0.66];
 
+/** What is left where it is drawn: the skin's colour is seen through a little blood everywhere. */
+export const THROUGH_BLOOD = [0.97, 0.875, 0.81];
+
 /** What lips have of the skin's colour at rest, and what both ends have of that. */
 const LIPS = [0.68, 0.37, 0.5];
 /** How much less of that on the darkest skin: lips have melanin as well, and blood below it shows less, or they would be maroon. */

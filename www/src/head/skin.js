@@ -1,4 +1,5 @@
 import { Color, DataTexture, MeshDepthMaterial, MeshPhysicalMaterial, ShaderChunk, Vector2, Vector3, Vector4 } from 'three';
+import { THROUGH_BLOOD } from './pigments.js';
 import { RUNS_OUT } from '../rendering/backdrop.js';
 import { STUDIO_GLSL, studioUniforms } from '../rendering/environment.js';
 import { SCATTERED } from '../hair/scattered.js';
@@ -175,8 +176,7 @@ const COLOUR = /* glsl */ `
   float blood = clamp(paint.g + 0.55 * ear, 0.0, 1.0);
   float smoothSkin = max(paint.b, 0.6 * ear);
 
-  // The prescribed colour is seen through a little blood everywhere.
-  vec3 tone = diffuseColor.rgb * vec3(0.97, 0.875, 0.81);
+  vec3 tone = diffuseColor.rgb * vec3(${THROUGH_BLOOD.join(', ')});
   // Blood takes green and blue, melanin takes all, more of the blue.
   tone *= mix(vec3(1.0), vec3(0.96, 0.70, 0.66), blood * 0.62);
   tone *= mix(vec3(1.0), vec3(1.0, 0.88, 0.84), (broad.a - 0.5) * 1.1);

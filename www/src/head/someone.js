@@ -82,6 +82,8 @@ function browsOf(manly, random) {
   };
 }
 
+/** So dense a crop is one of hairs, of the slider. */
+const DENSE = 0.7;
 /** So have what beards and brows have beside the hair. */
 const BESIDE = 0xbea2d;
 
@@ -141,7 +143,8 @@ export function someone(face, seed) {
   return readColouring({
     ...own,
     beardLength,
-    length: long ? 0.5 + 0.5 * random() : random() < 0.75 ? 0.12 + 0.24 * random() : 0,
+    // What is dense and cropped has hairs that stand off; what is thin is painted.
+    length: long ? 0.5 + 0.5 * random() : random() < 0.75 ? 0.12 + 0.24 * random() : colours.crop > DENSE ? 0.05 : 0,
     comb: 0.75 * random(),
     parting: 0.25 + 0.5 * random(),
     curl: coiled ? 0.7 + 0.3 * random() : 0.6 * random() ** 2,

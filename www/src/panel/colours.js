@@ -21,7 +21,7 @@ const GROUPS = /** @type {const} */ ([
 const STARTS = {
   style: {
     bald: { crop: 0, length: 0 },
-    cropped: { crop: 0.9, length: 0 },
+    cropped: { crop: 0.9, length: 0.05, curl: 0.3 },
     short: { crop: 0.9, length: 0.22, comb: 0.3, curl: 0.15 },
     back: { crop: 0.9, length: 0.36, comb: 0, curl: 0.05 },
     fringe: { crop: 0.9, length: 0.4, comb: 0.95, curl: 0.1 },

@@ -6,5 +6,8 @@ export const LINEAR = Float32Array.from({ length: 256 }, (_, i) => (i / 255 <= 0
 /** Below this, light is noise. */
 export const BLACK = 0.01;
 
+/** @param {readonly number[]} colour linear */
+export const logarithms = (colour) => colour.map((value) => Math.log(Math.max(BLACK, value)));
+
 /** @param {readonly number[]} colour red, green and blue, linear */
 export const brightnessOf = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;

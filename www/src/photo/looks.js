@@ -4,13 +4,14 @@ import { smoothstep } from '../groundwork/paint.js';
 import { REST, readColouring, valueIn } from '../head/colouring.js';
 import { sliderOfLength } from '../hair/length.js';
 import { scatters } from '../hair/scattered.js';
-import { asideOf, hairColour, irisColours, skinColour } from '../head/pigments.js';
-import { BLACK, brightnessOf } from './light.js';
+import { THROUGH_BLOOD, asideOf, hairColour, irisColours, skinColour } from '../head/pigments.js';
+import { BLACK, brightnessOf, logarithms } from './light.js';
+import { lipsTold } from './liptold.js';
 
 // From what a photo tells of a person's colours and hair to the sliders that look like it.
 
 /** What the skin's pigment looks like where it is lit, over what the photo has: blood, and its exposure. As in the skin's shader. */
-const SHOWN = [0.8 / 0.97, 0.8 / 0.875, 0.8 / 0.81];
+const SHOWN = THROUGH_BLOOD.map((part) => 0.8 / part);
 /** What hair looks like where it is lit, over its pigment, beside what goes from hair to hair. */
 export const HAIR_SHOWN = 1.6;
 /** Hair that stands off less is cropped, mm: the fitted head is off by as much. */
@@ -50,9 +51,6 @@ const BROWN_USUAL = 0.18;
 const BROWN_IRIS = [0.45, 0.62];
 
 /** @typedef {readonly number[]} Linear red, green and blue */
-
-/** @param {Linear} colour */
-const logarithms = (colour) => colour.map((value) => Math.log(Math.max(BLACK, value)));
 
 /**
  * The place on one or more sliders that has the least of something.
@@ -227,15 +225,18 @@ export function glassesOf(glasses, { skin }) {
  * @param {import('phiz').PhotoLooks} looks
  * @param {import('three').Color} tone of the head's skin at rest
  * @param {import('../head/colouring.js').Colouring} [also] the form of brows, and glasses
+ * @param {Float32Array} [ofLips] their albedos, as `lipsTold` takes them
  */
-export function colouringOf({ skin, irises, beard, beardColour, hair }, tone, also = {}) {
+export function colouringOf({ skin, irises, beard, beardColour, hair }, tone, also = {}, ofLips) {
   const colourless = isGrey(skin);
   const ofBeard = beardColour && hairOf(hairOfBeard(beardColour, skin), colourless);
   const ofHair = hair ? styleOf(hair, colourless) : { ...ofBeard, crop: 0, length: 0 };
   const own = skinOf(colourless ? skinAsBright(brightnessOf(skin), tone) : skin, tone);
+  const lips = ofLips && !colourless ? lipsTold(ofLips, skin, tone, own) : null;
   return readColouring({
     ...own,
     ...also,
+    ...(lips !== null && { lips }),
     ...(irises && !colourless && irisOf(irises, own.skin)),
     // Whose hair is not seen, or gone, has some in a beard.
     ...ofHair,

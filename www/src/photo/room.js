@@ -4,7 +4,7 @@ import { sameWeights } from '../editing/history.js';
 import { atRest } from '../head/head.js';
 import { text } from '../text.js';
 import { MOST_PHOTOS, besides, createAlbum, fitOn, inWholePerCents, seenIn, shotOf } from './album.js';
-import { createBrowTeller } from './browtold.js';
+import { createTeller } from './albedotold.js';
 import { createChoice } from './choose.js';
 import { createColours } from './colours.js';
 import { createComparison } from './compare.js';
@@ -30,6 +30,9 @@ import { createWarp } from './warp.js';
 /** A face lower than this, px of the photo from brow to chin, has too few pixels to be told by. */
 const LEAST_FACE = 40;
 
+/** One that looks so much more into the camera, of a cosine, tells the looks better: from the side half of a face is seen. */
+const MORE_FRONTAL = 0.04;
+
 /** @typedef {import('./controls.js').Mode} Mode */
 
 /**
@@ -52,13 +55,13 @@ const LEAST_FACE = 40;
 export function createRoom(editor, { panel, stage, files, expressions, display, sleep, tone, wear }) {
   const { model, face } = editor;
   const fitter = createFitter(files, toolsLost);
-  /** Made for the first photo. @type {ReturnType<typeof createBrowTeller> | undefined} */
-  let browTeller;
-  function brows() {
-    if (browTeller !== undefined) return browTeller;
+  /** Made for the first photo. @type {ReturnType<typeof createTeller> | undefined} */
+  let madeTeller;
+  function teller() {
+    if (madeTeller) return madeTeller;
     const median = model.face();
     try {
-      return (browTeller = createBrowTeller(atRest(model, median)));
+      return (madeTeller = createTeller(atRest(model, median)));
     } finally {
       median.free();
     }
@@ -95,6 +98,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   let editable = false;
   /** Whether the head has the looks of this person. */
   let dressed = false;
+  /** How far the photo that told them looks into the camera: a cosine. */
+  let toldBy = 0;
   /**
    * The last photo whose face was fitted, with all that belongs to it, until another's is: who opens a photo that
    * cannot be taken still has this one.
@@ -316,7 +321,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     say(text.photo.cancelled);
     show(photo ? 'none' : 'empty');
   }
-  const present = () => ({ photo, onStage, faces, person, detected, fitted, colouring, number, own, others, place, moved: byHand ? correction.points : null });
+  const present = () => ({ photo, onStage, faces, person, detected, fitted, colouring, toldBy, number, own, others, place, moved: byHand ? correction.points : null });
   function keepLast() {
     if (fitted) last = present();
   }
@@ -352,7 +357,7 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
     if (!last) return;
     stopFinding();
     const { moved } = last;
-    ({ photo, onStage, faces, person, detected, fitted, colouring, number, own, others, place } = last);
+    ({ photo, onStage, faces, person, detected, fitted, colouring, toldBy, number, own, others, place } = last);
     last = null;
     settle();
     // Nor is anything added to somebody else.
@@ -612,7 +617,10 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
   }
 
   /** @param {NonNullable<Awaited<ReturnType<typeof fitter.looks>>>} told */
-  const wornBy = ({ looks, albedos, glasses }) => colouringOf(looks, tone, { ...(albedos && brows()?.told(albedos)), ...glassesOf(glasses, looks) });
+  function wornBy({ looks, albedos, glasses }) {
+    const { brows, lips } = albedos ? teller().told(albedos) : { brows: {}, lips: undefined };
+    return colouringOf(looks, tone, { ...brows, ...glassesOf(glasses, looks) }, lips);
+  }
 
   /** @param {Float64Array} points px of the photo */
   async function fit(points) {
@@ -665,10 +673,13 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       const beside = others.map((other, i) => ({ ...other, shot: base.others[i] }));
       unedited = true;
       await fitter.edit(pixels, base, seenIn(beside));
-      // Who corrects points, or adds a photo, has seen the looks, and may have changed them. Without a light nobody knows them.
-      const looks = dressed
+      const facing = Math.cos(found.camera.angles[0]) * Math.cos(found.camera.angles[1]);
+      // Who corrects points, or adds a photo, has seen the looks, and may have changed them: if not, one that looks more into the camera
+      // tells them anew. Without a light nobody knows them.
+      const isToldBetter = others.length > 0 && facing > toldBy + MORE_FRONTAL && sameWeights(editor.colouring, colouring);
+      const looks = dressed && !isToldBetter
         ? null
-        : await fitter.looks(brows()?.places, standOnFace(model, found.code)).catch((error) => {
+        : await fitter.looks(teller().places, standOnFace(model, found.code)).catch((error) => {
             if (error instanceof Over) throw error;
             return null;
           });
@@ -676,7 +687,8 @@ export function createRoom(editor, { panel, stage, files, expressions, display, 
       if (!fitted) number = people += 1;
       editor.take({ code: found.code, expression, ...(looks && { colouring: wornBy(looks) }) }, number);
       own = { code: face.code, expression: face.expression };
-      if (!dressed) colouring = editor.colouring;
+      toldBy = looks ? facing : dressed ? toldBy : 0;
+      if (!dressed || looks) colouring = editor.colouring;
       others = beside;
       fitted = { fit: { ...base, ...own }, points: points.slice(), pixels };
       unedited = byHand = false;
