@@ -346,6 +346,13 @@ describe('a colouring', () => {
     assert.equal(encodeColouring(readColouring({ glasses: 0, tint: 0 })), '');
   });
 
+  test('has each of its numbers among the types of the element, and in what tells of it', async () => {
+    const [types, words] = await Promise.all(['types.d.ts', 'README.md'].map((name) => readFile(new URL(`../../www/designer/${name}`, import.meta.url), 'utf8')));
+    const typed = Array.from(/type Colour =([^;]*);/.exec(types)?.[1].matchAll(/'(\w+)'/g) ?? [], ([, name]) => name);
+    assert.deepEqual(typed.sort(), [...COLOURS].sort());
+    for (const name of COLOURS) assert.ok(words.includes(`\`${name}\``), name);
+  });
+
   test('keeps them in a link', () => {
     for (const looks of Object.values(SOME)) assert.deepEqual(decodeColouring(encodeColouring(readColouring(looks))), readColouring(looks));
   });

@@ -149,8 +149,7 @@ describe('looks', () => {
     const through = [0.97, 0.875, 0.81];
     const drawn = (/** @type {number} */ skin, /** @type {number} */ lips) => {
       const colours = pigments(tone, { skin, lips });
-      const cover = 1 - 0.34 * colours.bare;
-      return rgb(colours.lips).map((value, k) => (cover * value + (1 - cover) * rgb(colours.skin)[k] * through[k]) / 0.8);
+      return rgb(colours.lips).map((value, k) => (colours.lipCover * value + (1 - colours.lipCover) * rgb(colours.skin)[k] * through[k]) / 0.8);
     };
     for (const skin of [0.1, REST.skin, 0.6, 0.85]) {
       const own = rgb(skinColour(tone, skin, REST.blood)).map((value, k) => (value * through[k]) / 0.8);

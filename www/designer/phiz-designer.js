@@ -253,7 +253,8 @@ export class PhizDesigner extends HTMLElement {
     const { code, colours } = this.#kept;
     if (code !== undefined && this.#came.code !== undefined && code !== this.#came.code) this.#asked.code = '';
     if (colours !== undefined && this.#came.colours && !sameWeights(coloursOf(colours), this.#came.colours)) this.#asked.colours = null;
-    this.#kept = this.#came = {};
+    this.#kept = {};
+    this.#came = {};
   }
 
   /** @param {string} name @param {string | null} before @param {string | null} value */

@@ -27,6 +27,8 @@ const LIPS = [0.68, 0.37, 0.5];
 const BROWNED = [-0.1, 0.4, 0.95];
 const PALE = [1.2, 1.75, 1.4];
 const PAINTED = [0.87, 0.165, 0.19];
+/** How much of the skin shows through lips at rest, and through paler ones. */
+const UNPAINTED = 0.34;
 
 /** @typedef {readonly [place: number, ...Color[]]} Stop */
 /** @param {[number, ...string[]]} stop in sRGB @returns {Stop} */
@@ -146,8 +148,8 @@ export function pigments(tone, colouring) {
     skin: own,
     /** How much darker than at rest, for what lies on the skin: 1 at rest. */
     bright: brightness(tone, own),
-    /** How much of the lips is not painted, 1 at rest and 0 at full. */
-    bare: lips > REST.lips ? 1 - far : 1,
+    /** How much of the skin their colour covers: some shows through lips that are not painted. */
+    lipCover: lips > REST.lips ? 1 - UNPAINTED * (1 - far) : 1 - UNPAINTED,
     lips: own.clone().multiply(new Color(lipRed, lipGreen, lipBlue)),
     /** Of what grows, by where. */
     grown,

@@ -624,14 +624,14 @@ export function createSkin({ pores, face, brows, depth, landmarks }) {
       });
     },
     /** @param {Paints} colours */
-    paint({ skin, bright, lips, bare, grown, bushy, browForm, dense, lift, standing, gone, style, whiskers, lines, freckles }) {
+    paint({ skin, bright, lips, lipCover, grown, bushy, browForm, dense, lift, standing, gone, style, whiskers, lines, freckles }) {
       material.color.copy(skin);
       // On dark skin all that is mirrored stands out, and a little of it is plastic.
       material.sheenColor.copy(FUZZ).multiplyScalar(bright * bright);
       material.specularIntensity = 0.85 - 0.3 * (1 - bright);
       material.roughness = 0.52 + 0.06 * (1 - bright);
       uniforms.lipColour.value.copy(lips);
-      uniforms.lipCover.value = 1 - 0.34 * bare;
+      uniforms.lipCover.value = lipCover;
       const tones = [grown.hair, grown.beard, grown.brows];
       uniforms.young.value = tones.map(({ young }) => young);
       uniforms.old.value = tones.map(({ old }) => old);

@@ -10,8 +10,6 @@ const ACROSS = [[61, 50], [62, 51], [63, 52], [65, 56], [66, 57], [67, 58]];
 const BETWEEN = [0.35, 0.5, 0.65];
 /** Where fewer of the places are seen nothing is told. */
 const FEWEST = 0.3;
-/** How much of the skin shows through lips that are not painted, as in the skin's shader. */
-const BARE = 0.34;
 /** How bright lips are is a matter of gloss and shadow: it tells so much of what their hue does. */
 const BRIGHTNESS = 0.1;
 /** Lips at an end of the slider have to explain so much more: on 36 drawn heads it is within 0.06 then, where all at rest would be off by 0.13. */
@@ -76,7 +74,7 @@ export function lipsTold(albedos, skin, tone, own) {
 
 /** What lips have of the skin around them, as the skin's shader shows both: logarithms. @param {import('three').Color} tone @param {import('../head/colouring.js').Colouring} colouring */
 function wouldBe(tone, colouring) {
-  const { lips, skin, bare } = pigments(tone, colouring);
+  const { lips, skin, lipCover } = pigments(tone, colouring);
   const [of, beside] = [lips.toArray(), skin.toArray()];
-  return logarithms(THROUGH_BLOOD.map((under, k) => BARE * bare + ((1 - BARE * bare) * of[k]) / beside[k] / under));
+  return logarithms(THROUGH_BLOOD.map((under, k) => 1 - lipCover + (lipCover * of[k]) / beside[k] / under));
 }
